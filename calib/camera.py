@@ -1,0 +1,73 @@
+"""The camera's geometry: rigid poses, and the map between points, rays and pixels.
+
+Frames: world = board frame (z out of the paper); the camera looks along its +z, x right, y down (OpenCV).
+Pixels: (x, y), the centre of the top-left pixel is (0, 0).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A rigid motion ``x_cam = rotation @ x_world + translation``; poses compose with ``@``."""
+
+    rotation: np.ndarray  # (3, 3)
+    translation: np.ndarray  # (3,)
+
+    def __matmul__(self, other: Pose) -> Pose:
+        return Pose(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
+
+    def inverse(self) -> Pose:
+        return Pose(self.rotation.T, -self.rotation.T @ self.translation)
+
+    def apply(self, points: np.ndarray) -> np.ndarray:
+        """World points (..., 3) in the camera frame."""
+        return points @ self.rotation.T + self.translation
+
+    @property
+    def center(self) -> np.ndarray:
+        """The camera's centre in the world frame, (3,)."""
+        return -self.rotation.T @ self.translation
+
+    @classmethod
+    def from_rodrigues(cls, rvec: np.ndarray, tvec: np.ndarray) -> Pose:
+        rotation, _ = cv2.Rodrigues(np.asarray(rvec, float).reshape(3, 1))
+        return cls(rotation, np.asarray(tvec, float).reshape(3))
+
+    def rodrigues(self) -> np.ndarray:
+        """Rotation vector (3,), radians; inverse of :meth:`from_rodrigues`."""
+        return cv2.Rodrigues(self.rotation)[0].reshape(3)
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera with OpenCV's distortion model."""
+
+    matrix: np.ndarray  # (3, 3), pixels
+    distortion: np.ndarray  # (k,), OpenCV's order; empty: none
+    size: tuple[int, int]  # width, height
+
+    def project(self, pose: Pose, points: np.ndarray) -> np.ndarray:
+        """Pixels (n, 2) of world points (n, 3). Inverse (up to depth) of :meth:`rays`."""
+        points = np.ascontiguousarray(points, float).reshape(-1, 1, 3)
+        pixels, _ = cv2.projectPoints(
+            points, pose.rodrigues(), pose.translation, self.matrix, self.distortion
+        )
+        return pixels.reshape(-1, 2)
+
+    def rays(self, pixels: np.ndarray) -> np.ndarray:
+        """Unit directions (n, 3) in the camera frame of pixels (n, 2). Inverse of :meth:`project`."""
+        pixels = np.ascontiguousarray(pixels, float).reshape(-1, 1, 2)
+        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-12)
+        plane = cv2.undistortPoints(pixels, self.matrix, self.distortion, criteria=criteria).reshape(-1, 2)
+        rays = np.column_stack([plane, np.ones(len(plane))])
+        return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+
+    def world_rays(self, pose: Pose, pixels: np.ndarray) -> np.ndarray:
+        """Unit directions (n, 3) in the world frame of pixels (n, 2) seen from ``pose.center``."""
+        return self.rays(pixels) @ pose.rotation

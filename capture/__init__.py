@@ -1,0 +1,1 @@
+"""What was photographed: the photo set's manifest, its images, and the linear radiance in them."""

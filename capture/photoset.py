@@ -1,0 +1,140 @@
+"""The photo set's manifest, ``photoset.toml``, as frozen dataclasses.
+
+Lengths are in the set's own unit, in the board (world) frame; angles do not occur. See docs/photoset.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+MANIFEST = "photoset.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """The printed target around the sample."""
+
+    kind: str  # "charuco" | "aruco-grid" | "markers"
+    dictionary: str  # an OpenCV predefined dictionary's name
+    squares: tuple[int, int] | None = None  # charuco: columns, rows
+    square_length: float | None = None  # charuco
+    markers: tuple[int, int] | None = None  # aruco-grid: columns, rows
+    marker_length: float | None = None
+    marker_separation: float | None = None  # aruco-grid
+    first_id: int = 0
+    legacy_pattern: bool = False
+    marker_corners: tuple[tuple[int, np.ndarray], ...] = ()  # "markers": (id, (4, 3) corners clockwise from top left)
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    center: np.ndarray  # (3,)
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    outline: np.ndarray  # (n, 2) convex polygon in board x, y
+    height: float = 0.0  # board z
+
+
+@dataclass(frozen=True, slots=True)
+class MirrorBall:
+    center: np.ndarray  # (3,)
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class WhitePatch:
+    outline: np.ndarray  # (n, 2) board x, y
+    height: float
+    reflectance: tuple[float, ...]  # one a channel, or one
+
+
+@dataclass(frozen=True, slots=True)
+class Radiometry:
+    encoding: str = "linear"  # "linear" | "srgb" | "gamma" | "unknown"
+    gamma: float | None = None
+    black_level: float | None = None  # fraction of full scale; None: 0, or what a RAW file says
+    white_level: float | None = None  # at and above it a pixel is saturated; None: 1, or what a RAW file says
+    gain_electrons: float | None = None  # electrons at white level
+    read_noise_electrons: float | None = None
+    vignetting: str = "none"  # "cos4" | "none" | "flat"
+
+
+@dataclass(frozen=True, slots=True)
+class CameraEntry:
+    matrix: np.ndarray | None = None  # (3, 3)
+    distortion: np.ndarray | None = None  # OpenCV's order
+    rotation: np.ndarray | None = None  # (3, 3), x_cam = rotation @ x + translation
+    translation: np.ndarray | None = None  # (3,)
+    fixed: bool = False  # it did not move relative to the board between the sample photos
+
+
+@dataclass(frozen=True, slots=True)
+class LightEntry:
+    id: str
+    kind: str | None = None  # "point" | "directional"; None: judged from the data
+    position: np.ndarray | None = None  # (3,) board frame, or camera frame with attached_to
+    direction: np.ndarray | None = None  # (3,) unit, toward the light
+    intensity: tuple[float, ...] = (1.0,)  # relative, one a channel or one
+    radius: float | None = None  # of the glowing ball
+    attached_to: str | None = None  # "camera"
+    marker_ids: tuple[int, ...] = ()  # markers fixed to the lamp
+    markers: dict[str, object] = field(default_factory=dict)  # the rest of the entry's `markers` table
+
+
+@dataclass(frozen=True, slots=True)
+class Photo:
+    file: str  # relative to the folder, with forward slashes
+    role: str  # "calibration" | "sample" | "probe" | "dark" | "flat" | "ambient"
+    light: str | None = None  # id; None on a sample photo: the only light, or one of its own
+    exposure_time: float | None = None  # seconds
+    f_number: float | None = None
+    iso: float | None = None
+    bracket: int | None = None  # photos with the same number are one exposure series of one view
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """One exposure, or one bracket of exposures, of one scene under one light."""
+
+    photos: tuple[Photo, ...]  # one, or a bracket
+
+    @property
+    def name(self) -> str:
+        return self.photos[0].file
+
+    @property
+    def light(self) -> str | None:
+        return self.photos[0].light
+
+
+@dataclass(frozen=True, slots=True)
+class PhotoSet:
+    """A validated photo set; nothing but the manifest has been read."""
+
+    folder: Path
+    name: str
+    length_unit: str
+    sample: Sphere | Plane
+    symmetry: str  # "auto" | "isotropic" | "reciprocal" | "general"
+    photos: tuple[Photo, ...]
+    board: Board | None = None
+    mirror_balls: tuple[MirrorBall, ...] = ()
+    white_patches: tuple[WhitePatch, ...] = ()
+    radiometry: Radiometry = Radiometry()
+    camera: CameraEntry = CameraEntry()
+    lights: tuple[LightEntry, ...] = ()
+
+    def views(self, role: str) -> tuple[View, ...]:
+        """Photos of one role in manifest order, those of one bracket joined."""
+        series: dict[object, list[Photo]] = {}
+        for k, photo in enumerate(self.photos):
+            if photo.role == role:
+                key = ("bracket", photo.bracket) if photo.bracket is not None else ("photo", k)
+                series.setdefault(key, []).append(photo)
+        return tuple(View(tuple(photos)) for photos in series.values())

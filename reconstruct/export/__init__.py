@@ -1,0 +1,1 @@
+"""Files that renderers and other tools open."""

@@ -1,0 +1,1 @@
+"""Worlds whose answer is known: scenes rendered from known BRDFs, with their truth."""
