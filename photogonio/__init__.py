@@ -1,3 +1,40 @@
-"""photogonio: ordinary photos in, a measured BRDF out."""
+"""photogonio: ordinary photos in, a measured BRDF out.
+
+The public API; everything is imported on first use, so that the command line answers at once::
+
+    import photogonio
+    result = photogonio.process("my-set", "my-set-brdf")
+    result.brdf.evaluate(incident, exit)
+"""
+
+from importlib import import_module
 
 __version__ = "0.1.0"
+
+_HOMES = {
+    "InputError": "capture.errors",
+    "PhotoSet": "capture.photoset",
+    "load_photoset": "capture.manifest",
+    "Setup": "calib.setup",
+    "load_setup": "calib.setup",
+    "save_setup": "calib.setup",
+    "Brdf": "reconstruct.brdf",
+    "load_brdf": "reconstruct.brdf",
+    "FacetTable": "reconstruct.table",
+    "Options": "photogonio.pipeline",
+    "calibrate": "photogonio.pipeline",
+    "fit": "photogonio.pipeline",
+    "process": "photogonio.pipeline",
+    "synthesize": "synthetic.photoset",
+}
+__all__ = ["__version__", *_HOMES]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,7 @@
+"""``python -m photogonio``."""
+
+import sys
+
+from photogonio.cli import main
+
+sys.exit(main())

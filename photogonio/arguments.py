@@ -1,0 +1,259 @@
+"""The grammar of the command line. Imports nothing heavy, so that ``--help`` answers at once."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import NoReturn
+
+from photogonio import __version__
+
+_SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
+_PAPERS = ("a4", "a3", "a5", "letter", "legal")
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        sys.stderr.write(f"{self.prog}: {' '.join(message.split())} (see {self.prog} --help)\n")
+        sys.exit(2)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of the command and its subcommands; the namespace names the handler in ``command``."""
+    parser = _Parser(
+        prog="photogonio",
+        description="Ordinary photos in, a measured BRDF out.",
+        epilog="photogonio COMMAND --help tells more of each command, with an example.",
+    )
+    parser.add_argument("--version", action="version", version=f"photogonio {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
+    for add in (_process, _calibrate, _fit, _synthesize, _evaluate, _compare, _show, _export, _target, _init):
+        add(commands)
+    return parser
+
+
+def _command(commands: argparse._SubParsersAction, name: str, text: str, example: str) -> _Parser:
+    parser = commands.add_parser(
+        name,
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--quiet", action="store_true", help="say nothing but errors")
+    parser.add_argument("--json", action="store_true", help="the result's numbers as one JSON object")
+    return parser
+
+
+def _process(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "process",
+        "the main job: photo set to coefficients, setup, facet table and report",
+        "photogonio process my-set -o my-set-brdf",
+    )
+    parser.add_argument("set", metavar="SET", help="folder with photoset.toml")
+    parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: SET's name + -brdf)")
+    _fit_options(parser)
+
+
+def _calibrate(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "calibrate",
+        "camera, poses, lights and irradiance scale of a photo set, with residuals",
+        "photogonio calibrate my-set -o setup.json",
+    )
+    parser.add_argument("set", metavar="SET", help="folder with photoset.toml")
+    parser.add_argument("-o", "--out", metavar="FILE", default="setup.json", help="default: setup.json")
+    _workers(parser)
+
+
+def _fit(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "fit",
+        "coefficients from tabulated measurements, or from the table.npz that process leaves",
+        "photogonio fit PTFE.csv -o ptfe --where lambda=0.532 \\\n"
+        "      --columns theta_i=thetai,phi_i=phi,theta_r=thetar,phi_r=phir,value=f_r11",
+    )
+    parser.add_argument(
+        "table", metavar="TABLE", help="CSV: theta_i, phi_i, theta_r, phi_r in degrees, and values"
+    )
+    parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: TABLE's name + -brdf)")
+    parser.add_argument(
+        "--columns",
+        metavar="NAME=HEADER,...",
+        type=_pairs,
+        default={},
+        help="other headers: theta_i=...,phi_i=...,theta_r=...,phi_r=...,value=R+G+B,sigma=...",
+    )
+    parser.add_argument(
+        "--where",
+        metavar="HEADER=VALUE",
+        type=_pairs,
+        action="append",
+        default=[],
+        help="take only rows with this value; may be given again",
+    )
+    _fit_options(parser)
+
+
+def _synthesize(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "synthesize",
+        "a photo set of a known BRDF, with its truth",
+        "photogonio synthesize matte-ball -o matte-ball",
+    )
+    parser.add_argument("scene", metavar="SCENE", nargs="?", help="a built-in name or a scene file (TOML)")
+    parser.add_argument("-o", "--out", metavar="SET", help="folder to write (default: the scene's name)")
+    parser.add_argument("--list", action="store_true", help="list the built-in scenes")
+    _workers(parser)
+
+
+def _evaluate(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "evaluate",
+        "synthesize, process and compare with the truth: speed against error",
+        "photogonio evaluate --quick -o evaluation",
+    )
+    parser.add_argument("scenes", metavar="SCENE", nargs="*", help="scenes (default: the suite)")
+    parser.add_argument(
+        "-o", "--out", metavar="OUT", default="evaluation", help="folder (default: evaluation)"
+    )
+    parser.add_argument("--quick", action="store_true", help="few scenes, small photos")
+    parser.add_argument("--hard", action="store_true", help="the battery of hard cases")
+    parser.add_argument("--against", metavar="OLD.json", help="compare with an earlier evaluate.json")
+    parser.add_argument(
+        "--cache", metavar="FOLDER", help="where synthesized sets are kept (default: OUT/sets)"
+    )
+    _workers(parser)
+
+
+def _compare(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "compare",
+        "two BRDFs: the field's error metrics and a scatter plot",
+        "photogonio compare my-set-brdf/coefficients.json my-set/truth.json -o comparison",
+    )
+    kinds = "coefficients.json, truth.json, .truth.npz, MERL .binary, or a table (.csv)"
+    parser.add_argument("a", metavar="A", help=f"the BRDF to judge: {kinds}")
+    parser.add_argument("b", metavar="B", help="the reference, likewise")
+    parser.add_argument("-o", "--out", metavar="OUT", help="folder for the numbers and pictures")
+    parser.add_argument(
+        "--mask", metavar="DEGREES", type=_mask, default=80.0, help="largest angle (default: 80)"
+    )
+    parser.add_argument("--scale", action="store_true", help="scale A to B first, one factor a channel")
+
+
+def _show(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "show",
+        "lobes, polar cuts and a shaded sphere of a BRDF",
+        "photogonio show my-set-brdf/coefficients.json -o brdf.svg",
+    )
+    parser.add_argument("coefficients", metavar="COEFFICIENTS", help="coefficients.json")
+    parser.add_argument(
+        "-o", "--out", metavar="FILE", default="brdf.png", help=".png or .svg (default: brdf.png)"
+    )
+
+
+def _export(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "export",
+        "write a BRDF for renderers and other tools",
+        "photogonio export my-set-brdf/coefficients.json --format merl -o material.binary",
+    )
+    parser.add_argument("coefficients", metavar="COEFFICIENTS", help="coefficients.json")
+    parser.add_argument("--format", metavar="F", required=True, help="one of those that --list names")
+    parser.add_argument(
+        "-o", "--out", metavar="FILE", help="default: COEFFICIENTS' name with the format's suffix"
+    )
+
+
+def _target(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "target",
+        "a printable board at true scale, with a stub photoset.toml beside it",
+        "photogonio target --paper a4 -o target.pdf",
+    )
+    parser.add_argument("--paper", choices=_PAPERS, default="a4")
+    parser.add_argument("-o", "--out", metavar="FILE", default="target.pdf", help="default: target.pdf")
+
+
+def _init(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "init",
+        "write photoset.toml for a folder of photos, from their EXIF",
+        "photogonio init my-set",
+    )
+    parser.add_argument("folder", metavar="FOLDER")
+
+
+def _fit_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--order", type=_auto_or_whole, default="auto", help="largest radial order, or auto")
+    parser.add_argument(
+        "--level", type=_auto_or_whole, default="auto", help="of the icosahedral facets, or auto"
+    )
+    parser.add_argument("--symmetry", choices=_SYMMETRIES, default="auto")
+    parser.add_argument("--lobes", type=_lobes, default="auto", help="auto, none, or how many")
+    parser.add_argument("--channels", metavar="A,B,...", type=_names, help="only these, by name")
+    _workers(parser)
+
+
+def _workers(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--workers", metavar="N", type=_positive, help="default: one a core")
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number of 1 or more, got {text!r}")
+    return int(text)
+
+
+def _auto_or_whole(text: str) -> int | str:
+    if text == "auto":
+        return text
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected auto or a whole number, got {text!r}")
+    return int(text)
+
+
+def _lobes(text: str) -> int | str:
+    return 0 if text == "none" else _auto_or_whole(text)
+
+
+def _mask(text: str) -> float:
+    try:
+        angle = float(text)
+    except ValueError:
+        angle = 0.0
+    if not 0.0 < angle <= 90.0:
+        raise argparse.ArgumentTypeError(f"expected an angle between 0 and 90 degrees, got {text!r}")
+    return angle
+
+
+def _names(text: str) -> tuple[str, ...]:
+    names = tuple(name.strip() for name in text.split(","))
+    if not all(names) or len(set(names)) != len(names):
+        raise argparse.ArgumentTypeError(f"expected different names with commas between, got {text!r}")
+    return names
+
+
+def _pairs(text: str) -> dict[str, str]:
+    pairs: dict[str, str] = {}
+    for part in text.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not (name and equals and value) or name in pairs:
+            raise argparse.ArgumentTypeError(f"expected NAME=VALUE, each name once, got {part!r}")
+        pairs[name] = value
+    return pairs

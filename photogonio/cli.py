@@ -1,0 +1,64 @@
+"""The command ``photogonio``: arguments are parsed before anything heavy is imported."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import NoReturn
+
+from capture.errors import InputError
+from photogonio.arguments import build_parser
+from photogonio.outputs import to_json
+from photogonio.progress import Reporter
+
+_DONE, _FAILED, _BAD_INPUT, _INTERRUPTED = 0, 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; its exit status: 0 done, 2 bad input, 130 stopped by the user, 1 anything else."""
+    args = build_parser().parse_args(arguments)
+    reporter = Reporter(quiet=args.quiet, json=args.json)
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        return _run(args, reporter)
+    except KeyboardInterrupt:
+        reporter.clear()
+        print("photogonio: stopped; nothing was written", file=sys.stderr)
+        return _INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _FAILED
+
+
+def _run(args: argparse.Namespace, reporter: Reporter) -> int:
+    command = import_module(f"photogonio.commands.{args.command}")
+    try:
+        numbers = command.run(args, reporter)
+        if args.json:
+            sys.stdout.write(to_json(numbers))
+            sys.stdout.flush()
+    except InputError as error:
+        return _fail(reporter, str(error), _BAD_INPUT)
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            raise
+        return _fail(reporter, str(error), _FAILED)
+    return _DONE
+
+
+def _fail(reporter: Reporter, message: str, status: int) -> int:
+    reporter.clear()
+    print("photogonio: " + " ".join(message.split()), file=sys.stderr)
+    return status
+
+
+def _interrupt(signum: int, frame: object) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+if __name__ == "__main__":
+    sys.exit(main())

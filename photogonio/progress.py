@@ -1,0 +1,64 @@
+"""What the user sees while the program works: lines, warnings, and a bar on a terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+_LINE_EVERY = 5.0  # seconds between plain progress lines
+_BAR_AFTER = 1.0  # seconds before a bar appears
+
+
+class Reporter:
+    """Speaks to the user. With ``json`` only the result goes to standard output, all else to standard error."""
+
+    def __init__(self, *, quiet: bool = False, json: bool = False):
+        self.quiet = quiet
+        self.warnings: list[str] = []
+        self._out = sys.stderr if json else sys.stdout
+        self._bar = None
+        self._label = ""
+        self._started = self._spoken = 0.0
+
+    def say(self, text: str) -> None:
+        if not self.quiet:
+            self.clear()
+            print(text, file=self._out, flush=True)
+
+    def warn(self, text: str) -> None:
+        self.warnings.append(text)
+        if not self.quiet:
+            self.clear()
+            print(f"warning: {text}", file=sys.stderr, flush=True)
+
+    def progress(self, label: str, done: int, total: int) -> None:
+        """``done`` of ``total`` steps of ``label`` are finished; may be called as often as one likes."""
+        if self.quiet:
+            return
+        if label != self._label:
+            self.clear()
+            self._label, self._started, self._spoken = label, time.monotonic(), time.monotonic()
+        if sys.stderr.isatty():
+            self._draw(label, done, total)
+        elif time.monotonic() - self._spoken >= _LINE_EVERY:
+            self._spoken = time.monotonic()
+            print(f"{label}: {done} of {total}", file=sys.stderr, flush=True)
+        if done >= total:
+            self.clear()
+
+    def clear(self) -> None:
+        """Take the bar off the screen."""
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+        self._label = ""
+
+    def _draw(self, label: str, done: int, total: int) -> None:
+        if self._bar is None:
+            if time.monotonic() - self._started < _BAR_AFTER:
+                return
+            from tqdm import tqdm
+
+            self._bar = tqdm(total=total, desc=label, leave=False, file=sys.stderr, dynamic_ncols=True)
+        self._bar.total = total
+        self._bar.update(done - self._bar.n)
