@@ -1,15 +1,48 @@
 """The facet-pair table: sums over the samples of each (group, incident facet, exit facet) cell.
 
 A group is one view (photo); keeping them apart lets a fit leave a photo out, or find its scale. Tables add.
-Every sample k has one weight omega_k, the same for its value, its directions and its place, so that a cell's means
-belong to one another.
+Every sample k has one weight omega_k, the same for its value, its directions and its place, so that a cell's
+means belong to one another: with w = weight, the cell's BRDF is value / w, of variance variance / w^2, at the
+mean place place / w and the directions of incident and exit.
+
+The weight of a pixel is its irradiance over the view's typical variance: omega = E / median(E var f), E the
+mean over channels of the irradiance. For photon noise, var(f) = g f / E, that is 1 / var(f) of a typical
+pixel, the statistical optimum; unlike 1 / var(f) of the pixel itself it is independent of the pixel's own
+noise (dark outcomes of one radiance would weigh more, and pull the mean down by one part in the number of
+electrons), it is bounded by the largest irradiance, and the cell's mean becomes total radiance over total
+irradiance.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
 
 import numpy as np
+
+from capture.errors import InputError
+from reconstruct.facets import facet_count
+
+# why a pixel is left out, in the order of the tests; a pixel counts for the first that applies
+LEFT_OUT = (
+    "outline",  # nearer than the margin to the sample's outline
+    "covered",  # by a mirror ball or a white patch
+    "unlit",  # the lamp is not wholly above the point's horizon
+    "grazing",  # beyond theta_i_max or theta_r_max
+    "shadowed",  # by a mirror ball
+    "saturated",
+    "invalid",
+    "outlier",  # unlike its neighbours: dust, a hot pixel, a renderer's firefly
+)
+FORMAT = 1
+_SUMS = ("count", "weight", "value", "value2", "variance", "incident", "exit", "place")
+
+
+def _no_pixels() -> np.ndarray:
+    return np.zeros((0, len(LEFT_OUT)), np.int64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,3 +64,181 @@ class FacetTable:
     incident: np.ndarray  # (n, 3) sum of omega times the unit vector, tangent frame
     exit: np.ndarray  # (n, 3) likewise
     place: np.ndarray  # (n, 3) sum of omega times the world point, length units; zeros where there is none
+    left_out: np.ndarray = field(
+        default_factory=_no_pixels
+    )  # (g, len(LEFT_OUT)) pixels of each group by reason
+
+    def __len__(self) -> int:
+        return len(self.group)
+
+    def __add__(self, other: FacetTable) -> FacetTable:
+        return add_tables((self, other))
+
+
+def accumulate(
+    *,
+    level: int,
+    channels: tuple[str, ...],
+    name: str,
+    isotropic: bool,
+    facet_i: np.ndarray,
+    facet_r: np.ndarray,
+    incident: np.ndarray,
+    exit: np.ndarray,
+    place: np.ndarray,
+    omega: np.ndarray,
+    value: np.ndarray,
+    variance: np.ndarray,
+    left_out: np.ndarray | None = None,
+) -> FacetTable:
+    """One group's table from n samples.
+
+    ``incident`` and ``exit`` are unit vectors (n, 3) in the tangent frame, already turned if ``isotropic``,
+    and lie in ``facet_i`` and ``facet_r`` (n,); ``place`` (n, 3); ``omega`` (n,); ``value`` and ``variance``
+    (n, c), 1/sr and its square; ``left_out`` counts by reason.
+    """
+    omega = omega[:, None]
+    sums = np.hstack(
+        [
+            np.ones_like(omega),
+            omega,
+            omega * value,
+            omega * value**2,
+            omega**2 * variance,
+            omega * incident,
+            omega * exit,
+            omega * place,
+        ]
+    )
+    counts = np.zeros(len(LEFT_OUT), np.int64) if left_out is None else np.asarray(left_out, np.int64)
+    return table_of_sums(
+        level=level,
+        channels=channels,
+        groups=(name,),
+        isotropic=isotropic,
+        keys=pair_keys(np.zeros(len(omega), np.int64), facet_i, facet_r, level),
+        sums=sums,
+        left_out=counts[None],
+    )
+
+
+def pair_keys(group: np.ndarray, facet_i: np.ndarray, facet_r: np.ndarray, level: int) -> np.ndarray:
+    """One int64 a cell that sorts by (group, incident facet, exit facet); inverse: :func:`split_keys`."""
+    facets = facet_count(level)
+    return (group.astype(np.int64) * facets + facet_i) * facets + facet_r
+
+
+def split_keys(keys: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Group, incident and exit facet, (n,) int32 each, of keys. Inverse of :func:`pair_keys`."""
+    facets = facet_count(level)
+    rest, facet_r = np.divmod(keys, facets)
+    group, facet_i = np.divmod(rest, facets)
+    return group.astype(np.int32), facet_i.astype(np.int32), facet_r.astype(np.int32)
+
+
+def table_of_sums(
+    *,
+    level: int,
+    channels: tuple[str, ...],
+    groups: tuple[str, ...],
+    isotropic: bool,
+    keys: np.ndarray,
+    sums: np.ndarray,
+    left_out: np.ndarray,
+) -> FacetTable:
+    """The table of rows of sums (n, 11 + 3 c), those of one key added in the order in which they come."""
+    order = np.argsort(keys, kind="stable")
+    keys, sums = keys[order], sums[order]
+    starts = np.flatnonzero(np.diff(keys, prepend=-1))
+    if len(starts):
+        sums = np.add.reduceat(sums, starts, axis=0)
+    group, facet_i, facet_r = split_keys(keys[starts], level)
+    c = len(channels)
+    parts = np.split(sums, np.cumsum([1, 1, c, c, c, 3, 3]), axis=1)
+    columns = {n: np.ascontiguousarray(p) for n, p in zip(_SUMS, parts, strict=True)}
+    columns["count"], columns["weight"] = columns["count"][:, 0], columns["weight"][:, 0]
+    return FacetTable(
+        level, channels, groups, isotropic, group, facet_i, facet_r, **columns, left_out=left_out
+    )
+
+
+def add_tables(tables: Sequence[FacetTable]) -> FacetTable:
+    """The sum: groups of one name join, cells of one group and facet pair add, in the order of the tables.
+
+    Raises ``ValueError`` for tables of different level, channels or symmetry, or none at all.
+    """
+    if not tables:
+        raise ValueError("add_tables: no table was given")
+    first = tables[0]
+    for table in tables[1:]:
+        for key in ("level", "channels", "isotropic"):
+            if getattr(table, key) != getattr(first, key):
+                raise ValueError(
+                    f"add_tables: {key} {getattr(table, key)} differs from {getattr(first, key)}"
+                )
+    groups = tuple(dict.fromkeys(name for table in tables for name in table.groups))
+    number = {name: k for k, name in enumerate(groups)}
+    left_out = np.zeros((len(groups), len(LEFT_OUT)), np.int64)
+    keys = []
+    for table in tables:
+        place = np.array([number[name] for name in table.groups], np.int64)
+        np.add.at(left_out, place[: len(table.left_out)], table.left_out)
+        keys.append(pair_keys(place[table.group], table.facet_i, table.facet_r, table.level))
+    return table_of_sums(
+        level=first.level,
+        channels=first.channels,
+        groups=groups,
+        isotropic=first.isotropic,
+        keys=np.concatenate(keys),
+        sums=np.concatenate([_stacked(table) for table in tables]),
+        left_out=left_out,
+    )
+
+
+def _stacked(table: FacetTable) -> np.ndarray:
+    """The table's sums as rows (n, 11 + 3 c). Inverse of the split in :func:`table_of_sums`."""
+    columns = [getattr(table, name) for name in _SUMS]
+    return np.hstack([c[:, None] if c.ndim == 1 else c for c in columns])
+
+
+def save_table(table: FacetTable, path: Path) -> None:
+    """Write the table as ``.npz``: whole or not at all, the same bytes for the same table."""
+    path = Path(path)
+    partial = path.with_name(path.name + ".part")
+    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, array in _arrays(table).items():
+            # a fixed date, since a zip entry holds one
+            entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            with archive.open(entry, "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
+    os.replace(partial, path)
+
+
+def _arrays(table: FacetTable) -> dict[str, np.ndarray]:
+    arrays = {"format": np.array(FORMAT)}
+    for f in fields(table):
+        arrays[f.name] = np.asarray(getattr(table, f.name), order="C")
+    return arrays
+
+
+def load_table(path: Path) -> FacetTable:
+    """Read a table. Inverse of :func:`save_table`. Raises ``InputError`` if the file is not one."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (OSError, ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
+        raise InputError(path, f"cannot be read as a facet table ({error})") from error
+    missing = [f.name for f in fields(FacetTable) if f.name not in arrays]
+    if missing or int(arrays.get("format", 0)) != FORMAT:
+        raise InputError(
+            path, f"is not a facet table of format {FORMAT}: lacks {missing or 'the format number'}"
+        )
+    arrays.pop("format")
+    scalars = {
+        "level": int(arrays.pop("level")),
+        "isotropic": bool(arrays.pop("isotropic")),
+        "channels": tuple(str(name) for name in arrays.pop("channels")),
+        "groups": tuple(str(name) for name in arrays.pop("groups")),
+    }
+    return FacetTable(**scalars, **{f.name: arrays[f.name] for f in fields(FacetTable) if f.name in arrays})
