@@ -1,0 +1,42 @@
+"""Specular lobes: what modes of low order cannot carry.
+
+GGX microfacets (Walter et al. 2007) with Smith's height-correlated masking and shadowing (Heitz 2014) and Schlick's
+Fresnel term (1994), as docs/modes.md defines them. Pure functions of angles.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def ggx(theta_i, theta_r, dphi, roughness: float, f0) -> np.ndarray:
+    """BRDF of a GGX lobe, 1/sr: D G2 F / (4 cos_i cos_r).
+
+    Angles in radians broadcast together; ``roughness`` is alpha; ``f0`` a number, or (c,) for a result (..., c).
+    Stable for narrow lobes and at grazing angles: sines of the half vector are sums of squares, never 1 - cos^2. Where
+    both directions graze the lobe is unbounded; the result is then large and finite.
+    """
+    theta_i, theta_r, dphi = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, theta_r, dphi)])
+    cos_i, cos_r, up, aside = _half_vector(theta_i, theta_r, dphi)
+    alpha2 = roughness**2
+    length2 = up + aside  # of i + r
+    shrink = np.where(length2 > 0, length2, 1.0)
+    spread = np.where(length2 > 0, (alpha2 * up + aside) / shrink, alpha2)
+    normals = alpha2 / (np.pi * spread**2)
+    bend = cos_i * np.sqrt(alpha2 + (1 - alpha2) * cos_r**2) + cos_r * np.sqrt(
+        alpha2 + (1 - alpha2) * cos_i**2
+    )
+    visible = 0.5 / np.maximum(bend, np.finfo(float).eps ** 2)
+    miss = (1 - np.minimum(np.sqrt(length2) / 2, 1.0)) ** 5
+    f0 = np.asarray(f0, float)
+    if f0.ndim:
+        normals, visible, miss = normals[..., None], visible[..., None], miss[..., None]
+    return normals * visible * (f0 + (1 - f0) * miss)
+
+
+def _half_vector(theta_i, theta_r, dphi):
+    """cos_i, cos_r and the squared normal and tangential parts of i + r, without cancellation."""
+    cos_i, cos_r = np.maximum(np.cos(theta_i), 0.0), np.maximum(np.cos(theta_r), 0.0)
+    sin_i, sin_r = np.sin(theta_i), np.sin(theta_r)
+    aside = (sin_i - sin_r) ** 2 + 4 * sin_i * sin_r * np.cos(dphi / 2) ** 2
+    return cos_i, cos_r, (cos_i + cos_r) ** 2, aside

@@ -1,0 +1,185 @@
+"""The hemisphere basis: Zernike polynomials carried to the hemisphere by Lambert's equal-area map.
+
+rho = sqrt(2) sin(theta / 2), so rho^2 = 1 - cos(theta) and dA = dOmega / 2.
+Theta_n^l(theta) = sqrt((n + 1) / (2 pi)) R_n^|l|(rho), orthonormal in theta with the complex factor e^(i l phi).
+Z_n^l = sqrt(2 - [l = 0]) Theta_n^|l| times cos(l phi) for l >= 0, sin(|l| phi) for l < 0.
+
+Source: Koenderink, van Doorn & Stavridi (1996), section 2, with the factor of docs/modes.md; the radial polynomials
+by the three-term recurrence of Jacobi's P_k^(0, l), k = (n - l) / 2 (DLMF 18.9), upward in n at fixed l.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+LANES = 32  # points that a kernel treats side by side: a table of order 16 then stays in the first cache
+
+
+class Recurrence(NamedTuple):
+    """R[k] from R[before[k]] and R[before2[k]], in ascending order of n, then l."""
+
+    n: np.ndarray  # (t,) int64
+    l: np.ndarray  # (t,) int64
+    before: np.ndarray  # (t,) int64 index of (n - 2, l); of (n - 1, l - 1) where n = l
+    before2: np.ndarray  # (t,) int64 index of (n - 4, l), or of before where there is none
+    a: np.ndarray  # (t,) P_k = (a z + b) P_k-1 - c P_k-2
+    b: np.ndarray  # (t,)
+    c: np.ndarray  # (t,)
+
+
+def radial_count(order: int) -> int:
+    """Number of pairs (n, l) with 0 <= l <= n <= order and n - l even."""
+    return (order + 2) ** 2 // 4
+
+
+def radial_index(n: np.ndarray, l: np.ndarray) -> np.ndarray:
+    """Place of (n, |l|) in a radial sequence. A lower order's sequence is a prefix of a higher one's."""
+    n, l = np.asarray(n), np.abs(l)
+    return (n + 1) ** 2 // 4 + l // 2
+
+
+@lru_cache(maxsize=64)
+def recurrence(order: int) -> Recurrence:
+    """Coefficients of the recurrence for every (n, l) up to ``order``."""
+    n, l = np.array([(n, l) for n in range(order + 1) for l in range(n % 2, n + 1, 2)]).T
+    k, safe = (n - l) // 2, np.maximum(n, 3)
+    down = np.maximum(2 * k * (k + l), 1.0)
+    first = k == 1
+    a = np.where(first, (l + 2) / 2, (safe - 1) * safe / down)
+    b = np.where(first, -l / 2, -(l**2) * (safe - 1) / (down * (safe - 2)))
+    c = np.where(k < 2, 0.0, 2 * (k - 1) * (k + l - 1) * safe / (down * (safe - 2)))
+    before = np.where(k > 0, radial_index(n - 2, l), np.maximum(radial_index(n - 1, l - 1), 0))
+    before2 = np.where(k > 1, radial_index(n - 4, l), before)
+    return Recurrence(n, l, before, before2, a, b, c)
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def fill_radial(n, l, before, before2, a, b, c, rho, cos, table):
+    """Fill ``table`` (t, lanes) with R_n^l for lanes of rho and cos(theta) = 1 - rho^2.
+
+    z = 2 rho^2 - 1 = 1 - 2 cos(theta). Since a + b = 1 + c, (a z + b) P - c P' is also P (1 - 2 a cos) + c (P - P'):
+    exact at rho = 1 and accurate near it, as the first form is near rho = 0.
+    """
+    lanes = len(rho)
+    table[0, :] = 1.0
+    for t in range(1, len(n)):
+        p, pp = before[t], before2[t]
+        if n[t] == l[t]:
+            for j in range(lanes):
+                table[t, j] = rho[j] * table[p, j]
+        else:
+            for j in range(lanes):
+                outer = cos[j] <= 0.5
+                factor = 1.0 - 2.0 * a[t] * cos[j] if outer else a[t] * (2.0 * rho[j] * rho[j] - 1.0) + b[t]
+                twice = table[p, j] if outer else 0.0
+                table[t, j] = factor * table[p, j] + c[t] * (twice - table[pp, j])
+
+
+def radial_sequence(order: int, rho: np.ndarray) -> np.ndarray:
+    """R_n^l(rho) for every n <= order: (t, ...) in ascending order of n, then l (see :func:`radial_index`).
+
+    ``rho`` in [0, 1], any shape. Exact at 0 and 1; within 1e-12 up to order 200. One pass of 5 operations a value.
+    """
+    rho = np.asarray(rho, float)
+    return _sequence(order, rho, (1.0 - rho) * (1.0 + rho))
+
+
+def radial(n: int, l: int, rho: np.ndarray) -> np.ndarray:
+    """R_n^|l|(rho), the shape of ``rho``; n - |l| is even and not negative, else ValueError."""
+    _check(n, l)
+    return radial_sequence(n, rho)[radial_index(n, l)]
+
+
+def elevation_sequence(order: int, theta: np.ndarray) -> np.ndarray:
+    """Theta_n^l(theta) for every n <= order: (t, ...) in the order of :func:`radial_sequence`; theta in radians."""
+    theta = np.asarray(theta, float)
+    table = _sequence(order, np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta))
+    return table * _column(elevation_norms(order), theta.ndim)
+
+
+def elevation_norms(order: int) -> np.ndarray:
+    """(t,) sqrt((n + 1) / (2 pi)) in the order of :func:`radial_sequence`."""
+    return np.sqrt((recurrence(order).n + 1) / (2 * np.pi))
+
+
+def elevation_slopes(order: int, theta: np.ndarray) -> np.ndarray:
+    """d Theta_n^l / d theta, (t, ...), by differentiating the recurrence.
+
+    rho and z are smooth in theta: d rho / d theta = cos(theta / 2) / sqrt(2), dz / d theta = 2 sin(theta).
+    """
+    theta = np.asarray(theta, float)
+    r = recurrence(order)
+    rho, drho = np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta / 2) / np.sqrt(2.0)
+    value = _sequence(order, rho, np.cos(theta))
+    slope, sin, z = np.zeros_like(value), np.sin(theta), 1 - 2 * np.cos(theta)
+    for t in range(1, len(r.n)):
+        p, pp = r.before[t], r.before2[t]
+        if r.n[t] == r.l[t]:
+            slope[t] = drho * value[p] + rho * slope[p]
+        else:
+            slope[t] = (r.a[t] * z + r.b[t]) * slope[p] + 2 * r.a[t] * sin * value[p] - r.c[t] * slope[pp]
+    return slope * _column(elevation_norms(order), theta.ndim)
+
+
+def zernike_count(order: int) -> int:
+    """Number of Z_n^l up to ``order``."""
+    return (order + 1) * (order + 2) // 2
+
+
+def zernike_index(n: np.ndarray, l: np.ndarray) -> np.ndarray:
+    """OSA/ANSI index j = (n (n + 2) + l) / 2. Inverse of :func:`zernike_orders`."""
+    return (np.asarray(n) * (np.asarray(n) + 2) + np.asarray(l)) // 2
+
+
+def zernike_orders(j: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """n and l of OSA/ANSI index j. Inverse of :func:`zernike_index`."""
+    j = np.asarray(j)
+    n = np.floor((np.sqrt(8.0 * j + 1) - 1) / 2).astype(int)
+    return n, 2 * j - n * (n + 2)
+
+
+def zernike_sequence(order: int, theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """Z_n^l(theta, phi) for every n <= order: (j, ...) by OSA/ANSI index; the angles broadcast together, radians."""
+    n, l = zernike_orders(np.arange(zernike_count(order)))
+    theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
+    return elevation_sequence(order, theta)[radial_index(n, l)] * azimuth_sequence(order, phi)[order + l]
+
+
+def zernike_gradient(order: int, theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """d Z / d theta and d Z / d phi, each (j, ...) by OSA/ANSI index. Sine and cosine change places under d / d phi."""
+    n, l = zernike_orders(np.arange(zernike_count(order)))
+    theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
+    place, around = radial_index(n, l), azimuth_sequence(order, phi)
+    by_theta = elevation_slopes(order, theta)[place] * around[order + l]
+    by_phi = elevation_sequence(order, theta)[place] * around[order - l] * _column(-l, theta.ndim)
+    return by_theta, by_phi
+
+
+def azimuth_sequence(order: int, phi: np.ndarray) -> np.ndarray:
+    """(2 order + 1, ...): sqrt(2) sin(|l| phi) for l = -order .. -1, 1, sqrt(2) cos(l phi) for l = 1 .. order."""
+    phi = np.asarray(phi, float)
+    turns = np.arange(1, order + 1).reshape(-1, *[1] * phi.ndim) * phi
+    return np.sqrt(2.0) * np.concatenate(
+        [np.sin(turns[::-1]), np.full((1, *phi.shape), np.sqrt(0.5)), np.cos(turns)]
+    )
+
+
+def _sequence(order: int, rho: np.ndarray, cos: np.ndarray) -> np.ndarray:
+    if order < 0:
+        raise ValueError(f"order is {order}; it must not be negative")
+    table = np.empty((radial_count(order), rho.size))
+    fill_radial(*recurrence(order), np.ravel(rho), np.ravel(cos), table)
+    return table.reshape(-1, *rho.shape)
+
+
+def _column(values: np.ndarray, dimensions: int) -> np.ndarray:
+    return values.reshape(-1, *[1] * dimensions)
+
+
+def _check(n: int, l: int) -> None:
+    if abs(l) > n or (n - l) % 2:
+        raise ValueError(f"no mode has n = {n}, l = {l}: |l| <= n and n - l even are needed")
