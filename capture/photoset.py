@@ -26,7 +26,9 @@ class Board:
     marker_separation: float | None = None  # aruco-grid
     first_id: int = 0
     legacy_pattern: bool = False
-    marker_corners: tuple[tuple[int, np.ndarray], ...] = ()  # "markers": (id, (4, 3) corners clockwise from top left)
+    marker_corners: tuple[
+        tuple[int, np.ndarray], ...
+    ] = ()  # "markers": (id, (4, 3) corners clockwise from top left)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,7 @@ class Radiometry:
     gain_electrons: float | None = None  # electrons at white level
     read_noise_electrons: float | None = None
     vignetting: str = "none"  # "cos4" | "none" | "flat"
+    demosaic: str = "superpixel"  # RAW: "superpixel", or LibRaw's "linear" | "vng" | "ppg" | "ahd" | "dht"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Linear radiance, its variance and its validity, from decoded photos.
 
-Radiance is in fractions of the sensor's full scale per second at ISO 100 and f/1 wherever exposure time, ISO and
-f-number are known; a quantity no photo of the set gives counts as 1 in all of them.
+Radiance is in fractions of the sensor's full scale per second at ISO 100 and f/1 wherever exposure time, ISO
+and f-number are known; a quantity no photo of the set gives counts as 1 in all of them.
 """
 
 from __future__ import annotations
