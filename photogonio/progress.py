@@ -10,7 +10,7 @@ _BAR_AFTER = 1.0  # seconds before a bar appears
 
 
 class Reporter:
-    """Speaks to the user. With ``json`` only the result goes to standard output, all else to standard error."""
+    """Speaks to the user. With ``json`` only the result goes to standard output."""
 
     def __init__(self, *, quiet: bool = False, json: bool = False):
         self.quiet = quiet

@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
+from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
 from reconstruct.table import FacetTable
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> f (n, c)
@@ -132,12 +133,18 @@ def _dress(ax: Axes) -> None:
         side.set_color(_FAINT)
 
 
-def lobes_figure(evaluate: Evaluate, channels: Sequence[str], *, valid: float = np.pi / 2) -> Figure:
+def lobes_figure(
+    evaluate: Evaluate,
+    channels: Sequence[str],
+    *,
+    valid: float = np.pi / 2,
+    figure: Figure | SubFigure | None = None,
+) -> Figure | SubFigure:
     """f in the plane of incidence as polar curves, light from the left at 0, 30 and 60 degrees.
 
     Beyond ``valid`` (radians, of the exit angle) the curves are dashed: not seen, or hardly.
     """
-    figure = Figure(figsize=(9.6, 2.7), layout="constrained")
+    figure = figure or Figure(figsize=(9.6, 2.7), layout="constrained")
     axes = figure.subplots(1, len(_LOBE_ANGLES))
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     seen = np.abs(theta) <= valid
@@ -182,9 +189,15 @@ def plane_of_incidence(theta_i: float, theta: np.ndarray) -> tuple[np.ndarray, n
     return incident, np.column_stack([np.sin(theta), np.zeros_like(theta), np.cos(theta)])
 
 
-def cuts_figure(evaluate: Evaluate, channels: Sequence[str], *, valid: float = np.pi / 2) -> Figure:
+def cuts_figure(
+    evaluate: Evaluate,
+    channels: Sequence[str],
+    *,
+    valid: float = np.pi / 2,
+    figure: Figure | SubFigure | None = None,
+) -> Figure | SubFigure:
     """f against the exit angle: in the plane of incidence, and across it."""
-    figure = Figure(figsize=(9.6, 3.3), layout="constrained")
+    figure = figure or Figure(figsize=(9.6, 3.3), layout="constrained")
     axes = figure.subplots(1, 2)
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     for ax, azimuth, title in zip(
@@ -210,47 +223,19 @@ def cuts_figure(evaluate: Evaluate, channels: Sequence[str], *, valid: float = n
     return figure
 
 
-def shaded_sphere(evaluate: Evaluate, light: np.ndarray, *, size: int = 256) -> np.ndarray:
-    """Radiance (size, size, c) of a ball seen from afar under a distant light of irradiance pi, else NaN.
-
-    ``light`` is the unit vector toward the light, x right, y up, z toward the viewer.
-    """
-    step = (np.arange(size) + 0.5) / size * 2.0 - 1.0
-    x, y = np.meshgrid(step, -step)
-    inside = x**2 + y**2 < 1.0
-    normal = np.column_stack([x[inside], y[inside], np.sqrt(1.0 - x[inside] ** 2 - y[inside] ** 2)])
-    cosine = normal @ light
-    lit = cosine > 0
-    incident, exit = _tangent(normal[lit], light)
-    f = evaluate(incident, exit)
-    ball = np.zeros((len(normal), f.shape[1]))
-    ball[lit] = np.pi * np.maximum(f, 0.0) * cosine[lit, None]
-    image = np.full((size, size, f.shape[1]), np.nan)
-    image[inside] = ball
-    return image
-
-
-def _tangent(normal: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The light and the viewer (0, 0, 1) in each normal's frame, whose x axis lies along the world's x."""
-    x = np.array([1.0, 0.0, 0.0]) - normal[:, :1] * normal
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    y = np.cross(normal, x)
-    return tuple(
-        np.column_stack([x @ v, y @ v, normal @ v]) for v in (np.asarray(light), np.array([0.0, 0.0, 1.0]))
-    )
-
-
-def to_display(radiance: np.ndarray, *, white: float | None = None, background: float = 0.97) -> np.ndarray:
-    """sRGB (h, w, 3), 0 to 1, of linear radiance (h, w, c); ``white`` maps to 1 (default: 99.5 % quantile).
-
-    One channel is shown grey; of more than three the first three are shown.
-    """
-    c = radiance.shape[2]
-    rgb = radiance[..., [0, 1, 2]] if c >= 3 else np.repeat(radiance.mean(2, keepdims=True), 3, 2)
-    outside = ~np.isfinite(rgb).all(2)
-    if white is None:
-        white = max(float(np.nanquantile(rgb, 0.995)), 1e-12)
-    linear = np.clip(np.nan_to_num(rgb) / white, 0.0, 1.0)
-    display = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    display[outside] = background
-    return display
+def overview_figure(
+    evaluate: Evaluate, channels: Sequence[str], title: str, *, valid: float = np.pi / 2
+) -> Figure:
+    """Everything at a glance: lobes, cuts, and a shaded ball under three lights."""
+    figure = Figure(figsize=(10.2, 9.6), layout="constrained")
+    figure.suptitle(title, fontsize=13, color=_INK)
+    top, middle, bottom = figure.subfigures(3, 1, height_ratios=[2.8, 3.4, 3.2])
+    lobes_figure(evaluate, channels, valid=valid, figure=top)
+    cuts_figure(evaluate, channels, valid=valid, figure=middle)
+    balls = [shaded_sphere(evaluate, light, size=320) for light in BALL_LIGHTS.values()]
+    white = max(float(np.nanquantile(ball, 0.98)) for ball in balls)
+    for ax, ball, name in zip(bottom.subplots(1, len(balls)), balls, BALL_LIGHTS, strict=True):
+        ax.imshow(to_display(ball, white=white, background=1.0), interpolation="antialiased")
+        ax.set_axis_off()
+        ax.set_title(f"light {name}", fontsize=10, color=_INK)
+    return figure

@@ -1,0 +1,119 @@
+"""Measures of how far one BRDF is from another; formulas and sources in docs/metrics.md.
+
+``a`` is judged, ``b`` is the reference; both are values (n, c), 1/sr, at the same pairs of directions, and
+every measure gives one number a channel, (c,). The pairs' weights are their share of dOmega_i dOmega_r, without
+cosines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> f (n, c)
+
+
+@dataclass(frozen=True, slots=True)
+class Directions:
+    """Pairs of directions with their weights."""
+
+    incident: np.ndarray  # (n, 3) unit vectors, tangent frame
+    exit: np.ndarray  # (n, 3)
+    weight: np.ndarray  # (n,) sr^2, or relative
+
+    @property
+    def cos_i(self) -> np.ndarray:
+        return self.incident[:, 2]
+
+    @property
+    def cos_r(self) -> np.ndarray:
+        return self.exit[:, 2]
+
+
+def quadrature(mask: float, *, isotropic: bool, polar: int = 32, azimuth: int = 36) -> Directions:
+    """Gauss-Legendre in both polar angles up to ``mask`` (radians), midpoints in azimuth.
+
+    Isotropic: the azimuth between the directions alone, over a whole turn. Otherwise the incident
+    azimuth too, with half as many nodes of each kind.
+    """
+    if not isotropic:
+        polar, azimuth = polar // 2, azimuth // 2
+    node, share = np.polynomial.legendre.leggauss(polar)
+    theta, share = 0.5 * mask * (node + 1.0), 0.5 * mask * share
+    turn = (np.arange(azimuth) + 0.5) * 2.0 * np.pi / azimuth
+    phi_i = turn if not isotropic else np.zeros(1)
+    grids = np.meshgrid(theta, theta, phi_i, turn, indexing="ij")
+    theta_i, theta_r, phi, dphi = (grid.ravel() for grid in grids)
+    weight = np.multiply.outer(share * np.sin(theta), share * np.sin(theta))
+    weight = np.repeat(weight.ravel(), len(phi_i) * azimuth) * (2.0 * np.pi) ** 2 / (len(phi_i) * azimuth)
+    return Directions(unit(theta_i, phi), unit(theta_r, phi + dphi), weight)
+
+
+def unit(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """Unit vectors (n, 3) of polar angles and azimuths (n,), radians."""
+    return np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+
+
+def relative_l2(a: np.ndarray, b: np.ndarray, at: Directions) -> np.ndarray:
+    """sqrt(sum W (a - b)^2 / sum W b^2) with W = weight cos_i cos_r: the project's relative error."""
+    weight = (at.weight * at.cos_i * at.cos_r)[:, None]
+    return np.sqrt((weight * (a - b) ** 2).sum(0) / (weight * b**2).sum(0))
+
+
+def ngan_l2(a: np.ndarray, b: np.ndarray, at: Directions) -> np.ndarray:
+    """sqrt(sum w (a cos_i - b cos_i)^2 / sum w) with w the solid angles (Ngan, Durand & Matusik 2005)."""
+    return _rms((a - b) * at.cos_i[:, None], at)
+
+
+def standard_log(a: np.ndarray, b: np.ndarray, at: Directions) -> np.ndarray:
+    """rms of ln(1 + a cos_i) - ln(1 + b cos_i) (Löw et al. 2012); negative values count as 0."""
+    cosine = at.cos_i[:, None]
+    return _rms(np.log1p(np.maximum(a, 0) * cosine) - np.log1p(np.maximum(b, 0) * cosine), at)
+
+
+def cube_root(a: np.ndarray, b: np.ndarray, at: Directions) -> np.ndarray:
+    """rms of cbrt(a cos_i) - cbrt(b cos_i) (Fores, Ferwerda & Gu 2012)."""
+    cosine = at.cos_i[:, None]
+    return _rms(np.cbrt(a * cosine) - np.cbrt(b * cosine), at)
+
+
+def maximum(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Largest |a - b|, 1/sr."""
+    return np.abs(a - b).max(0)
+
+
+def negative_fraction(f: np.ndarray, at: Directions) -> np.ndarray:
+    """Share of the pairs' solid angles where f < 0."""
+    return (at.weight[:, None] * (f < 0)).sum(0) / at.weight.sum()
+
+
+def reciprocity_residual(evaluate: Evaluate, at: Directions) -> np.ndarray:
+    """sqrt(sum W (f(i, r) - f(r, i))^2 / sum W f(i, r)^2), W = weight cos_i cos_r."""
+    return relative_l2(evaluate(at.exit, at.incident), evaluate(at.incident, at.exit), at)
+
+
+def directional_albedo(
+    evaluate: Evaluate, theta_i: np.ndarray, *, polar: int = 48, azimuth: int = 72
+) -> np.ndarray:
+    """Integral of f cos_r over the exit hemisphere, (len(theta_i), c), for light at azimuth 0.
+
+    Gauss-Legendre in sin^2 theta_r, midpoints in azimuth: exact for a Lambertian surface.
+    """
+    node, share = np.polynomial.legendre.leggauss(polar)
+    theta_r = np.arcsin(np.sqrt(0.5 * (node + 1.0)))
+    phi_r = (np.arange(azimuth) + 0.5) * 2.0 * np.pi / azimuth
+    theta, phi = (grid.ravel() for grid in np.meshgrid(theta_r, phi_r, indexing="ij"))
+    exit = unit(theta, phi)
+    # cos sin dtheta = d(sin^2) / 2, and the nodes' shares add up to 2
+    weight = np.repeat(share, azimuth) * 0.25 * 2.0 * np.pi / azimuth
+    rows = [
+        weight @ evaluate(np.broadcast_to([np.sin(angle), 0.0, np.cos(angle)], exit.shape).copy(), exit)
+        for angle in theta_i
+    ]
+    return np.array(rows)
+
+
+def _rms(difference: np.ndarray, at: Directions) -> np.ndarray:
+    return np.sqrt((at.weight[:, None] * difference**2).sum(0) / at.weight.sum())

@@ -1,0 +1,60 @@
+"""Where a result came from: program, command and hashes of the inputs; nothing that changes from run to run."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from photogonio import __version__
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """``command`` has what bears on the result, by the inputs' own names: no folders, workers or outputs."""
+
+    command: str
+    inputs: Mapping[str, str] = field(default_factory=dict)  # name -> SHA-256
+
+    def to_dict(self) -> dict[str, object]:
+        return {
+            "program": "photogonio",
+            "version": __version__,
+            "command": self.command,
+            "inputs": dict(self.inputs),
+        }
+
+
+def canonical_command(command: str, subject: str, options: Mapping[str, object]) -> str:
+    """The command as one line; options that are None or "auto" are left out."""
+    words = ["photogonio", command, subject]
+    for name, value in options.items():
+        if value is None or value == "auto":
+            continue
+        text = ",".join(map(str, value)) if isinstance(value, (tuple, list)) else str(value)
+        words.append(f"--{name} {text}")
+    return " ".join(words)
+
+
+def hash_file(path: Path) -> str:
+    """SHA-256 of a file's bytes, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def hash_files(paths: Iterable[Path], *, workers: int = 1) -> dict[Path, str]:
+    """:func:`hash_file` of each; hashing releases the interpreter, so that workers help."""
+    paths = list(paths)
+    with ThreadPoolExecutor(max(1, workers)) as pool:
+        return dict(zip(paths, pool.map(hash_file, paths), strict=True))
+
+
+def hash_photos(folder: Path, files: Iterable[str], *, workers: int = 1) -> str:
+    """One SHA-256 over the names and hashes of photos, whatever their order."""
+    hashes = hash_files([folder / name for name in sorted(set(files))], workers=workers)
+    whole = hashlib.sha256()
+    for path, digest in hashes.items():
+        whole.update(f"{path.relative_to(folder).as_posix()} {digest}\n".encode())
+    return whole.hexdigest()
