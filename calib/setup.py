@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import json
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
 
 import numpy as np
 
 from calib.camera import Camera, Pose
+from capture.errors import InputError
 from capture.photoset import Plane, Sphere
+
+_FORMAT = "photogonio-setup"
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +25,9 @@ class Light:
     covariance: np.ndarray  # (3, 3) of place
     source: str  # "given" | "camera" | "markers" | "mirror balls" | "probe" | "refined"
     radius: float = 0.0  # of the glowing ball; 0: unknown or a point
-    residual: float = float("nan")  # rms miss distance of the highlights' rays, length units (radians if directional)
+    residual: float = float(
+        "nan"
+    )  # rms miss distance of the highlights' rays, length units (radians if directional)
 
     def toward(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit vectors (n, 3) from world points (n, 3) to the light and 1/r^2 (n,), which is 1 if directional."""
@@ -65,4 +72,95 @@ class Setup:
     channels: tuple[str, ...]
     left_out: tuple[LeftOut, ...] = ()
     warnings: tuple[str, ...] = ()
-    residuals: dict[str, object] = field(default_factory=dict)  # what was measured on the way; plain JSON values
+    residuals: dict[str, object] = field(
+        default_factory=dict
+    )  # what was measured on the way; plain JSON values
+
+
+def save_setup(setup: Setup, path: str | Path) -> None:
+    """Write ``setup`` as JSON, whole or not at all; inverse of :func:`load_setup`."""
+    path = Path(path)
+    text = json.dumps({"format": _FORMAT, "version": 1} | _plain(setup), indent=1, allow_nan=False) + "\n"
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+
+
+def load_setup(path: str | Path) -> Setup:
+    """Read what :func:`save_setup` wrote; InputError if it is not such a file."""
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise InputError(path, f"cannot be read as a setup ({error})") from error
+    if not isinstance(data, dict) or data.get("format") != _FORMAT:
+        raise InputError(path, f'expected "format": "{_FORMAT}"')
+    try:
+        return _setup(data)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(path, f"is not a whole setup ({error!r})") from error
+
+
+def _plain(value: object) -> object:
+    """Dataclasses, arrays and tuples as plain JSON values; NaN as null."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _array(value: list) -> np.ndarray:
+    return np.array(value, dtype=float)
+
+
+def _setup(data: dict) -> Setup:
+    camera = data["camera"]
+    return Setup(
+        camera=Camera(_array(camera["matrix"]), _array(camera["distortion"]), tuple(camera["size"])),
+        sample=_sample(data["sample"]),
+        views=tuple(_view(v) for v in data["views"]),
+        scale=data["scale"],
+        channels=tuple(data["channels"]),
+        left_out=tuple(LeftOut(o["name"], o["reason"]) for o in data["left_out"]),
+        warnings=tuple(data["warnings"]),
+        residuals=data["residuals"],
+    )
+
+
+def _sample(data: dict) -> Sphere | Plane:
+    if "center" in data:
+        return Sphere(_array(data["center"]), float(data["radius"]))
+    return Plane(_array(data["outline"]), float(data["height"]))
+
+
+def _view(data: dict) -> ViewSetup:
+    light = data["light"]
+    return ViewSetup(
+        name=data["name"],
+        light=Light(
+            id=light["id"],
+            kind=light["kind"],
+            place=_array(light["place"]),
+            covariance=_array(light["covariance"]),
+            source=light["source"],
+            radius=float(light["radius"]),
+            residual=_number(light["residual"]),
+        ),
+        pose=Pose(_array(data["pose"]["rotation"]), _array(data["pose"]["translation"])),
+        strength=_array(data["strength"]),
+        strength_error=_array(data["strength_error"]),
+        strength_source=data["strength_source"],
+        pose_rms=_number(data["pose_rms"]),
+    )

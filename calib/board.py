@@ -1,0 +1,192 @@
+"""The printed board: where its corners are in the world, and where they are in a photo.
+
+Corners have one number each: OpenCV's ChArUco id, or four times a marker's place in the board plus 0 to 3 (clockwise
+from the top left). OpenCV's board frame has y down the page and z into it; it is turned to ours here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from capture.errors import InputError
+from capture.photoset import MANIFEST, Board
+
+_ENOUGH_MARKERS = 2  # a homography from fewer is not trusted for the search window
+
+
+@dataclass(frozen=True, slots=True)
+class Corners:
+    """The board's corners found in one photo."""
+
+    ids: np.ndarray  # (n,) int
+    points: np.ndarray  # (n, 3) world
+    pixels: np.ndarray  # (n, 2)
+    sigma: np.ndarray  # (n,) expected standard error of each coordinate, pixels
+    marker_ids: np.ndarray  # (m,) every marker seen, of this board or not
+    marker_pixels: np.ndarray  # (m, 4, 2)
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def keep(self, mask: np.ndarray) -> Corners:
+        return Corners(
+            self.ids[mask],
+            self.points[mask],
+            self.pixels[mask],
+            self.sigma[mask],
+            self.marker_ids,
+            self.marker_pixels,
+        )
+
+
+def dictionary(name: str) -> cv2.aruco.Dictionary:
+    """OpenCV's predefined dictionary of this name; InputError if there is none."""
+    number = getattr(cv2.aruco, name, None)
+    if not name.startswith("DICT_") or not isinstance(number, int):
+        raise InputError(f"{MANIFEST}: board.dictionary", f"no OpenCV dictionary is called {name!r}")
+    return cv2.aruco.getPredefinedDictionary(number)
+
+
+def board_size(board: Board) -> np.ndarray:
+    """Width and height of the printed pattern, (2,) length units; that of the corners' box for loose markers."""
+    if board.kind == "charuco":
+        return np.array(board.squares, float) * board.square_length
+    if board.kind == "aruco-grid":
+        count = np.array(board.markers, float)
+        return count * board.marker_length + (count - 1) * board.marker_separation
+    corners = np.concatenate([np.asarray(c, float) for _, c in board.marker_corners])
+    return corners[:, :2].max(0)
+
+
+def opencv_board(board: Board) -> cv2.aruco.Board:
+    """The board as OpenCV knows it (in its own frame; loose markers in ours)."""
+    marks = dictionary(board.dictionary)
+    try:
+        if board.kind == "charuco":
+            columns, rows = board.squares
+            ids = board.first_id + np.arange(columns * rows // 2 + (columns * rows) % 2)
+            ids = ids[: cv2.aruco.CharucoBoard((columns, rows), 2.0, 1.0, marks).getIds().size]
+            made = cv2.aruco.CharucoBoard(
+                (columns, rows), board.square_length, board.marker_length, marks, ids.astype(np.int32)
+            )
+            made.setLegacyPattern(board.legacy_pattern)
+            return made
+        if board.kind == "aruco-grid":
+            ids = board.first_id + np.arange(board.markers[0] * board.markers[1], dtype=np.int32)
+            return cv2.aruco.GridBoard(
+                board.markers, board.marker_length, board.marker_separation, marks, ids
+            )
+        corners = [np.asarray(c, np.float32).reshape(4, 3) for _, c in board.marker_corners]
+        ids = np.array([k for k, _ in board.marker_corners], np.int32)
+        return cv2.aruco.Board(corners, marks, ids)
+    except cv2.error as error:
+        raise InputError(f"{MANIFEST}: board", f"OpenCV refuses this board ({error.err})") from error
+
+
+def board_points(board: Board) -> np.ndarray:
+    """World places of all corners by number, (n, 3)."""
+    made = opencv_board(board)
+    if board.kind == "charuco":
+        return _to_world(board, made.getChessboardCorners())
+    points = np.concatenate([np.asarray(p, float).reshape(4, 3) for p in made.getObjPoints()])
+    return points if board.kind == "markers" else _to_world(board, points)
+
+
+def _to_world(board: Board, points: np.ndarray) -> np.ndarray:
+    x, y, z = np.asarray(points, float).reshape(-1, 3).T
+    return np.column_stack([x, board_size(board)[1] - y, -z])
+
+
+def find_corners(board: Board, image: np.ndarray, fine: np.ndarray) -> Corners:
+    """Corners of ``board`` in one photo.
+
+    ``image`` (h, w) uint8 is searched for markers; ``fine`` (h, w) float32, linear in light, places the corners to a
+    fraction of a pixel. Few or no corners is not an error here.
+    """
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    made = opencv_board(board)
+    if board.kind == "charuco":
+        found, ids, quads, marks = _find_charuco(made, image)
+    else:
+        detector = cv2.aruco.ArucoDetector(dictionary(board.dictionary), parameters)
+        quads, marks, rejected = detector.detectMarkers(image)
+        if marks is not None and len(marks) >= _ENOUGH_MARKERS:
+            quads, marks, _, _ = detector.refineDetectedMarkers(image, made, quads, marks, rejected)
+        found, ids = _of_board(made, quads, marks)
+    points = board_points(board)[ids]
+    quads = np.array([np.asarray(q, float).reshape(4, 2) for q in quads]).reshape(-1, 4, 2)
+    marks = np.zeros(0, int) if marks is None else np.asarray(marks).reshape(-1).astype(int)
+    pixels, sigma = _refine(board, fine, points, found)
+    return Corners(ids, points, pixels, sigma, marks, quads)
+
+
+def _find_charuco(
+    made: cv2.aruco.CharucoBoard, image: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple, np.ndarray | None]:
+    settings = cv2.aruco.CharucoParameters()
+    settings.tryRefineMarkers = True
+    detector = cv2.aruco.CharucoDetector(made, settings)
+    found, ids, quads, marks = detector.detectBoard(image)
+    if ids is None or found is None:
+        return np.zeros((0, 2)), np.zeros(0, int), quads if quads is not None else (), marks
+    return np.asarray(found, float).reshape(-1, 2), np.asarray(ids).reshape(-1).astype(int), quads, marks
+
+
+def _of_board(made: cv2.aruco.Board, quads: tuple, marks: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    if marks is None or len(marks) == 0:
+        return np.zeros((0, 2)), np.zeros(0, int)
+    place = {int(k): n for n, k in enumerate(np.asarray(made.getIds()).reshape(-1))}
+    pixels, ids = [], []
+    for quad, mark in zip(quads, np.asarray(marks).reshape(-1), strict=True):
+        if int(mark) in place:
+            pixels.append(np.asarray(quad, float).reshape(4, 2))
+            ids.append(4 * place[int(mark)] + np.arange(4))
+    if not pixels:
+        return np.zeros((0, 2)), np.zeros(0, int)
+    return np.concatenate(pixels), np.concatenate(ids)
+
+
+def _refine(
+    board: Board, fine: np.ndarray, points: np.ndarray, found: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sub-pixel places with a window that stays clear of the markers' edges, and their expected error."""
+    if len(found) < 4:
+        return found, np.full(len(found), 0.5)
+    margin = _clear_margin(board) * _smallest_scale(points[:, :2], found)
+    half = np.clip(np.floor(0.8 * margin), 2, 9).astype(int)
+    pixels = found.copy()
+    for window in np.unique(half):
+        chosen = half == window
+        start = np.ascontiguousarray(found[chosen], np.float32).reshape(-1, 1, 2)
+        stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-3)
+        moved = cv2.cornerSubPix(fine, start.copy(), (int(window),) * 2, (-1, -1), stop).reshape(-1, 2)
+        far = np.hypot(*(moved - found[chosen]).T) > 1.5
+        pixels[chosen] = np.where(far[:, None], found[chosen], moved)
+    return pixels, 0.15 / np.sqrt(half)
+
+
+def _clear_margin(board: Board) -> float:
+    """How far around a corner the print holds nothing else, length units."""
+    if board.kind == "charuco":
+        return (board.square_length - board.marker_length) / 2
+    if board.kind == "aruco-grid":
+        return min(board.marker_separation, board.marker_length / 7)
+    sides = [np.linalg.norm(np.asarray(c)[1] - np.asarray(c)[0]) for _, c in board.marker_corners]
+    return float(min(sides)) / 7
+
+
+def _smallest_scale(flat: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """Pixels per length in the most foreshortened direction at each corner, (n,)."""
+    homography, _ = cv2.findHomography(flat.reshape(-1, 1, 2), pixels.reshape(-1, 1, 2), cv2.RANSAC, 3.0)
+    if homography is None:
+        return np.full(len(flat), 1.0)
+    lifted = np.column_stack([flat, np.ones(len(flat))]) @ homography.T
+    top, w = lifted[:, :2], lifted[:, 2]
+    jacobian = (homography[None, :2, :2] - (top / w[:, None])[:, :, None] * homography[2, :2]) / w[
+        :, None, None
+    ]
+    return np.linalg.svd(jacobian, compute_uv=False)[:, 1]

@@ -1,0 +1,133 @@
+"""The lamp's highlight in a mirror ball: found inside the ball's outline, placed to a fraction of a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from calib.camera import Camera, Pose
+from calib.reflect import reflected_ray
+from calib.tone import gray
+from capture.photoset import MirrorBall
+from capture.radiance import RadianceImage
+
+_INSIDE = 0.97  # of the outline's radius: what lies nearer the limb is a reflection from grazing
+_LARGEST = 0.02  # of the outline's area; a bigger blob is a reflected surface, not a lamp
+_BLOB_LEVEL = 0.5  # of the peak above its surroundings
+
+
+@dataclass(frozen=True, slots=True)
+class Highlight:
+    """One lamp seen in one mirror ball."""
+
+    ball: int  # index in the manifest
+    pixel: np.ndarray  # (2,)
+    sigma: float  # standard error of each coordinate, pixels
+    peak: float  # radiance above the surroundings
+    area: float  # pixels above half the peak
+    clipped: bool  # the core is saturated
+
+
+def outline(camera: Camera, pose: Pose, center: np.ndarray, radius: float, count: int = 90) -> np.ndarray:
+    """The limb of a ball in the picture, (count, 2) pixels: the tangent cone from the camera's centre."""
+    axis = pose.apply(np.asarray(center, float))
+    distance = np.linalg.norm(axis)
+    axis = axis / distance
+    across = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    up = np.cross(axis, across)
+    half = np.arcsin(min(radius / distance, 1.0))
+    turn = np.linspace(0, 2 * np.pi, count, endpoint=False)[:, None]
+    rays = np.cos(half) * axis + np.sin(half) * (np.cos(turn) * across + np.sin(turn) * up)
+    return camera.project(Pose(np.eye(3), np.zeros(3)), rays)
+
+
+def find_highlight(
+    image: RadianceImage, camera: Camera, pose: Pose, ball: MirrorBall, number: int
+) -> Highlight | None:
+    """The brightest small blob inside the ball's outline that a lamp above the board can cause; None if there is none.
+
+    Reflections of the board, the patch and the sample are larger, dimmer, or mirror rays that go down.
+    """
+    limb = outline(camera, pose, ball.center, ball.radius * _INSIDE)
+    x0, y0 = np.floor(limb.min(0)).astype(int) - 4
+    x1, y1 = np.ceil(limb.max(0)).astype(int) + 5
+    height, width = image.value.shape[:2]
+    x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, width), min(y1, height)
+    if x1 - x0 < 6 or y1 - y0 < 6:
+        return None
+    level = gray(RadianceImage(*(a[y0:y1, x0:x1] for a in _planes(image))))
+    saturated = image.saturated[y0:y1, x0:x1]
+    inside = _polygon_mask(limb - [x0, y0], level.shape)
+    upward = _sees_upward(camera, pose, ball, (x0, y0), level.shape)
+    best = _brightest_blob(level, saturated, inside & upward, float(inside.sum()))
+    if best is None:
+        return None
+    pixel, sigma, peak, area, clipped = best
+    return Highlight(number, pixel + [x0, y0], sigma, peak, area, clipped)
+
+
+def _planes(image: RadianceImage) -> tuple[np.ndarray, ...]:
+    return image.value, image.variance, image.valid, image.saturated
+
+
+def _polygon_mask(polygon: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    mask = np.zeros(shape, np.uint8)
+    cv2.fillPoly(mask, [np.round(polygon).astype(np.int32).reshape(-1, 1, 2)], 1)
+    return mask > 0
+
+
+def _sees_upward(
+    camera: Camera, pose: Pose, ball: MirrorBall, corner: tuple[int, int], shape: tuple[int, int]
+) -> np.ndarray:
+    """Pixels whose mirrored ray does not go down into the table, (h, w) bool."""
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    pixels = np.column_stack([x.ravel() + corner[0], y.ravel() + corner[1]]).astype(float)
+    _, direction = reflected_ray(pose.center, camera.world_rays(pose, pixels), ball.center, ball.radius)
+    up = np.nan_to_num(direction[:, 2], nan=-1.0).reshape(shape) > 0.0
+    return up if up.any() else np.ones(shape, bool)
+
+
+def _brightest_blob(
+    level: np.ndarray, saturated: np.ndarray, allowed: np.ndarray, whole: float
+) -> tuple[np.ndarray, float, float, float, bool] | None:
+    if not allowed.any():
+        return None
+    base = float(np.median(level[allowed]))
+    noise = 1.4826 * float(np.median(np.abs(level[allowed] - base))) + 1e-9
+    rest = np.where(allowed, level - base, 0.0)
+    best = None
+    for _ in range(6):
+        y, x = np.unravel_index(np.argmax(rest), rest.shape)
+        peak = float(rest[y, x])
+        if peak < 12 * noise or (best is not None and peak < 0.5 * best[2]):
+            break
+        blob = _grow(level - base, saturated, (y, x), peak)
+        rest = np.where(cv2.dilate(blob.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, 0.0, rest)
+        area = float(blob.sum())
+        if area > max(_LARGEST * whole, 30.0):
+            continue
+        candidate = _measure(level - base, saturated, blob, peak, area)
+        if best is None or candidate[2] * candidate[3] > best[2] * best[3]:
+            best = candidate
+    return best
+
+
+def _grow(rest: np.ndarray, saturated: np.ndarray, seed: tuple[int, int], peak: float) -> np.ndarray:
+    high = ((rest > _BLOB_LEVEL * peak) | saturated).astype(np.uint8)
+    _, labels = cv2.connectedComponents(high, connectivity=8)
+    return labels == labels[seed]
+
+
+def _measure(
+    rest: np.ndarray, saturated: np.ndarray, blob: np.ndarray, peak: float, area: float
+) -> tuple[np.ndarray, float, float, float, bool]:
+    """Centroid of the blob with its skirt, whose unclipped pixels tell where within a clipped core the lamp is."""
+    skirt = cv2.dilate(blob.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    weight = np.where(skirt, np.clip(rest, 0.0, peak), 0.0)
+    y, x = np.mgrid[: rest.shape[0], : rest.shape[1]]
+    center = np.array([(weight * x).sum(), (weight * y).sum()]) / weight.sum()
+    size = np.sqrt(area / np.pi)
+    return center, 0.05 + 0.1 * size, peak, area, bool((saturated & blob).any())

@@ -1,0 +1,76 @@
+"""What one look at each photo yields: its corners. Photos are read through a small cache."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from calib.board import Corners, find_corners
+from calib.tone import detection_image, fine_image, gray, without_fireflies
+from capture.errors import InputError
+from capture.photoset import PhotoSet, View
+from capture.radiance import RadianceImage
+
+ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
+Progress = Callable[[str, int, int], None]
+
+_CACHE_BYTES = 1_200_000_000
+
+
+class Reader:
+    """Reads views' radiance, keeping the latest while they fit in memory; remembers which could not be read."""
+
+    def __init__(self, photoset: PhotoSet, read_radiance: ReadRadiance):
+        self.photoset = photoset
+        self.failed: dict[str, str] = {}
+        self._read = read_radiance
+        self._kept: OrderedDict[str, RadianceImage] = OrderedDict()
+        self._bytes = 0
+
+    def __call__(self, view: View) -> RadianceImage | None:
+        """The view's radiance; None if it cannot be read, the reason then being in ``failed``."""
+        if view.name in self.failed:
+            return None
+        if view.name in self._kept:
+            self._kept.move_to_end(view.name)
+            return self._kept[view.name]
+        try:
+            image = self._read(self.photoset, view)
+        except InputError as error:
+            self.failed[view.name] = str(error)
+            return None
+        self._kept[view.name] = image
+        self._bytes += _size(image)
+        while self._bytes > _CACHE_BYTES and len(self._kept) > 1:
+            _, old = self._kept.popitem(last=False)
+            self._bytes -= _size(old)
+        return image
+
+
+def _size(image: RadianceImage) -> int:
+    return image.value.nbytes + image.variance.nbytes + image.valid.nbytes + image.saturated.nbytes
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One view and the board's corners in it."""
+
+    view: View
+    corners: Corners | None  # None: no board in this set
+    size: tuple[int, int]
+
+
+def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str) -> list[Seen]:
+    """Find the board in each view that can be read."""
+    seen = []
+    for k, view in enumerate(views):
+        image = reader(view)
+        if image is not None:
+            corners = None
+            if reader.photoset.board is not None:
+                level = without_fireflies(gray(image))
+                corners = find_corners(reader.photoset.board, detection_image(level), fine_image(level))
+            seen.append(Seen(view, corners, (image.value.shape[1], image.value.shape[0])))
+        progress(label, k + 1, len(views))
+    return seen
