@@ -9,7 +9,7 @@ import numpy as np
 
 
 def unit_vectors(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """Unit vectors (..., 3) of spherical angles that broadcast together. Inverse of :func:`spherical_angles`."""
+    """Unit vectors (..., 3) of angles that broadcast together. Inverse of :func:`spherical_angles`."""
     theta, phi = np.asarray(theta, float), np.asarray(phi, float)
     sin = np.sin(theta)
     return np.stack(np.broadcast_arrays(sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)), axis=-1)

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+
+from reconstruct import coefficients, integrals, modes
+from reconstruct.angles import spherical_angles
+from reconstruct.lobes import ggx
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +20,11 @@ class Lobe:
     f0: np.ndarray  # (c,) base reflectance
     weight: np.ndarray  # (c,)
     model: str = "ggx"
+    extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
+
+    def evaluate(self, theta_i, theta_r, dphi) -> np.ndarray:
+        """(..., c) BRDF, 1/sr; angles in radians that broadcast together."""
+        return np.asarray(self.weight, float) * ggx(theta_i, theta_r, dphi, self.roughness, self.f0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,3 +44,59 @@ class Brdf:
     fit: dict[str, object] = field(default_factory=dict)
     source: dict[str, object] = field(default_factory=dict)
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
+
+    def evaluate(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
+        """f (..., c), 1/sr, for any symmetry; angles in radians that broadcast together.
+
+        An isotropic BRDF depends on ``phi_r - phi_i`` alone: give 0 and dphi. Where ``quantity`` names a
+        cosine, f at grazing angles is as unbounded as the division makes it.
+        """
+        angles = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)])
+        shape = angles[0].shape
+        ti, pi, tr, pr = modes.flat(*angles)
+        value = self._sum_of_modes(ti, pi, tr, pr)
+        if self.quantity != "brdf":
+            value /= modes.cosines(self.quantity, ti, tr)[:, None]
+        for lobe in self.lobes:
+            value += lobe.evaluate(ti, tr, pr - pi)
+        return value.reshape(*shape, -1)
+
+    def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+        """f (..., c), 1/sr, at unit vectors (..., 3) of the tangent frame that broadcast together."""
+        return self.evaluate(*spherical_angles(incident), *spherical_angles(exit))
+
+    def directional_albedo(self, theta_i, phi_i=0.0) -> np.ndarray:
+        """(..., c) fraction of the light from (theta_i, phi_i) that is sent out; modes in closed form."""
+        value = integrals.directional_albedo(
+            self.symmetry, self.modes, self.coefficients, self.quantity, theta_i, phi_i
+        )
+        for lobe in self.lobes:
+            value = value + np.broadcast_to(integrals.lobe_albedo(lobe, theta_i), value.shape)
+        return value
+
+    def bihemispherical_albedo(self) -> np.ndarray:
+        """(c,) fraction of even illumination that is sent out; modes in closed form."""
+        value = integrals.bihemispherical_albedo(self.symmetry, self.modes, self.coefficients, self.quantity)
+        theta, weight = integrals.hemisphere_rule(32)
+        for lobe in self.lobes:
+            value = value + 2 * (weight * np.cos(theta)) @ integrals.lobe_albedo(lobe, theta)
+        return value
+
+    def save(self, path: Path | str) -> None:
+        """Write the coefficient file (docs/modes.md), whole or not at all. Inverse of :func:`load_brdf`."""
+        coefficients.write(path, self)
+
+    def _sum_of_modes(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
+        if self.symmetry == "isotropic":
+            return modes.evaluate_isotropic(self.modes, self.coefficients, theta_i, theta_r, phi_r - phi_i)
+        evaluate = modes.evaluate_general if self.symmetry == "general" else modes.evaluate_reciprocal
+        return evaluate(self.modes, self.coefficients, theta_i, phi_i, theta_r, phi_r)
+
+
+def load_brdf(path: Path | str) -> Brdf:
+    """Read a coefficient file. Inverse of :meth:`Brdf.save`.
+
+    Raises capture.errors.InputError naming the file and the key that cannot be used.
+    """
+    known, lobes = coefficients.read(path)
+    return Brdf(**known, lobes=tuple(Lobe(**lobe) for lobe in lobes))

@@ -1,14 +1,15 @@
-"""Facets of the hemisphere: the icosahedron with a vertex at the pole, each face split in four, level by level.
+"""Facets of the hemisphere: the icosahedron with a vertex at the pole, each face split in four, level by
+level.
 
-Level L has 10 * 4^L facets, numbered so that ``facet // 4`` is the facet of level L - 1 that holds it: two tables of
-one level add, and coarsen by integer division. Facets 0 .. 4 of level 0 are the caps (pole, v_k, v_k+1), v_k at
-azimuth 72 k degrees; 5 .. 9 are the belts below them: the upper part of face (v_k, v_k+1, w_k) with the corner of face
-(v_k, w_k-1, w_k), which equals the part lost below the horizon in size and shape. From level 1 on every facet is
-a spherical triangle above the horizon.
+Level L has 10 * 4^L facets, numbered so that ``facet // 4`` is the facet of level L - 1 that holds it: two
+tables of one level add, and coarsen by integer division. Facets 0 .. 4 of level 0 are the caps (pole, v_k,
+v_k+1), v_k at azimuth 72 k degrees; 5 .. 9 are the belts below them: the upper part of face (v_k, v_k+1,
+w_k) with the corner of face (v_k, w_k-1, w_k), which equals the part lost below the horizon in size and
+shape. From level 1 on every facet is a spherical triangle above the horizon.
 
-A facet (a, b, c) splits at its edges' midpoints, pushed onto the sphere: 0, 1, 2 at a, b, c and 3 in the middle. Of a
-belt 0 is at v_k, 2 at v_k+1, 3 between, and 1 is the corner of the next face at v_k.
-Source: Koenderink et al. (1996), section 6; docs/modes.md.
+A facet (a, b, c) splits at its edges' midpoints, pushed onto the sphere: 0, 1, 2 at a, b, c and 3 in the
+middle. Of a belt 0 is at v_k, 2 at v_k+1, 3 between, and 1 is the corner of the next face at v_k. Source:
+Koenderink et al. (1996), section 6; docs/modes.md.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ def vertices(level: int) -> np.ndarray:
 
 
 def _corner_planes(triangles: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) normals of the planes that cut off the three corner children; positive on the corner's side."""
+    """(n, 3, 3) normals of planes that cut off the three corner children; positive on their side."""
     a, b, c = np.moveaxis(triangles, 1, 0)
     ab, bc, ca = _unit(a + b), _unit(b + c), _unit(c + a)
     return np.stack([np.cross(ab, ca), np.cross(bc, ab), np.cross(ca, bc)], 1)
@@ -95,7 +96,7 @@ def _descent() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _root_planes() -> np.ndarray:
-    """(8, 3) below the cap; left and right of the belt's face; the cap's corners; the corners of the belt's face."""
+    """(8, 3) below the cap; left, right of the belt's face; the cap's corners; that face's corners."""
     pole, v0, v1 = np.array([0.0, 0.0, 1.0]), _ring(0, _RING), _ring(_FIFTH, _RING)
     w0 = _ring(_FIFTH / 2, -_RING)
     sides = np.stack([np.cross(v1, v0), np.cross(w0, v0), np.cross(v1, w0)])
@@ -117,10 +118,11 @@ def _plane(row, x, y, z):
 
 @_jit
 def facet_of(x, y, z, level):
-    """Facet of one direction (any length), -1 if it is below the horizon, zero or not finite. For compiled loops.
+    """Facet of one direction (any length), -1 if it is below the horizon, zero or not finite. For compiled
+    loops.
 
-    The direction is turned into the sector of cap 0 and tested there, level by level, against the planes between
-    sisters. Choices are selections rather than branches, which random directions would mispredict.
+    The direction is turned into the sector of cap 0 and tested there, level by level, against the planes
+    between sisters. Choices are selections rather than branches, which random directions would mispredict.
     """
     squared = x * x + y * y + z * z
     if not (z >= 0.0 and squared > 0.0 and squared < np.inf):
@@ -160,8 +162,8 @@ def _fill(directions, level, index):
 def facet_index(directions: np.ndarray, level: int, *, threads: int | None = None) -> np.ndarray:
     """int32 (n,) facet of each direction (n, 3), which need not be of unit length.
 
-    -1 for NaN, infinite or zero vectors and below the horizon (z < 0); z = 0 is on the hemisphere. Exact to within
-    rounding of an edge. Inverse (one way) of :func:`barycentres`.
+    -1 for NaN, infinite or zero vectors and below the horizon (z < 0); z = 0 is on the hemisphere. Exact to
+    within rounding of an edge. Inverse (one way) of :func:`barycentres`.
     """
     facet_count(level)
     directions = np.asarray(directions)
@@ -193,7 +195,8 @@ def solid_angles(level: int) -> np.ndarray:
 def mean_directions(level: int) -> np.ndarray:
     """(f, 3) mean of the unit vector over each facet (shorter than 1), in closed form.
 
-    Over a spherical polygon the integral of the unit vector is half the sum over edges of arc times inward normal.
+    Over a spherical polygon the integral of the unit vector is half the sum over edges of arc times inward
+    normal.
     """
     if facet_count(level) == 10:
         finer = mean_directions(1) * solid_angles(1)[:, None]
@@ -208,7 +211,7 @@ def mean_directions(level: int) -> np.ndarray:
 
 
 def barycentres(level: int) -> np.ndarray:
-    """(f, 3) unit vectors of the facets' barycentres. ``facet_index(barycentres(L), L)`` counts 0, 1, 2 ..."""
+    """(f, 3) unit vectors of the facets' barycentres. ``facet_index`` takes them to 0, 1, 2 ..."""
     return _unit(mean_directions(level))
 
 

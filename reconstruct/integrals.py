@@ -1,4 +1,4 @@
-"""Integrals over the hemisphere: albedos in closed form, product Gauss rules, and projections on the bases."""
+"""Integrals over the hemisphere: albedos in closed form, product Gauss rules, projections on the bases."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from reconstruct.zernike import zernike_count, zernike_index, zernike_sequence
 
 @lru_cache(maxsize=64)
 def hemisphere_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """theta (count,) and weights of a Gauss-Legendre rule in cos(theta): sum w g(theta) = integral of g sin(theta).
+    """theta (count,) and weights of a Gauss-Legendre rule in cos(theta): sum w g(theta) = integral of g
+    sin(theta).
 
-    Exact for polynomials in cos(theta) of degree up to 2 count - 1; with 2 pi / n equal azimuths for trigonometric
-    ones below degree n.
+    Exact for polynomials in cos(theta) of degree up to 2 count - 1; with 2 pi / n equal azimuths for
+    trigonometric ones below degree n.
     """
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return np.arccos((nodes + 1) / 2)[::-1].copy(), weights[::-1] / 2
@@ -35,7 +36,7 @@ def cosine_moments(order: int, power: int) -> np.ndarray:
 
 
 def exit_integral(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, power: int) -> np.ndarray:
-    """(j, c) coefficients on Z_j(i) of the sum of modes times cos_r^power, integrated over the exit direction."""
+    """(j, c) coefficients on Z_j(i) of the sum of modes times cos_r^power, integrated over exit directions."""
     modes, coefficients = np.asarray(modes, int), np.asarray(coefficients, float)
     if symmetry == "isotropic":
         kept = modes[:, 2] == 0
@@ -55,7 +56,7 @@ def exit_integral(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, po
 
 
 def directional_albedo(symmetry, modes, coefficients, quantity, theta_i, phi_i=0.0) -> np.ndarray:
-    """(..., c) fraction of light from (theta_i, phi_i) that the sum of modes sends out: integral of f cos_r dOmega_r."""
+    """(..., c) fraction of light from (theta_i, phi_i) sent out: the integral of f cos_r dOmega_r."""
     theta_i, phi_i = np.broadcast_arrays(np.asarray(theta_i, float), np.asarray(phi_i, float))
     incident, exit = QUANTITIES[quantity]
     outgoing = exit_integral(symmetry, modes, coefficients, 1 - exit)
@@ -73,3 +74,27 @@ def bihemispherical_albedo(symmetry, modes, coefficients, quantity) -> np.ndarra
 def _order(symmetry: str, modes: np.ndarray) -> int:
     columns = [0] if symmetry == "isotropic" else [0, 2]
     return int(modes[:, columns].max(initial=0))
+
+
+def lobe_albedo(lobe, theta_i) -> np.ndarray:
+    """(..., c) directional albedo of a lobe, by a rule graded to its peak."""
+    theta_i = np.asarray(theta_i, float)
+    flat_i = theta_i.reshape(-1)
+    rows = np.stack([_one_lobe_albedo(lobe, angle) for angle in flat_i]) if len(flat_i) else np.empty((0, 0))
+    return rows.reshape(*theta_i.shape, -1)
+
+
+def _one_lobe_albedo(lobe, theta_i: float) -> np.ndarray:
+    theta, weight = _graded(min(theta_i, np.pi / 2), np.pi / 2, lobe.roughness)
+    turn, share = _graded(0.0, np.pi, lobe.roughness)
+    value = lobe.evaluate(theta_i, theta[:, None], np.pi - turn[None, :])
+    return 2 * np.einsum("t,p,tpc->c", weight * np.sin(theta) * np.cos(theta), share, value)
+
+
+def _graded(peak: float, end: float, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights on [0, end]: panels that double in width away from ``peak``, 12 Gauss points each."""
+    steps = np.concatenate([[0.0], width * 2.0 ** np.arange(-2, 12)])
+    bounds = np.unique(np.clip(np.concatenate([peak - steps, peak + steps]), 0.0, end))
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    half = np.diff(bounds)[:, None] / 2
+    return (bounds[:-1, None] + half * (nodes + 1)).ravel(), (half * weights).ravel()

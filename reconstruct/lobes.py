@@ -1,7 +1,7 @@
 """Specular lobes: what modes of low order cannot carry.
 
-GGX microfacets (Walter et al. 2007) with Smith's height-correlated masking and shadowing (Heitz 2014) and Schlick's
-Fresnel term (1994), as docs/modes.md defines them. Pure functions of angles.
+GGX microfacets (Walter et al. 2007) with Smith's height-correlated masking and shadowing (Heitz 2014) and
+Schlick's Fresnel term (1994), as docs/modes.md defines them. Pure functions of angles.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import numpy as np
 def ggx(theta_i, theta_r, dphi, roughness: float, f0) -> np.ndarray:
     """BRDF of a GGX lobe, 1/sr: D G2 F / (4 cos_i cos_r).
 
-    Angles in radians broadcast together; ``roughness`` is alpha; ``f0`` a number, or (c,) for a result (..., c).
-    Stable for narrow lobes and at grazing angles: sines of the half vector are sums of squares, never 1 - cos^2. Where
-    both directions graze the lobe is unbounded; the result is then large and finite.
+    Angles in radians broadcast together; ``roughness`` is alpha; ``f0`` a number, or (c,) for a result
+    (..., c). Stable for narrow lobes and at grazing angles: sines of the half vector are sums of squares,
+    never 1 - cos^2. Where both directions graze the lobe is unbounded; the result is then large and finite.
     """
     theta_i, theta_r, dphi = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, theta_r, dphi)])
     cos_i, cos_r, up, aside = _half_vector(theta_i, theta_r, dphi)

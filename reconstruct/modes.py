@@ -1,14 +1,17 @@
 """Surface scattering modes: orthonormal bases on pairs of directions, their design matrices and their sums.
 
-Isotropic:  S_nm^l = [Theta_n^l(i) Theta_m^l(r) + Theta_m^l(i) Theta_n^l(r)] cos(l dphi) / c, n >= m >= l >= 0,
-            c^2 = (2 if n != m else 4) * (1 if l = 0 else 1/2); rows [n, m, l].
-Chiral:     X_nm^l = [Theta_n^l(i) Theta_m^l(r) - Theta_m^l(i) Theta_n^l(r)] sin(l dphi), n > m >= l >= 1: what
-            isotropy and reciprocity leave free besides S. It is odd under reflection in a mirror, and off by default.
+Isotropic:  S_nm^l = [Theta_n^l(i) Theta_m^l(r) + Theta_m^l(i) Theta_n^l(r)] cos(l dphi) / c, n >= m >= l >=
+            0, c^2 = (2 if n != m else 4) * (1 if l = 0 else 1/2); rows [n, m, l].
+Chiral:     X_nm^l = [Theta_n^l(i) Theta_m^l(r) - Theta_m^l(i) Theta_n^l(r)] sin(l dphi), n > m >= l >= 1:
+            what isotropy and reciprocity leave free besides S. It is odd under reflection in a mirror, and
+            off by default.
 General:    Z_j(i) Z_k(r); rows [n, l, n', l'].
-Reciprocal: Z_j(i) Z_j(r), and [Z_j(i) Z_k(r) + Z_k(i) Z_j(r)] / sqrt(2) for j > k; rows [n, l, n', l'] of j, k.
+Reciprocal: Z_j(i) Z_j(r), and [Z_j(i) Z_k(r) + Z_k(i) Z_j(r)] / sqrt(2) for j > k; rows [n, l, n', l'] of
+j, k.
 
-All are orthonormal under dOmega_i dOmega_r. Lists are in ascending order of the largest n, so that a lower order's
-list is a prefix of a higher one's. Source: Koenderink et al. (1996), section 3, as corrected in docs/modes.md.
+All are orthonormal under dOmega_i dOmega_r. Lists are in ascending order of the largest n, so that a lower
+order's list is a prefix of a higher one's. Source: Koenderink et al. (1996), section 3, as corrected in
+docs/modes.md.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ QUANTITIES = {"brdf": (0, 0), "brdf_cos": (1, 0), "brdf_cos_cos": (1, 1)}  # pow
 
 
 def isotropic_modes(order: int) -> np.ndarray:
-    """(m, 3) rows [n, m, l] up to ``order``; 1, 5, 14, 30, 55 ... 285 of them at order 0, 2, 4, 6, 8 ... 16."""
+    """(m, 3) rows [n, m, l] up to ``order``; 1, 5, 14, 30, 55 and 285 at order 0, 2, 4, 6, 8, 16."""
     rows = [
         (n, m, l) for n in range(order + 1) for m in range(n % 2, n + 1, 2) for l in range(n % 2, m + 1, 2)
     ]
@@ -69,7 +72,8 @@ def isotropic_norms(modes: np.ndarray) -> np.ndarray:
 def isotropic_design(order, theta_i, theta_r, dphi, quantity: str = "brdf") -> np.ndarray:
     """(k, m) values of the isotropic modes at k pairs; angles in radians, that broadcast together.
 
-    With another ``quantity`` the modes are divided by the cosines it names: the matrix takes coefficients to f.
+    With another ``quantity`` the modes are divided by the cosines it names: the matrix takes coefficients
+    to f.
     """
     modes = isotropic_modes(order)
     return _paired_design(modes, isotropic_norms(modes), 1.0, (theta_i, theta_r, dphi), quantity)
@@ -101,10 +105,11 @@ def _paired_design(modes, norms, sign, angles, quantity) -> np.ndarray:
 def evaluate_isotropic(
     modes, coefficients, theta_i, theta_r, dphi, *, threads: int | None = None
 ) -> np.ndarray:
-    """(k, c) sums of isotropic modes (m, 3) with ``coefficients`` (m, c) at k pairs (radians, broadcast together).
+    """(k, c) sums of isotropic modes (m, 3) with ``coefficients`` (m, c) at k pairs (radians, broadcast
+    together).
 
-    Factored over azimuth: for each l, radial products weighted once a channel, then one cos(l dphi). No design
-    matrix is formed; exactly reciprocal, bit for bit, and the same for any number of ``threads``.
+    Factored over azimuth: for each l, radial products weighted once a channel, then one cos(l dphi). No
+    design matrix is formed; exactly reciprocal, bit for bit, and the same for any number of ``threads``.
     """
     modes, coefficients = _checked(modes, coefficients, 3)
     angles = flat(theta_i, theta_r, dphi)
@@ -164,7 +169,7 @@ def evaluate_general(modes, coefficients, theta_i, phi_i, theta_r, phi_r, *, thr
 
 
 def evaluate_reciprocal(modes, coefficients, theta_i, phi_i, theta_r, phi_r, *, threads: int | None = None):
-    """(k, c) sums of reciprocal modes (m, 4) with ``coefficients`` (m, c): the same form with a symmetric A."""
+    """(k, c) sums of reciprocal modes (m, 4) with ``coefficients`` (m, c): the same, A symmetric."""
     modes, coefficients = _checked(modes, coefficients, 4)
     j, k = _indices(modes)
     half = coefficients * np.where(j == k, 0.5, np.sqrt(0.5))[:, None]

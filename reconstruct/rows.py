@@ -12,8 +12,8 @@ CHUNK = 1 << 15  # rows of one task: an array of them stays in the second cache
 def over_rows(task: Callable[[int, int], None], count: int, threads: int | None = None) -> None:
     """Call ``task(start, stop)`` for consecutive ranges that cover ``count`` rows.
 
-    The kernels inside release the interpreter's lock; each row is computed alone and written once, so the result
-    does not depend on ``threads`` (default: the cores this process may use).
+    The kernels inside release the interpreter's lock; each row is computed alone and written once, so the
+    result does not depend on ``threads`` (default: the cores this process may use).
     """
     ranges = [(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
     threads = threads or _cores()

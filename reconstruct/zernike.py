@@ -1,11 +1,12 @@
 """The hemisphere basis: Zernike polynomials carried to the hemisphere by Lambert's equal-area map.
 
 rho = sqrt(2) sin(theta / 2), so rho^2 = 1 - cos(theta) and dA = dOmega / 2.
-Theta_n^l(theta) = sqrt((n + 1) / (2 pi)) R_n^|l|(rho), orthonormal in theta with the complex factor e^(i l phi).
-Z_n^l = sqrt(2 - [l = 0]) Theta_n^|l| times cos(l phi) for l >= 0, sin(|l| phi) for l < 0.
+Theta_n^l(theta) = sqrt((n + 1) / (2 pi)) R_n^|l|(rho), orthonormal in theta with the complex factor e^(i l
+phi). Z_n^l = sqrt(2 - [l = 0]) Theta_n^|l| times cos(l phi) for l >= 0, sin(|l| phi) for l < 0.
 
-Source: Koenderink, van Doorn & Stavridi (1996), section 2, with the factor of docs/modes.md; the radial polynomials
-by the three-term recurrence of Jacobi's P_k^(0, l), k = (n - l) / 2 (DLMF 18.9), upward in n at fixed l.
+Source: Koenderink, van Doorn & Stavridi (1996), section 2, with the factor of docs/modes.md; the radial
+polynomials by the three-term recurrence of Jacobi's P_k^(0, l), k = (n - l) / 2 (DLMF 18.9), upward in n at
+fixed l.
 """
 
 from __future__ import annotations
@@ -61,8 +62,8 @@ def recurrence(order: int) -> Recurrence:
 def fill_radial(n, l, before, before2, a, b, c, rho, cos, table):
     """Fill ``table`` (t, lanes) with R_n^l for lanes of rho and cos(theta) = 1 - rho^2.
 
-    z = 2 rho^2 - 1 = 1 - 2 cos(theta). Since a + b = 1 + c, (a z + b) P - c P' is also P (1 - 2 a cos) + c (P - P'):
-    exact at rho = 1 and accurate near it, as the first form is near rho = 0.
+    z = 2 rho^2 - 1 = 1 - 2 cos(theta). Since a + b = 1 + c, (a z + b) P - c P' is also P (1 - 2 a cos) + c
+    (P - P'): exact at rho = 1 and accurate near it, as the first form is near rho = 0.
     """
     lanes = len(rho)
     table[0, :] = 1.0
@@ -82,7 +83,8 @@ def fill_radial(n, l, before, before2, a, b, c, rho, cos, table):
 def radial_sequence(order: int, rho: np.ndarray) -> np.ndarray:
     """R_n^l(rho) for every n <= order: (t, ...) in ascending order of n, then l (see :func:`radial_index`).
 
-    ``rho`` in [0, 1], any shape. Exact at 0 and 1; within 1e-12 up to order 200. One pass of 5 operations a value.
+    ``rho`` in [0, 1], any shape. Exact at 0 and 1; within 1e-12 up to order 200. One pass of 5 operations a
+    value.
     """
     rho = np.asarray(rho, float)
     return _sequence(order, rho, (1.0 - rho) * (1.0 + rho))
@@ -95,7 +97,7 @@ def radial(n: int, l: int, rho: np.ndarray) -> np.ndarray:
 
 
 def elevation_sequence(order: int, theta: np.ndarray) -> np.ndarray:
-    """Theta_n^l(theta) for every n <= order: (t, ...) in the order of :func:`radial_sequence`; theta in radians."""
+    """Theta_n^l(theta) for every n <= order: (t, ...) as :func:`radial_sequence` orders them; radians."""
     theta = np.asarray(theta, float)
     table = _sequence(order, np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta))
     return table * _column(elevation_norms(order), theta.ndim)
@@ -143,14 +145,14 @@ def zernike_orders(j: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def zernike_sequence(order: int, theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """Z_n^l(theta, phi) for every n <= order: (j, ...) by OSA/ANSI index; the angles broadcast together, radians."""
+    """Z_n^l(theta, phi) for every n <= order: (j, ...) by OSA/ANSI index; radians, broadcast together."""
     n, l = zernike_orders(np.arange(zernike_count(order)))
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
     return elevation_sequence(order, theta)[radial_index(n, l)] * azimuth_sequence(order, phi)[order + l]
 
 
 def zernike_gradient(order: int, theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """d Z / d theta and d Z / d phi, each (j, ...) by OSA/ANSI index. Sine and cosine change places under d / d phi."""
+    """d Z / d theta and d Z / d phi, each (j, ...) by OSA/ANSI index; radians."""
     n, l = zernike_orders(np.arange(zernike_count(order)))
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
     place, around = radial_index(n, l), azimuth_sequence(order, phi)
@@ -160,7 +162,7 @@ def zernike_gradient(order: int, theta: np.ndarray, phi: np.ndarray) -> tuple[np
 
 
 def azimuth_sequence(order: int, phi: np.ndarray) -> np.ndarray:
-    """(2 order + 1, ...): sqrt(2) sin(|l| phi) for l = -order .. -1, 1, sqrt(2) cos(l phi) for l = 1 .. order."""
+    """(2 order + 1, ...): sqrt(2) sin(|l| phi), l = -order .. -1; then 1; then sqrt(2) cos(l phi), l to order."""
     phi = np.asarray(phi, float)
     turns = np.arange(1, order + 1).reshape(-1, *[1] * phi.ndim) * phi
     return np.sqrt(2.0) * np.concatenate(
