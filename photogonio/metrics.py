@@ -1,8 +1,7 @@
 """Measures of how far one BRDF is from another; formulas and sources in docs/metrics.md.
 
-``a`` is judged, ``b`` is the reference; both are values (n, c), 1/sr, at the same pairs of directions, and
-every measure gives one number a channel, (c,). The pairs' weights are their share of dOmega_i dOmega_r, without
-cosines.
+``a`` is judged, ``b`` is the reference; both are values (n, c), 1/sr, at the same pairs of directions,
+and every measure gives one number a channel, (c,). The pairs' weights are their share of dOmega_i dOmega_r.
 """
 
 from __future__ import annotations
@@ -11,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
+from reconstruct.angles import unit_vectors
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> f (n, c)
 
@@ -48,12 +49,7 @@ def quadrature(mask: float, *, isotropic: bool, polar: int = 32, azimuth: int = 
     theta_i, theta_r, phi, dphi = (grid.ravel() for grid in grids)
     weight = np.multiply.outer(share * np.sin(theta), share * np.sin(theta))
     weight = np.repeat(weight.ravel(), len(phi_i) * azimuth) * (2.0 * np.pi) ** 2 / (len(phi_i) * azimuth)
-    return Directions(unit(theta_i, phi), unit(theta_r, phi + dphi), weight)
-
-
-def unit(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """Unit vectors (n, 3) of polar angles and azimuths (n,), radians."""
-    return np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    return Directions(unit_vectors(theta_i, phi), unit_vectors(theta_r, phi + dphi), weight)
 
 
 def relative_l2(a: np.ndarray, b: np.ndarray, at: Directions) -> np.ndarray:
@@ -105,7 +101,7 @@ def directional_albedo(
     theta_r = np.arcsin(np.sqrt(0.5 * (node + 1.0)))
     phi_r = (np.arange(azimuth) + 0.5) * 2.0 * np.pi / azimuth
     theta, phi = (grid.ravel() for grid in np.meshgrid(theta_r, phi_r, indexing="ij"))
-    exit = unit(theta, phi)
+    exit = unit_vectors(theta, phi)
     # cos sin dtheta = d(sin^2) / 2, and the nodes' shares add up to 2
     weight = np.repeat(share, azimuth) * 0.25 * 2.0 * np.pi / azimuth
     rows = [

@@ -1,4 +1,4 @@
-"""Where a result came from: program, command and hashes of the inputs; nothing that changes from run to run."""
+"""Where a result came from: program, command and hashes of the inputs; nothing that differs between runs."""
 
 from __future__ import annotations
 

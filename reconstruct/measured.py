@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from capture.errors import InputError
+from reconstruct.angles import unit_vectors
 from reconstruct.table import FacetTable
 
 UNBINNED = -1  # a table's level when every sample is a cell of its own
@@ -35,12 +36,12 @@ class Samples:
     @property
     def incident(self) -> np.ndarray:
         """Unit vectors (n, 3) toward the light, tangent frame."""
-        return _unit(self.theta_i, self.phi_i)
+        return unit_vectors(self.theta_i, self.phi_i)
 
     @property
     def exit(self) -> np.ndarray:
         """Unit vectors (n, 3) toward the viewer, tangent frame."""
-        return _unit(self.theta_r, self.phi_r)
+        return unit_vectors(self.theta_r, self.phi_r)
 
 
 def read_samples(
@@ -115,10 +116,6 @@ def samples_table(samples: Samples) -> FacetTable:
 def _relative_variance(value: np.ndarray) -> np.ndarray:
     floor = _FLOOR * np.median(np.abs(value), axis=0)
     return np.maximum(value**2, np.maximum(floor**2, np.finfo(float).tiny))
-
-
-def _unit(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    return np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
 
 def _fold(theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
+from reconstruct.angles import pair_angles
 from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
 from reconstruct.table import FacetTable
 
@@ -30,7 +31,7 @@ def channel_colour(channels: Sequence[str], k: int) -> str:
 
 def coverage_figure(table: FacetTable) -> Figure:
     """Where the samples lie: the exit hemisphere (equal-area, relative to the light) by incidence."""
-    theta_i, theta_r, dphi = _mean_angles(table)
+    theta_i, theta_r, dphi = pair_angles(table.incident, table.exit)
     figure = Figure(figsize=(9.6, 2.5), layout="constrained")
     axes = figure.subplots(1, len(_BANDS) - 1, subplot_kw={"projection": "polar"})
     radius = np.sqrt(np.linspace(0, 1, 13))
@@ -73,13 +74,6 @@ def _dress_disk(ax: Axes, low: float, high: float) -> None:
         0, np.sqrt(1 - np.cos(middle)), marker="o", color="#e8a33d", markersize=5, markeredgecolor="white"
     )
     ax.set_title(f"{np.degrees(low):.0f}–{np.degrees(high):.0f}°", fontsize=10, color=_INK)
-
-
-def _mean_angles(table: FacetTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """theta_i, theta_r and dphi of each cell's mean directions, radians."""
-    polar = [np.arctan2(np.hypot(v[:, 0], v[:, 1]), v[:, 2]) for v in (table.incident, table.exit)]
-    azimuth = [np.arctan2(v[:, 1], v[:, 0]) for v in (table.incident, table.exit)]
-    return polar[0], polar[1], np.mod(azimuth[1] - azimuth[0] + np.pi, 2 * np.pi) - np.pi
 
 
 def correlation(observed: np.ndarray, fitted: np.ndarray) -> float:
