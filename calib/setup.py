@@ -75,6 +75,7 @@ class Setup:
     residuals: dict[str, object] = field(
         default_factory=dict
     )  # what was measured on the way; plain JSON values
+    source: dict[str, object] = field(default_factory=dict)  # program, command and hashes of the inputs
 
 
 def save_setup(setup: Setup, path: str | Path) -> None:
@@ -136,6 +137,7 @@ def _setup(data: dict) -> Setup:
         left_out=tuple(LeftOut(o["name"], o["reason"]) for o in data["left_out"]),
         warnings=tuple(data["warnings"]),
         residuals=data["residuals"],
+        source=data.get("source", {}),
     )
 
 

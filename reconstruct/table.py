@@ -201,12 +201,15 @@ def _stacked(table: FacetTable) -> np.ndarray:
     return np.hstack([c[:, None] if c.ndim == 1 else c for c in columns])
 
 
-def save_table(table: FacetTable, path: Path) -> None:
-    """Write the table as ``.npz``: whole or not at all, the same bytes for the same table."""
+def save_table(table: FacetTable, path: Path, *, source: str = "") -> None:
+    """Write the table as ``.npz``: whole or not at all, the same bytes for the same table.
+
+    ``source`` says where it came from; the file keeps it beside the table.
+    """
     path = Path(path)
     partial = path.with_name(path.name + ".part")
     with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        for name, array in _arrays(table).items():
+        for name, array in (_arrays(table) | {"source": np.array(source)}).items():
             # a fixed date, since a zip entry holds one
             entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
