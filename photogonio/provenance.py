@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -25,6 +26,10 @@ class Provenance:
             "command": self.command,
             "inputs": dict(self.inputs),
         }
+
+    def to_text(self) -> str:
+        """As one line of JSON."""
+        return json.dumps(self.to_dict(), ensure_ascii=False)
 
 
 def canonical_command(command: str, subject: str, options: Mapping[str, object]) -> str:

@@ -10,8 +10,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
 
+import numpy as np
 from jinja2 import Environment, StrictUndefined
+from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 _DPI = 150
 
@@ -89,14 +92,24 @@ def render_report(report: Report) -> str:
     return environment.from_string(text).render(r=report)
 
 
-def picture_bytes(figure: Figure, *, kind: str = "png") -> bytes:
-    """A figure as PNG or SVG without date or program, so that the same figure gives the same bytes."""
-    from matplotlib import rc_context
+def picture_bytes(figure: Figure, *, kind: str = "png", source: str = "") -> bytes:
+    """A figure as PNG or SVG without a date, so that the same figure gives the same bytes.
 
+    ``source`` says where it came from; the file keeps it among its metadata.
+    """
     stream = io.BytesIO()
-    metadata = {"Date": None} if kind == "svg" else {"Software": None}
+    metadata = (
+        {"Date": None, "Description": source} if kind == "svg" else {"Software": None, "Comment": source}
+    )
     with rc_context({"svg.hashsalt": "photogonio"}):
         figure.savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
+    return stream.getvalue()
+
+
+def image_bytes(image: np.ndarray) -> bytes:
+    """An sRGB image (h, w, 3), 0 to 1, as PNG."""
+    stream = io.BytesIO()
+    imsave(stream, np.clip(image, 0.0, 1.0), format="png", metadata={"Software": None})
     return stream.getvalue()
 
 

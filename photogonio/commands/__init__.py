@@ -1,1 +1,1 @@
-"""One module for each subcommand: `run(args, reporter)` does it and returns its numbers."""
+"""One module for each subcommand: ``run(args, reporter)`` does it and returns its numbers."""

@@ -1,0 +1,38 @@
+"""``photogonio calibrate``."""
+
+from __future__ import annotations
+
+import argparse
+
+from photogonio.pipeline import calibrate
+from photogonio.progress import Reporter
+
+
+def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    setup = calibrate(args.set, args.out, reporter)
+    reporter.say(f"written to {args.out}")
+    lights = {view.light.id: view.light for view in setup.views}
+    return {
+        "camera": {
+            "matrix": setup.camera.matrix,
+            "distortion": setup.camera.distortion,
+            "size": setup.camera.size,
+        },
+        "scale": setup.scale,
+        "views": [
+            {"name": view.name, "light": view.light.id, "pose_rms": view.pose_rms} for view in setup.views
+        ],
+        "lights": {
+            light.id: {
+                "kind": light.kind,
+                "place": light.place,
+                "source": light.source,
+                "residual": light.residual,
+            }
+            for light in lights.values()
+        },
+        "residuals": setup.residuals,
+        "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in setup.left_out],
+        "warnings": setup.warnings,
+        "out": args.out,
+    }

@@ -1,0 +1,42 @@
+"""``photogonio show``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from capture.errors import InputError
+from photogonio.outputs import staged_file
+from photogonio.progress import Reporter
+from photogonio.provenance import Provenance, canonical_command, hash_file
+from reconstruct.brdf import load_brdf
+from reconstruct.plots import overview_figure
+from reconstruct.report import picture_bytes
+
+_ANGLES = np.radians([0.0, 30.0, 60.0])
+
+
+def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    out, path = Path(args.out), Path(args.coefficients)
+    kind = out.suffix.removeprefix(".").lower()
+    if kind not in ("png", "svg"):
+        raise InputError(args.out, "expected a name that ends in .png or .svg")
+    brdf = load_brdf(path)
+    source = Provenance(canonical_command("show", path.name, {}), {path.name: hash_file(path)})
+    title = f"{path.name}: {brdf.symmetry}, order {brdf.order}, {len(brdf.lobes)} lobes"
+    valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
+    figure = overview_figure(brdf, brdf.channels, title, valid=valid)
+    with staged_file(out) as stage:
+        stage.write_bytes(picture_bytes(figure, kind=kind, source=source.to_text()))
+    reporter.say(f"written to {out}")
+    return {
+        "channels": brdf.channels,
+        "order": brdf.order,
+        "albedo": brdf.bihemispherical_albedo(),
+        "directional_albedo": {
+            f"{np.degrees(angle):.0f}": brdf.directional_albedo(angle) for angle in _ANGLES
+        },
+        "out": str(out),
+    }

@@ -1,0 +1,98 @@
+"""What a user may ask of a fit, and how what was not asked is chosen."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+
+from calib.setup import Setup
+from capture.errors import InputError
+from capture.photoset import PhotoSet, Sphere
+from reconstruct.directions import region_of
+
+Auto = int | None  # None: chosen automatically
+
+LEVELS = (1, 4)  # that "auto" chooses among
+_HIGHEST = 6  # facets of 0.8 degrees; finer ones have hardly a pixel each
+_CELL_PIXELS = 10  # aimed at; fewer than three in a cell are mostly edge
+_CELLS = 17.5  # about, that one photo of a ball fills at level 0; four times as many a level
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Options that ``process`` and ``fit`` share. None: chosen automatically, and the reason is told."""
+
+    order: Auto = None
+    level: Auto = None
+    symmetry: str = "auto"  # "auto" | "isotropic" | "reciprocal" | "general"
+    lobes: Auto = None  # how many
+    channels: tuple[str, ...] | None = None  # None: all
+    workers: int | None = None  # None: one a core
+
+    def threads(self) -> int:
+        return self.workers or os.cpu_count() or 1
+
+    def to_dict(self) -> dict[str, object]:
+        """What was asked, as command-line options; workers leave no trace in a result."""
+        lobes = "none" if self.lobes == 0 else self.lobes
+        return {
+            "order": self.order,
+            "level": self.level,
+            "symmetry": self.symmetry,
+            "lobes": lobes,
+            "channels": self.channels,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One thing that was chosen, and why."""
+
+    what: str
+    value: str
+    reason: str
+
+
+def asked_symmetry(photoset: PhotoSet, options: Options) -> str:
+    """The symmetry to reduce for: the command's, else the manifest's.
+
+    Raises:
+        InputError: something other than isotropic was asked of a sphere.
+    """
+    symmetry = options.symmetry if options.symmetry != "auto" else photoset.symmetry
+    if not isinstance(photoset.sample, Sphere):
+        return symmetry
+    if symmetry not in ("auto", "isotropic"):
+        raise InputError(f"--symmetry {symmetry}", "a sphere is always reduced as an isotropic sample")
+    return "isotropic"
+
+
+def choose_level(setup: Setup, options: Options) -> Choice:
+    """The facets' level: as asked, else the finest whose cells hold about ten pixels of a photo.
+
+    Raises:
+        InputError: a level beyond what facets can do.
+    """
+    if options.level is not None:
+        if not 1 <= options.level <= _HIGHEST:
+            raise InputError(f"--level {options.level}", f"expected a level from 1 to {_HIGHEST}")
+        return Choice("facet level", str(options.level), "asked for")
+    pixels = sorted(_sample_pixels(setup))[len(setup.views) // 2]
+    finest = int(math.log(max(pixels, 1.0) / (_CELL_PIXELS * _CELLS), 4))
+    level = min(max(finest, LEVELS[0]), LEVELS[1])
+    reason = (
+        f"about {_round(pixels)} pixels of the sample a photo; facets are {51.2 / 2**level:.1f} degrees wide"
+    )
+    return Choice("facet level", str(level), reason)
+
+
+def _sample_pixels(setup: Setup) -> list[float]:
+    """About how many pixels the sample covers in each view."""
+    boxes = [region_of(setup, view.pose) for view in setup.views]
+    return [math.pi / 4 * max(right - left, 0) * max(bottom - top, 0) for left, top, right, bottom in boxes]
+
+
+def _round(value: float) -> str:
+    digits = max(0, int(math.log10(max(value, 1.0))) - 1)
+    return f"{round(value, -digits):,.0f}"

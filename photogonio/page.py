@@ -1,0 +1,226 @@
+"""A result as a page: pictures, summary, and tables in words and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from photogonio import __version__
+from photogonio.calibration_page import calibration_sections
+from photogonio.options import Choice
+from reconstruct.brdf import Brdf
+from reconstruct.plots import correlation, coverage_figure, lobes_figure, scatter_figure
+from reconstruct.report import Card, Picture, Report, Table, embed, image_bytes, picture_bytes, render_report
+from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
+
+if TYPE_CHECKING:
+    from photogonio.pipeline import Result
+    from reconstruct.fit import FitResult
+
+_LEADING = 12  # modes shown before the fold
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """One picture, as file and on the page."""
+
+    name: str  # of the file, without suffix
+    title: str
+    caption: str
+    png: bytes
+
+
+def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
+    """What the fit chose, with its reasons."""
+    said = fit.diagnostics.get("choices")
+    if said is not None:
+        return tuple(Choice(one["what"], str(one["value"]), one["reason"]) for one in said)
+    reason = (
+        f"best of {fit.diagnostics.get('tried')} models at predicting what was left out, within its error"
+    )
+    names = ("order", "lobes", "prior strength")
+    return tuple(
+        Choice(name, str(fit.diagnostics[name]), reason) for name in names if name in fit.diagnostics
+    )
+
+
+def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
+    """Coverage, fit and lobes; ``source`` is kept in each file."""
+    brdf, cells = result.brdf, result.fit.cells
+    valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
+    figures = (
+        (
+            "coverage",
+            "Coverage of the facet pairs",
+            "Exit directions seen, by the angle of incidence: equal-area disks, the light to the right at the "
+            "orange dot, rings at 30 and 60 degrees. Grey: no sample.",
+            coverage_figure(result.table),
+        ),
+        (
+            "fit",
+            "Fitted against observed",
+            "One dot a facet pair and photo. On the line the fit says what was seen.",
+            scatter_figure(cells.value, result.fit.predicted, brdf.channels),
+        ),
+        (
+            "lobes",
+            "Lobes",
+            "f in the plane of incidence; the arrow is the light. Dashed: beyond the angles that were seen.",
+            lobes_figure(brdf, brdf.channels, valid=valid),
+        ),
+    )
+    return tuple(
+        Drawn(name, title, caption, picture_bytes(figure, source=source))
+        for name, title, caption, figure in figures
+    )
+
+
+def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
+    """The report of a result."""
+    return render_report(
+        Report(
+            title=result.name,
+            lead=lead(result),
+            sphere=embed(image_bytes(_ball(result.brdf))),
+            cards=_cards(result),
+            choices=Table(
+                ("what", "chosen", "reason"), [(c.what, c.value, c.reason) for c in result.choices]
+            ),
+            pictures=[Picture(p.title, p.caption, embed(p.png)) for p in pictures],
+            coefficients_text=_coefficients_text(result.brdf),
+            leading_modes=_modes(result.brdf, _LEADING),
+            all_modes=_modes(result.brdf, None),
+            calibration=calibration_sections(result.setup, result.table) if result.setup else (),
+            warnings=result.warnings,
+            left_out=[(photo.name, photo.reason) for photo in result.left_out],
+            provenance=_provenance(result),
+        )
+    )
+
+
+def numbers(result: Result) -> dict[str, object]:
+    """The result's numbers, for ``--json``."""
+    brdf = result.brdf
+    observed, fitted = result.fit.cells.value, result.fit.predicted
+    return {
+        "name": result.name,
+        "order": brdf.order,
+        "symmetry": brdf.symmetry,
+        "quantity": brdf.quantity,
+        "scale": brdf.scale,
+        "channels": brdf.channels,
+        "modes": len(brdf.modes),
+        "lobes": [
+            {"model": lobe.model, "roughness": lobe.roughness, "f0": lobe.f0, "weight": lobe.weight}
+            for lobe in brdf.lobes
+        ],
+        "albedo": brdf.bihemispherical_albedo(),
+        "relative_rms": relative_rms(observed, fitted),
+        "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
+        "valid": brdf.valid,
+        "level": result.table.level,
+        "cells": len(observed),
+        "samples": float(result.table.count.sum()),
+        "photos_used": len(result.setup.views) if result.setup else None,
+        "choices": {
+            choice.what: {"value": choice.value, "reason": choice.reason} for choice in result.choices
+        },
+        "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in result.left_out],
+        "warnings": result.warnings,
+        "source": result.provenance.to_dict(),
+    }
+
+
+def relative_rms(observed: np.ndarray, fitted: np.ndarray) -> np.ndarray:
+    """Root mean square of (fitted - observed) / observed over the cells with f above 0, (c,)."""
+    ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=observed > 0)
+    return np.sqrt(np.nanmean(ratio**2, axis=0))
+
+
+def lead(result: Result) -> str:
+    """The result in one sentence."""
+    brdf = result.brdf
+    lobes = f"{len(brdf.lobes)} lobe{'s' if len(brdf.lobes) != 1 else ''}" if brdf.lobes else "no lobe"
+    scale = "in absolute units" if brdf.scale == "absolute" else "on a relative scale: no white reference"
+    text = f"{brdf.symmetry.capitalize()} BRDF of order {brdf.order} with {lobes}, {scale}."
+    if result.setup is None:
+        return f"{text} From {len(result.table)} measured pairs of directions."
+    used, out = len(result.setup.views), len(result.left_out)
+    return f"{text} From {used} photo{'s' if used != 1 else ''}" + (f", {out} left out." if out else ".")
+
+
+def closing_lines(result: Result) -> str:
+    """What is told at the end, on screen."""
+    values = numbers(result)
+    rms = ", ".join(
+        f"{name} {100 * value:.2f} %"
+        for name, value in zip(result.brdf.channels, values["relative_rms"], strict=True)
+    )
+    albedo = ", ".join(
+        f"{name} {value:.3f}" for name, value in zip(result.brdf.channels, values["albedo"], strict=True)
+    )
+    return f"{lead(result)}\nalbedo under even light: {albedo}\nrelative rms of the cells: {rms}"
+
+
+def _cards(result: Result) -> list[Card]:
+    brdf = result.brdf
+    values = numbers(result)
+    order = ", ".join(brdf.channels)
+    cards = [
+        Card("model", f"order {brdf.order}", f"{len(brdf.modes)} modes, {len(brdf.lobes)} lobes"),
+        Card("albedo", _list(values["albedo"], ".3f"), f"{order}; under even light"),
+        Card(
+            "misfit", _list(100 * values["relative_rms"], ".1f") + " %", f"{order}; relative rms of the cells"
+        ),
+        Card("correlation", _list(values["correlation"], ".4f"), f"{order}; fitted against observed"),
+    ]
+    if brdf.valid:
+        angles = f"{brdf.valid.get('theta_i_max', 90):.0f}° / {brdf.valid.get('theta_r_max', 90):.0f}°"
+        cards.append(Card("valid up to", angles, "incident / exit angle"))
+    samples = f"{values['samples']:,.0f} samples" if result.table.level >= 0 else "measurements"
+    cards.append(Card("observations", f"{values['cells']:,}", f"facet pairs from {samples}"))
+    return cards
+
+
+def _list(values: Sequence[float], form: str) -> str:
+    return " · ".join(format(float(value), form) for value in values)
+
+
+def _ball(brdf: Brdf) -> np.ndarray:
+    light = BALL_LIGHTS["over the shoulder"]
+    return to_display(shaded_sphere(brdf, light, size=352), background=1.0)
+
+
+def _coefficients_text(brdf: Brdf) -> str:
+    text = "Coefficients of the orthonormal modes, largest first, with their standard errors."
+    for lobe in brdf.lobes:
+        f0, weight = _list(lobe.f0, ".4g"), _list(lobe.weight, ".4g")
+        text += f" Lobe: GGX of roughness {lobe.roughness:.3f}, base reflectance {f0}, weight {weight}."
+    return text
+
+
+def _modes(brdf: Brdf, count: int | None) -> Table:
+    indices = ("n", "m", "l") if brdf.symmetry == "isotropic" else ("n", "l", "n′", "l′")
+    head = [*indices, *(text for name in brdf.channels for text in (name, "±"))]
+    size = np.abs(brdf.coefficients).max(1)
+    rows = []
+    for k in np.argsort(-size, kind="stable")[:count]:
+        pairs = zip(brdf.coefficients[k], brdf.standard_errors[k], strict=True)
+        rows.append(
+            [str(int(n)) for n in brdf.modes[k]]
+            + [text for value, error in pairs for text in (f"{value:.5f}", _error(error))]
+        )
+    return Table(head, rows)
+
+
+def _error(value: float) -> str:
+    return f"{value:.5f}" if np.isfinite(value) else "–"
+
+
+def _provenance(result: Result) -> Table:
+    rows = [("program", f"photogonio {__version__}"), ("command", result.provenance.command)]
+    rows += [(name, f"SHA-256 {digest}") for name, digest in result.provenance.inputs.items()]
+    return Table(("what", "which"), rows)

@@ -1,0 +1,235 @@
+"""The main job and its stages: photo set -> setup -> facet table -> fit -> files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from calib.calibrate import calibrate as find_setup
+from calib.setup import LeftOut, Setup, save_setup
+from capture.errors import InputError
+from capture.manifest import load_photoset
+from capture.photoset import MANIFEST, PhotoSet
+from photogonio import page
+from photogonio.options import Choice, Options, asked_symmetry, choose_level
+from photogonio.outputs import staged_file, staged_folder
+from photogonio.progress import Reporter
+from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos
+from reconstruct.brdf import Brdf
+from reconstruct.directions import ReduceOptions
+from reconstruct.fit import FitOptions, FitResult, fit_table
+from reconstruct.measured import UNBINNED, read_samples, samples_table
+from reconstruct.table import FacetTable, load_table, save_table
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What ``process`` or ``fit`` found."""
+
+    name: str
+    setup: Setup | None  # None: tabulated measurements
+    table: FacetTable
+    fit: FitResult
+    choices: tuple[Choice, ...]
+    left_out: tuple[LeftOut, ...]
+    warnings: tuple[str, ...]
+    provenance: Provenance
+
+    @property
+    def brdf(self) -> Brdf:
+        return self.fit.brdf
+
+
+def process(
+    folder: str | Path,
+    out: str | Path | None = None,
+    options: Options | None = None,
+    reporter: Reporter | None = None,
+) -> Result:
+    """Photo set to coefficients; with ``out``, also to files there (coefficients, setup, table, report, pictures).
+
+    Raises:
+        InputError: the set cannot be used, or what was asked cannot be done. Nothing is written then.
+    """
+    from photogonio.stream import reduce_set
+
+    options, reporter = options or Options(), reporter or Reporter(quiet=True)
+    photoset = load_photoset(folder)
+    symmetry = asked_symmetry(photoset, options)
+    setup = _calibrated(photoset, reporter)
+    level = choose_level(setup, options)
+    reporter.say(f"{level.what} {level.value}: {level.reason}")
+    around = ReduceOptions(
+        isotropic=symmetry == "isotropic",
+        mirror_balls=photoset.mirror_balls,
+        white_patches=photoset.white_patches,
+    )
+    table, failed = reduce_set(
+        photoset, setup, int(level.value), around, workers=options.threads(), progress=reporter.progress
+    )
+    for photo in failed:
+        reporter.warn(f"{photo.name}: left out, {photo.reason}")
+    table = _take_channels(table, options)
+    provenance = _provenance("process", photoset, options)
+    fit = _fitted(table, options, symmetry, setup.scale, reporter)
+    result = Result(
+        name=photoset.name,
+        setup=replace(setup, source=provenance.to_dict()),
+        table=table,
+        fit=fit,
+        choices=(level, *page.fit_choices(fit)),
+        left_out=(*setup.left_out, *failed),
+        warnings=tuple(reporter.warnings),
+        provenance=provenance,
+    )
+    if out is not None:
+        write_result(result, Path(out))
+    return result
+
+
+def calibrate(folder: str | Path, out: str | Path | None = None, reporter: Reporter | None = None) -> Setup:
+    """Camera, poses, lights and irradiance scale of a photo set; with ``out``, also to that file.
+
+    Raises:
+        InputError: the set cannot be used.
+    """
+    photoset = load_photoset(folder)
+    setup = _calibrated(photoset, reporter or Reporter(quiet=True))
+    setup = replace(setup, source=_provenance("calibrate", photoset, Options()).to_dict())
+    if out is not None:
+        with staged_file(Path(out)) as stage:
+            save_setup(setup, stage)
+    return setup
+
+
+def fit(
+    table: str | Path,
+    out: str | Path | None = None,
+    options: Options | None = None,
+    *,
+    columns: Mapping[str, str] | None = None,
+    where: Sequence[tuple[str, str]] = (),
+    reporter: Reporter | None = None,
+) -> Result:
+    """Coefficients of tabulated measurements (.csv), or of a facet table (.npz) that ``process`` left.
+
+    Raises:
+        InputError: the table cannot be used, or what was asked cannot be done. Nothing is written then.
+    """
+    options, reporter = options or Options(), reporter or Reporter(quiet=True)
+    path = Path(table)
+    read, scale = _read_table(path, options, columns, where, reporter)
+    read = _take_channels(read, options)
+    wanted = {"columns": _joined(columns), "where": _joined(dict(where))} | options.to_dict()
+    provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
+    found = _fitted(read, options, options.symmetry, scale, reporter)
+    result = Result(
+        name=path.stem,
+        setup=None,
+        table=read,
+        fit=found,
+        choices=page.fit_choices(found),
+        left_out=(),
+        warnings=tuple(reporter.warnings),
+        provenance=provenance,
+    )
+    if out is not None:
+        write_result(result, Path(out))
+    return result
+
+
+def write_result(result: Result, out: Path) -> None:
+    """Coefficients, setup, table, report and pictures, all or none of them."""
+    source = result.provenance.to_dict()
+    text = json.dumps(source, ensure_ascii=False)
+    pictures = page.draw_pictures(result, source=text)
+    with staged_folder(out) as stage:
+        replace(result.brdf, source=result.brdf.source | source).save(stage / "coefficients.json")
+        if result.setup is not None:
+            save_setup(result.setup, stage / "setup.json")
+        save_table(result.table, stage / "table.npz", source=text)
+        for picture in pictures:
+            (stage / f"{picture.name}.png").write_bytes(picture.png)
+        (stage / "report.html").write_text(page.report_html(result, pictures), encoding="utf-8")
+
+
+def _calibrated(photoset: PhotoSet, reporter: Reporter) -> Setup:
+    from capture.radiance import read_radiance
+
+    setup = find_setup(photoset, read_radiance, reporter.progress)
+    for warning in setup.warnings:
+        reporter.warn(warning)
+    used, total = len(setup.views), len(photoset.views("sample"))
+    reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
+    return setup
+
+
+def _fitted(table: FacetTable, options: Options, symmetry: str, scale: str, reporter: Reporter) -> FitResult:
+    asked = FitOptions(
+        order=options.order, symmetry=symmetry, lobes=options.lobes, absolute=scale == "absolute"
+    )
+    found = fit_table(table, asked, progress=lambda stage: reporter.say(f"fitting: {stage}"))
+    for choice in page.fit_choices(found):
+        reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
+    return found
+
+
+def _read_table(
+    path: Path,
+    options: Options,
+    columns: Mapping[str, str] | None,
+    where: Sequence[tuple[str, str]],
+    reporter: Reporter,
+) -> tuple[FacetTable, str]:
+    if path.suffix == ".npz":
+        if columns or where:
+            raise InputError(path, "is a facet table; --columns and --where are for CSV")
+        table = load_table(path)
+        _refuse_level(options, table.level)
+        return table, "absolute"
+    _refuse_level(options, UNBINNED)
+    samples = read_samples(path, columns=columns, where=where)
+    if samples.left_out:
+        reporter.warn(f"{path.name}: {samples.left_out} rows left out: no number, or below the surface")
+    return samples_table(samples), "absolute"
+
+
+def _refuse_level(options: Options, level: int) -> None:
+    if options.level is not None and options.level != level:
+        found = (
+            "tabulated measurements are not binned" if level == UNBINNED else f"the table's level is {level}"
+        )
+        raise InputError(f"--level {options.level}", found)
+
+
+def _take_channels(table: FacetTable, options: Options) -> FacetTable:
+    """Only the channels asked for, in the table's order."""
+    if options.channels is None:
+        return table
+    unknown = [name for name in options.channels if name not in table.channels]
+    if unknown:
+        raise InputError(f"--channels {unknown[0]}", f"expected some of {', '.join(table.channels)}")
+    keep = [k for k, name in enumerate(table.channels) if name in options.channels]
+    return replace(
+        table,
+        channels=tuple(table.channels[k] for k in keep),
+        value=table.value[:, keep],
+        value2=table.value2[:, keep],
+        variance=table.variance[:, keep],
+    )
+
+
+def _provenance(command: str, photoset: PhotoSet, options: Options) -> Provenance:
+    files = [photo.file for photo in photoset.photos]
+    inputs = {
+        MANIFEST: hash_file(photoset.folder / MANIFEST),
+        f"{len(set(files))} photos": hash_photos(photoset.folder, files, workers=options.threads()),
+    }
+    name = photoset.folder.resolve().name
+    return Provenance(canonical_command(command, name, options.to_dict()), inputs)
+
+
+def _joined(pairs: Mapping[str, str] | None) -> str | None:
+    return ",".join(f"{name}={value}" for name, value in pairs.items()) if pairs else None
