@@ -20,6 +20,10 @@ class Exposure:
     def known(self) -> frozenset[str]:
         return frozenset(name for name in FIELDS if getattr(self, name) is not None)
 
+    def only(self, fields: frozenset[str]) -> Exposure:
+        """Without the quantities that are not in ``fields``."""
+        return Exposure(**{name: getattr(self, name) if name in fields else None for name in FIELDS})
+
     @property
     def factor(self) -> float:
         """Relative to one second at ISO 100 and f/1; what is not known counts as those."""

@@ -45,6 +45,7 @@ class Image:
     full_scale: float  # the pixel value that counts as 1
     channels: tuple[str, ...]
     raw: bool = False  # pixels are above the file's black level, full_scale is its white level above that
+    black: float = 0.0  # that black level, in units of the pixels
     saturated: np.ndarray | None = None  # (h, w) bool, where the decoder knows (RAW)
     sites: tuple[int, ...] = ()  # RAW superpixels: sensor sites averaged in each channel
     lossy: bool = False  # JPEG: values near the clipping level ring
@@ -94,7 +95,15 @@ def read_raw(path: Path, demosaic: str) -> Image:
             found = raws.superpixels(raw) if demosaic == "superpixel" else raws.demosaiced(raw, demosaic)
         except ValueError as error:
             raise InputError(path, str(error)) from error
-        return Image(found.pixels, found.white, found.channels, True, found.saturated, found.sites)
+        return Image(
+            found.pixels,
+            found.white,
+            found.channels,
+            raw=True,
+            black=found.black,
+            saturated=found.saturated,
+            sites=found.sites,
+        )
 
 
 @contextmanager

@@ -23,6 +23,7 @@ METHODS = {
 class RawPixels:
     pixels: np.ndarray  # (h, w, c) float32, sensor units above black
     white: float  # sensor units above black at which a site is full
+    black: float  # the file's black level, in the same units
     saturated: np.ndarray  # (h, w) bool
     channels: tuple[str, ...]
     sites: tuple[int, ...]  # sensor sites averaged in each channel
@@ -56,7 +57,7 @@ def superpixels(raw: rawpy.RawPy) -> RawPixels:
         pixels[..., c] += (plane.astype(np.float32) - np.float32(black)) / sites[c]
         saturated |= plane >= white
     black = float(np.mean(raw.black_level_per_channel))
-    return RawPixels(pixels, white - black, saturated, channels, tuple(sites))
+    return RawPixels(pixels, white - black, black, saturated, channels, tuple(sites))
 
 
 def demosaiced(raw: rawpy.RawPy, method: str) -> RawPixels:
@@ -76,7 +77,9 @@ def demosaiced(raw: rawpy.RawPy, method: str) -> RawPixels:
     full = mosaic >= white_level(raw)
     saturated = full if full.ndim == 2 else full.any(axis=2)
     channels = tuple("RGB"[: pixels.shape[2]])
-    return RawPixels(pixels.astype(np.float32), 65535.0, saturated, channels, (1,) * len(channels))
+    black = float(np.mean(raw.black_level_per_channel))
+    black *= 65535.0 / (white_level(raw) - black)
+    return RawPixels(pixels.astype(np.float32), 65535.0, black, saturated, channels, (1,) * len(channels))
 
 
 def white_level(raw: rawpy.RawPy) -> float:

@@ -1,0 +1,129 @@
+"""Noise against level: ``variance = read + slope * signal``, as given or estimated from the photos.
+
+Estimation: in each block of 8 x 8 pixels the differences ``(a - b - c + d) / 2`` of interleaved pixels two
+apart are free of any gradient and, for white noise, independent: their mean square over the variance is
+chi-squared with 16 degrees of freedom over 16. Blocks are sorted by level; a low quantile of each bin,
+divided by that of the law, is unmoved by the blocks that hold texture or edges. After Liu et al.,
+"Automatic estimation and removal of noise from a single image", IEEE PAMI 2008 (the lower envelope), with
+the quantile in place of their likelihood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.stats import chi2
+
+from capture.photoset import Radiometry
+
+BLOCK = 8
+DEGREES = 16  # independent differences in a block
+QUANTILE = 0.2
+LEAST_BLOCKS = 40  # in a bin of levels
+BINS = 24
+MAXIMUM_LEVEL = 0.9  # of white: above it clipping narrows the noise
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseModel:
+    """Variance of linear signal (1 at white level) before exposure is divided out, without quantisation."""
+
+    read: np.ndarray  # (c,)
+    slope: np.ndarray  # (c,)
+    source: str = "given"  # "given" | "estimated" | "assumed"
+
+    def variance(self, signal: np.ndarray) -> np.ndarray:
+        """(..., c), of signals (..., c); a signal below black has read noise alone."""
+        result = np.maximum(signal, 0.0)
+        result *= self.slope.astype(result.dtype)
+        result += self.read.astype(result.dtype)
+        return result
+
+
+def given_noise(radiometry: Radiometry, channels: int, sites: Sequence[int] = ()) -> NoiseModel | None:
+    """From gain and read noise in electrons; None if the manifest does not say.
+
+    A channel averaged over several sensor sites (a RAW superpixel's green) has that much less of both.
+    """
+    if radiometry.gain_electrons is None:
+        return None
+    gain, read = radiometry.gain_electrons, radiometry.read_noise_electrons or 0.0
+    averaged = np.array(sites if sites else [1] * channels, float)
+    return NoiseModel((read / gain) ** 2 / averaged, 1 / gain / averaged, "given")
+
+
+def block_statistics(signal: np.ndarray, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean level and noise variance, (n,) each, of the 8 x 8 blocks of one channel that are usable
+    throughout.
+
+    ``signal`` and ``usable`` are (h, w).
+    """
+    height, width = (size // BLOCK * BLOCK for size in signal.shape)
+    tiles = signal[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK)
+    whole = usable[:height, :width].reshape(tiles.shape).all(axis=(1, 3))
+    level = tiles.mean(axis=(1, 3), dtype=np.float64)
+    quads = tiles.reshape(height // BLOCK, 2, 2, 2, width // BLOCK, 2, 2, 2)
+    first, second = quads[:, :, 0], quads[:, :, 1]  # rows two apart; then columns two apart on axis -2
+    difference = 0.5 * (first[..., 0, :] - first[..., 1, :] - second[..., 0, :] + second[..., 1, :])
+    variance = np.square(difference, dtype=np.float64).mean(axis=(1, 2, 4, 5))
+    return level[whole], variance[whole]
+
+
+def envelope(level: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Level, noise variance and number of blocks of each bin: (bins,) each. Bins hold equal numbers of
+    blocks.
+    """
+    order = np.argsort(level, kind="stable")
+    bins = np.array_split(order, max(1, min(BINS, len(order) // LEAST_BLOCKS)))
+    correction = chi2.ppf(QUANTILE, DEGREES) / DEGREES
+    means = np.array([level[chosen].mean() for chosen in bins])
+    noise = np.array([np.quantile(variance[chosen], QUANTILE) for chosen in bins]) / correction
+    return means, noise, np.array([len(chosen) for chosen in bins])
+
+
+def fit_noise(level: np.ndarray, variance: np.ndarray, count: np.ndarray) -> tuple[float, float]:
+    """Read variance and slope, neither negative, of binned variances.
+
+    A variance's own error is proportional to it, so residuals are relative; bins above the line by more than
+    three errors (texture everywhere in them) are given up one by one.
+    """
+    kept = np.ones(len(level), bool)
+    read = slope = 0.0
+    for _ in range(len(level)):
+        scale = np.sqrt(count[kept]) / np.maximum(variance[kept], 1e-30)
+        design = np.column_stack([np.ones(kept.sum()), np.maximum(level[kept], 0.0)]) * scale[:, None]
+        (read, slope), _ = nnls(design, variance[kept] * scale)
+        excess = variance / np.maximum(read + slope * np.maximum(level, 0.0), 1e-30) - 1.0
+        excess[~kept] = -np.inf
+        worst = int(np.argmax(excess))
+        # relative error of the quantile of one bin, about 1.3 times that of its mean square
+        if kept.sum() <= 3 or excess[worst] < 3 * 1.3 * np.sqrt(2 / DEGREES / count[worst]) + 0.1:
+            break
+        kept[worst] = False
+    return float(read), float(slope)
+
+
+def estimate_noise(photos: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> NoiseModel | None:
+    """From several photos of one camera: (signal (h, w, c), quantisation variance (h, w, c), usable (h, w))
+    each.
+
+    None if too few blocks are usable. What quantisation explains is taken off.
+    """
+    channels = photos[0][0].shape[2]
+    reads, slopes = np.zeros(channels), np.zeros(channels)
+    for c in range(channels):
+        level, variance = [], []
+        for signal, quantisation, usable in photos:
+            good = usable & (signal[..., c] < MAXIMUM_LEVEL)
+            found = block_statistics(signal[..., c], good)
+            of_codes, _ = block_statistics(quantisation[..., c], good)
+            level.append(found[0])
+            variance.append(np.maximum(found[1] - of_codes, 0.0))
+        level, variance = np.concatenate(level), np.concatenate(variance)
+        if len(level) < LEAST_BLOCKS:
+            return None
+        reads[c], slopes[c] = fit_noise(*envelope(level, variance))
+    return NoiseModel(reads, slopes, "estimated")

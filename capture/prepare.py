@@ -1,0 +1,191 @@
+"""A first look at a photo set: sizes, exposures, clipping, noise, dark, flat and ambient frames."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from capture.clipping import clip_code
+from capture.encoding import Encoding
+from capture.errors import InputError
+from capture.exposure import Exposure, combine
+from capture.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
+from capture.images import Header, Image, read_header, read_image
+from capture.noise import NoiseModel, estimate_noise, given_noise
+from capture.photoset import Photo, PhotoSet, View
+from capture.radiance import RadianceImage
+from capture.reader import RadianceReader
+from capture.signal import Region, Sensor, grown, linear_signal, saturated
+
+LOOKED_AT = 4  # photos, for noise and clipping
+ASSUMED_ELECTRONS = 20000.0  # at white level, where no photo tells
+ASSUMED_READ = 5.0
+TOO_FULL = 0.01  # share of saturated pixels that spoils a dark or flat frame
+
+
+def prepare(photoset: PhotoSet, *, camera: Rays | None = None) -> RadianceReader:
+    """A reader for a set. ``camera`` (its ``rays`` and ``size``) is needed for ``vignetting = "cos4"`` only.
+
+    Raises InputError if no photo can be read, if photos differ in size, or if dark, flat or ambient frames
+    cannot be used. A single unreadable photo is left for :meth:`RadianceReader.read` to name.
+    """
+    headers = read_headers(photoset)
+    size = common_size(photoset, headers)
+    images = look(photoset)
+    exposures = {
+        photo.file: combine(photo, headers[photo.file].exposure if photo.file in headers else Exposure())
+        for photo in photoset.photos
+    }
+    counted = [photo for view in photoset.views("sample") for photo in view.photos] or photoset.photos
+    fields = frozenset().union(*(exposures[photo.file].known() for photo in counted))
+    sensor = sensor_of(photoset, images)
+    reader = RadianceReader(photoset, images[0].channels, size, sensor, exposures, fields)
+    reader = replace(reader, dark=dark_frame(reader))
+    reader = replace(reader, ambient=ambient_light(reader))
+    return replace(reader, gain=vignetting(reader, camera))
+
+
+def read_radiance(
+    photoset: PhotoSet, view: View, *, roi: Region | None = None, camera: Rays | None = None
+) -> RadianceImage:
+    """Radiance of one view alone; for several, ``prepare(photoset)`` once and ``read`` each."""
+    return prepare(photoset, camera=camera).read(view, roi)
+
+
+def read_headers(photoset: PhotoSet) -> dict[str, Header]:
+    """Headers by file, without those that cannot be read."""
+    headers: dict[str, Header] = {}
+    first: InputError | None = None
+    for photo in photoset.photos:
+        try:
+            path = photoset.folder / photo.file
+            headers[photo.file] = read_header(path, demosaic=photoset.radiometry.demosaic)
+        except InputError as error:
+            first = first or error
+    if first is not None and not headers:
+        raise first
+    return headers
+
+
+def common_size(photoset: PhotoSet, headers: Mapping[str, Header]) -> tuple[int, int]:
+    """Width and height of all photos. Raises InputError naming the first that differs from most."""
+    size, _ = Counter(header.size for header in headers.values()).most_common(1)[0]
+    for file, header in headers.items():
+        if header.size != size:
+            found, expected = ("{} x {}".format(*which) for which in (header.size, size))
+            raise InputError(photoset.folder / file, f"is {found} pixels, the other photos are {expected}")
+    return size
+
+
+def look(photoset: PhotoSet) -> list[Image]:
+    """A few readable photos of the sample, evenly spread; of a bracket the middle one."""
+    views = photoset.views("sample") or tuple(View((photo,)) for photo in photoset.photos)
+    chosen = {round(k) for k in np.linspace(0, len(views) - 1, min(LOOKED_AT, len(views)))}
+    order = [*sorted(chosen), *(k for k in range(len(views)) if k not in chosen)]
+    images: list[Image] = []
+    first: InputError | None = None
+    for k in order:
+        photo = views[k].photos[len(views[k].photos) // 2]
+        try:
+            images.append(read_image(photoset.folder / photo.file, demosaic=photoset.radiometry.demosaic))
+        except InputError as error:
+            first = first or error
+        if len(images) == len(chosen):
+            break
+    if not images:
+        raise first or InputError(photoset.folder, "no photo can be read")
+    same = [image for image in images if image.pixels.shape == images[0].pixels.shape]
+    return [image for image in same if image.pixels.dtype == images[0].pixels.dtype]
+
+
+def sensor_of(photoset: PhotoSet, images: Sequence[Image]) -> Sensor:
+    """How codes stand for light, where they clip, and how noisy they are."""
+    radiometry, image = photoset.radiometry, images[0]
+    own_levels = radiometry.black_level is not None or radiometry.white_level is not None
+    encoding = encoding_of(photoset, image)
+    clip = clip_code([image.pixels for image in images], image.full_scale, lossy=image.lossy)
+    if radiometry.white_level is not None:
+        clip = min(clip, encoding.white * (image.full_scale + image.black) - image.black)
+    noise = given_noise(radiometry, len(image.channels), image.sites)
+    sensor = Sensor(encoding, noise or assumed_noise(len(image.channels)), clip, own_levels)
+    return sensor if noise else replace(sensor, noise=noise_of(sensor, images))
+
+
+def encoding_of(photoset: PhotoSet, image: Image) -> Encoding:
+    radiometry = photoset.radiometry
+    where = f"{photoset.folder / 'photoset.toml'}: [radiometry] encoding"
+    if image.raw and radiometry.encoding != "linear":
+        raise InputError(where, f'a RAW photo is "linear", not "{radiometry.encoding}"')
+    if radiometry.encoding == "unknown":
+        raise InputError(where, '"unknown" cannot be recovered yet')
+    file_black = image.black / (image.full_scale + image.black)
+    black = radiometry.black_level if radiometry.black_level is not None else file_black
+    white = radiometry.white_level if radiometry.white_level is not None else 1.0
+    return Encoding(radiometry.encoding, radiometry.gamma or 1.0, black, white)
+
+
+def assumed_noise(channels: int) -> NoiseModel:
+    read = np.full(channels, (ASSUMED_READ / ASSUMED_ELECTRONS) ** 2)
+    return NoiseModel(read, np.full(channels, 1 / ASSUMED_ELECTRONS), "assumed")
+
+
+def noise_of(sensor: Sensor, images: Sequence[Image]) -> NoiseModel:
+    """Estimated from the photos; assumed where they are too small or too full to tell."""
+    photos = []
+    for image in images:
+        value, quantisation = linear_signal(image, image.pixels, sensor)
+        usable = ~grown(saturated(image.pixels, sensor.clip, image.saturated))
+        if image.pixels.dtype.kind == "u":
+            usable &= (image.pixels > 0).all(axis=2)  # cut off at 0, noise looks smaller
+        photos.append((value, np.broadcast_to(quantisation, value.shape), usable))
+    return estimate_noise(photos) or assumed_noise(len(images[0].channels))
+
+
+def dark_frame(reader: RadianceReader) -> Dark | None:
+    photos = photos_of(reader.photoset, "dark")
+    if not photos:
+        return None
+    signals = [reader.signal(photo) for photo in photos]
+    for photo, signal in zip(photos, signals, strict=True):
+        if signal.saturated.mean() > TOO_FULL:
+            raise InputError(reader.photoset.folder / photo.file, "a dark frame, but much of it is saturated")
+    black_known = reader.photoset.radiometry.black_level is not None or reader.sensor.encoding.black > 0
+    return dark_of(signals, [reader.exposures[photo.file] for photo in photos], black_known=black_known)
+
+
+def ambient_light(reader: RadianceReader) -> dict[str | None, RadianceImage]:
+    """Mean radiance of the ambient photos by the light that they name; None: for all other views."""
+    by_light: dict[str | None, list[RadianceImage]] = {}
+    for view in reader.photoset.views("ambient"):
+        by_light.setdefault(view.light, []).append(reader.exposed(view))
+    return {light: mean_image(images) for light, images in by_light.items()}
+
+
+def mean_image(images: Sequence[RadianceImage]) -> RadianceImage:
+    value, variance = mean_signal(images)
+    full = np.logical_or.reduce([image.saturated for image in images])
+    return RadianceImage(value, variance, ~full, full)
+
+
+def vignetting(reader: RadianceReader, camera: Rays | None) -> np.ndarray | None:
+    """What radiance is multiplied by, (h, w, c or 1), or None."""
+    photoset = reader.photoset
+    if photoset.radiometry.vignetting == "cos4":
+        return cos4_gain(camera) if camera is not None else None
+    if photoset.radiometry.vignetting == "none":
+        return None
+    flats = [reader.exposed(view) for view in photoset.views("flat")]
+    for view, flat in zip(photoset.views("flat"), flats, strict=True):
+        if flat.saturated.mean() > TOO_FULL:
+            raise InputError(photoset.folder / view.name, "a flat field, but much of it is saturated")
+    try:
+        return flat_gain(*mean_signal(flats))
+    except ValueError as error:
+        raise InputError(photoset.folder / photoset.views("flat")[0].name, str(error)) from error
+
+
+def photos_of(photoset: PhotoSet, role: str) -> tuple[Photo, ...]:
+    return tuple(photo for photo in photoset.photos if photo.role == role)

@@ -1,0 +1,109 @@
+"""Reads views as linear radiance, with all that the set's own frames and a first look at its photos tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from capture.brackets import merge
+from capture.errors import InputError
+from capture.exposure import FIELDS, Exposure
+from capture.frames import Dark
+from capture.images import Image, read_image
+from capture.outliers import isolated_spots
+from capture.photoset import Photo, PhotoSet, View
+from capture.radiance import RadianceImage
+from capture.signal import Region, Sensor, Signal, cut, grown, signal_of
+
+BELOW_BLACK = 4.0  # standard deviations below black that a pixel may read
+
+
+@dataclass(frozen=True, slots=True)
+class RadianceReader:
+    """Reads any view of a set; made by :func:`capture.prepare.prepare`. Worker processes can share one (it
+    pickles).
+    """
+
+    photoset: PhotoSet
+    channels: tuple[str, ...]
+    size: tuple[int, int]  # width, height
+    sensor: Sensor
+    exposures: Mapping[str, Exposure]  # by file
+    fields: frozenset[str]  # the exposure's quantities that count
+    dark: Dark | None = None
+    gain: np.ndarray | None = None  # (h, w, c or 1) float32 against vignetting
+    ambient: Mapping[str | None, RadianceImage] = field(default_factory=dict)  # by light
+    warnings: tuple[str, ...] = ()
+
+    def read(self, view: View, roi: Region | None = None) -> RadianceImage:
+        """Radiance of a view, or of its region ``[x0, x1) x [y0, y1)``.
+
+        Raises InputError, naming the photo, if it cannot be read, differs in size or channels from the
+        others, or lacks an exposure quantity that others have.
+        """
+        image = self.exposed(view, roi)
+        lamp_off = self.ambient.get(view.light, self.ambient.get(None))
+        value, variance, saturated = image.value, image.variance, image.saturated
+        if lamp_off is not None:
+            value -= cut(lamp_off.value, roi)
+            variance += cut(lamp_off.variance, roi)
+            saturated = saturated | cut(lamp_off.saturated, roi)
+        if self.gain is not None:
+            gain = cut(self.gain, roi)
+            value *= gain
+            variance *= gain**2
+        valid = image.valid & ~grown(saturated)
+        valid &= ~isolated_spots(value, variance)
+        return RadianceImage(value, variance, valid, saturated, image.origin, image.ghost)
+
+    def exposed(self, view: View, roi: Region | None = None) -> RadianceImage:
+        """Exposures joined and divided out; ambient light and vignetting still in it."""
+        factors = [self.factor(photo) for photo in view.photos]
+        signals = [self.signal(photo, roi) for photo in view.photos]
+        ghost = None
+        if len(signals) == 1:
+            value, variance, saturated = signals[0].value, signals[0].variance, signals[0].saturated
+            value *= np.float32(1 / factors[0])
+            variance *= np.float32(1 / factors[0] ** 2)
+        else:
+            merged = merge(signals, factors, self.sensor.noise)
+            value, variance, saturated, ghost = merged.value, merged.variance, merged.saturated, merged.ghost
+        valid = ~saturated if ghost is None else ~(saturated | ghost)
+        for c in range(value.shape[2]):  # also refuses NaN
+            valid &= value[..., c] > -BELOW_BLACK * np.sqrt(variance[..., c])
+        if self.dark is not None:
+            valid &= ~cut(self.dark.hot, roi)
+        return RadianceImage(value, variance, valid, saturated, roi[:2] if roi else (0, 0), ghost)
+
+    def factor(self, photo: Photo) -> float:
+        """Exposure of a photo: signal over radiance."""
+        exposure = self.exposures.get(photo.file, Exposure())
+        missing = [name for name in FIELDS if name in self.fields and getattr(exposure, name) is None]
+        if missing:
+            what = f"no {missing[0]}, neither in the manifest nor in EXIF, while other photos have it"
+            raise InputError(self.photoset.folder / photo.file, what)
+        return exposure.only(self.fields).factor
+
+    def signal(self, photo: Photo, roi: Region | None = None) -> Signal:
+        """Linear signal of a photo without its dark signal."""
+        signal = signal_of(self.image(photo), self.sensor, roi)
+        if self.dark is not None:
+            time = self.exposures.get(photo.file, Exposure()).exposure_time
+            np.subtract(signal.value, self.dark.at(time, roi), out=signal.value)
+            np.add(signal.variance, cut(self.dark.variance, roi), out=signal.variance)
+        return signal
+
+    def image(self, photo: Photo) -> Image:
+        """The decoded photo, of the set's size and channels."""
+        path = self.photoset.folder / photo.file
+        image = read_image(path, demosaic=self.photoset.radiometry.demosaic)
+        height, width = image.pixels.shape[:2]
+        if (width, height) != self.size:
+            expected = f"{self.size[0]} x {self.size[1]}"
+            raise InputError(path, f"is {width} x {height} pixels, the other photos are {expected}")
+        if len(image.channels) != len(self.channels):
+            what = f"has {len(image.channels)} channels, the other photos have {len(self.channels)}"
+            raise InputError(path, what)
+        return image

@@ -1,0 +1,105 @@
+"""A decoded photo as linear signal: 0 at black level, 1 at white level, exposure not yet divided out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from capture.encoding import Encoding
+from capture.images import Image
+from capture.noise import NoiseModel
+
+Region = tuple[int, int, int, int]  # columns and rows [x0, x1) x [y0, y1)
+HALF_STEP = 2.0**-11  # relative spacing of half floats, taken for all float files
+FLOAT_FLOOR = 1e-14  # variance of a float's zero
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    value: np.ndarray  # (h, w, c) float32
+    variance: np.ndarray  # (h, w, c) float32, noise and quantisation
+    saturated: np.ndarray  # (h, w) bool
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """How the camera's files stand for light."""
+
+    encoding: Encoding
+    noise: NoiseModel
+    clip: float  # code, in file units, at and above which a pixel is full; infinite: never
+    own_levels: bool = False  # the manifest gives black or white, also for RAW files
+
+
+def cut(array: np.ndarray, region: Region | None) -> np.ndarray:
+    """The region's part of an image, a view; all of it without a region."""
+    if region is None:
+        return array
+    x0, y0, x1, y1 = region
+    return array[y0:y1, x0:x1]
+
+
+def signal_of(image: Image, sensor: Sensor, region: Region | None = None) -> Signal:
+    """Signal, variance and saturation of a photo, or of a region of it."""
+    pixels = cut(image.pixels, region)
+    value, quantisation = linear_signal(image, pixels, sensor)
+    variance = sensor.noise.variance(value)
+    variance += quantisation
+    full = cut(image.saturated, region) if image.saturated is not None else None
+    return Signal(value, variance, saturated(pixels, sensor.clip, full))
+
+
+def saturated(pixels: np.ndarray, clip: float, known: np.ndarray | None) -> np.ndarray:
+    """Pixels (h, w) some channel of which is at or above ``clip``, joined with those known from the mosaic.
+    result = np.zeros(pixels.shape[:2], bool) if known is None else known.copy()
+    if np.isfinite(clip):
+        for c in range(pixels.shape[2]):  # quicker than a maximum over a short axis
+            result |= pixels[..., c] >= clip
+    return result
+
+
+def linear_signal(image: Image, pixels: np.ndarray, sensor: Sensor) -> tuple[np.ndarray, np.ndarray | float]:
+    """Signal (h, w, c) float32 of pixels, and the variance that quantisation adds."""
+    channels = pixels.shape[2]
+    encoding = sensor.encoding
+    if image.raw and not sensor.own_levels:
+        value = pixels * np.float32(1.0 / image.full_scale)
+        return value, np.float32(1.0 / image.full_scale**2 / 12)
+    if encoding.kind == "linear":
+        full, black = image.full_scale + image.black, image.black / (image.full_scale + image.black)
+        scale = 1.0 / (encoding.white - encoding.black)
+        value = pixels.astype(np.float32)
+        value *= np.float32(scale / full)
+        value += np.float32((black - encoding.black) * scale)
+        integer = pixels.dtype.kind == "u" or image.raw
+        return value, np.float32((scale / full) ** 2 / 12) if integer else float_steps(value)
+    if pixels.dtype.kind == "u":
+        return look_up(pixels, *encoding.lookup(int(image.full_scale), channels))
+    value = encoding.linear(pixels, channels).astype(np.float32)
+    return value, float_steps(value)
+
+
+def float_steps(value: np.ndarray) -> np.ndarray:
+    """Quantisation variance of half floats."""
+    return np.square(value * np.float32(HALF_STEP)) / np.float32(12) + np.float32(FLOAT_FLOOR)
+
+
+def look_up(pixels: np.ndarray, value: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both tables (codes, c) at the codes of pixels (h, w, c)."""
+    shape = pixels.shape
+    found = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    for c in range(shape[2]):
+        found[0][..., c] = value[:, c][pixels[..., c]]
+        found[1][..., c] = variance[:, c][pixels[..., c]]
+    return found
+
+
+def grown(mask: np.ndarray) -> np.ndarray:
+    """A mask with the eight neighbours of its pixels.
+
+    Beside a saturated pixel, charge spills over; and where noise lifts some of an even area above the
+    clipping level, those that stay below are the low ones.
+    """
+    return cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
