@@ -1,4 +1,4 @@
-"""Hot pixels, dead pixels and a renderer's fireflies: spots of at most 3 x 3 pixels alone on a calm ground.
+"""Hot pixels, dead pixels and a renderer's fireflies: spots of at most 3 x 3 pixels on a calm ground."""
 
 from __future__ import annotations
 

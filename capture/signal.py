@@ -52,7 +52,7 @@ def signal_of(image: Image, sensor: Sensor, region: Region | None = None) -> Sig
 
 
 def saturated(pixels: np.ndarray, clip: float, known: np.ndarray | None) -> np.ndarray:
-    """Pixels (h, w) some channel of which is at or above ``clip``, joined with those known from the mosaic.
+    """Pixels (h, w) some channel of which is at or above ``clip``, or known from the mosaic."""
     result = np.zeros(pixels.shape[:2], bool) if known is None else known.copy()
     if np.isfinite(clip):
         for c in range(pixels.shape[2]):  # quicker than a maximum over a short axis
