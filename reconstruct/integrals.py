@@ -38,6 +38,7 @@ def cosine_moments(order: int, power: int) -> np.ndarray:
 def exit_integral(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, power: int) -> np.ndarray:
     """(j, c) coefficients on Z_j(i) of the sum of modes times cos_r^power, integrated over exit directions."""
     modes, coefficients = np.asarray(modes, int), np.asarray(coefficients, float)
+    order = _order(symmetry, modes)  # before modes with l > 0, perhaps of the highest order, are dropped
     if symmetry == "isotropic":
         kept = modes[:, 2] == 0
         modes, coefficients = modes[kept], coefficients[kept] * isotropic_norms(modes[kept])[:, None]
@@ -46,7 +47,6 @@ def exit_integral(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, po
         j, k = zernike_index(modes[:, 0], modes[:, 1]), zernike_index(modes[:, 2], modes[:, 3])
     if symmetry == "reciprocal":
         coefficients = coefficients * np.where(j == k, 0.5, np.sqrt(0.5))[:, None]
-    order = _order(symmetry, modes)
     moments = cosine_moments(order, power)
     result = np.zeros((zernike_count(order), coefficients.shape[1]))
     np.add.at(result, j, coefficients * moments[k][:, None])
