@@ -38,13 +38,9 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     said = fit.diagnostics.get("choices")
     if said is not None:
         return tuple(Choice(one["what"], str(one["value"]), one["reason"]) for one in said)
-    reason = (
-        f"best of {fit.diagnostics.get('tried')} models at predicting what was left out, within its error"
-    )
-    names = ("order", "lobes", "prior strength")
-    return tuple(
-        Choice(name, str(fit.diagnostics[name]), reason) for name in names if name in fit.diagnostics
-    )
+    found = fit.diagnostics
+    reason = f"of {found.get('tried')} models the simplest that predicts left-out cells as well as the best"
+    return tuple(Choice(k, str(found[k]), reason) for k in ("order", "lobes", "prior strength") if k in found)
 
 
 def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
@@ -55,7 +51,7 @@ def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
         (
             "coverage",
             "Coverage of the facet pairs",
-            "Exit directions seen, by the angle of incidence: equal-area disks, the light to the right at the "
+            "Exit directions seen, by the angle of incidence: equal-area disks, the light at the "
             "orange dot, rings at 30 and 60 degrees. Grey: no sample.",
             coverage_figure(result.table),
         ),
