@@ -1,0 +1,177 @@
+"""The picture of a world: radiance of every pixel, its area averaged, without noise.
+
+A pixel that is all one thing is sampled at 2 x 2 Gauss points; one with an edge in it on an 8 x 8 grid, and
+its neighbours (where an edge's corner may hide) on 4 x 4. There is no chance in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from calib.camera import Camera, Pose
+from synthetic.highlight import add_highlights
+from synthetic.reflectance import Reflectance
+from synthetic.trace import BALL, World, label_rays, see_lamp, shade_rays
+
+Extra = Callable[
+    [np.ndarray, np.ndarray, np.ndarray], np.ndarray
+]  # points, normals, exits (n, 3) -> radiance (n, c)
+CHUNK = 160_000  # rays at a time
+# degree 5 on the unit disc (Radon 1948): places and weights
+LAMP_POINTS = np.array(
+    [[0.0, 0.0], *(np.sqrt(2 / 3) * np.array([np.cos(a), np.sin(a)]) for a in np.arange(6) * np.pi / 3)]
+)
+LAMP_WEIGHTS = np.array([0.25] + [0.125] * 6)
+
+
+@dataclass(frozen=True, slots=True)
+class Detail:
+    """How finely a pixel is sampled, points along its side."""
+
+    plain: int = 2
+    near: int = 4
+    edge: int = 8
+
+
+def render(
+    world: World,
+    brdf: Reflectance,
+    camera: Camera,
+    pose: Pose,
+    *,
+    extra: tuple[Extra, ...] = (),
+    detail: Detail = Detail(),
+) -> np.ndarray:
+    """Radiance (h, w, c). ``extra``: what the sample sends out besides the lamps' direct light."""
+    width, height = camera.size
+    corners = plane_corners(camera)
+    edge, near = edge_pixels(world, pose, corners)
+    image = np.zeros((height * width, len(world.ambient)))
+    for mask, count in ((edge, detail.edge), (near, detail.near), (~edge & ~near, detail.plain)):
+        offsets = gauss_points(count) if count <= 2 else (np.arange(count) + 0.5) / count
+        shade_pixels(world, brdf, pose, corners, np.flatnonzero(mask), offsets, image, extra)
+    image = image.reshape(height, width, -1)
+    add_highlights(world, camera, pose, image)
+    return image
+
+
+def gauss_points(count: int) -> np.ndarray:
+    """Gauss-Legendre places on [0, 1] whose weights are equal (one or two of them)."""
+    return 0.5 * (np.polynomial.legendre.leggauss(count)[0] + 1.0)
+
+
+def plane_corners(camera: Camera) -> np.ndarray:
+    """Places (h+1, w+1, 2) on the plane z = 1 of the camera that the pixels' corners see."""
+    width, height = camera.size
+    x, y = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
+    rays = camera.rays(np.stack([x.ravel(), y.ravel()], axis=-1))
+    return (rays[:, :2] / rays[:, 2:]).reshape(height + 1, width + 1, 2)
+
+
+def world_directions(pose: Pose, plane: np.ndarray) -> np.ndarray:
+    """Unit directions (n, 3) in the world of places (..., 2) on the plane z = 1."""
+    flat = plane.reshape(-1, 2)
+    rays = flat @ pose.rotation[:2] + pose.rotation[2]
+    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+
+
+def edge_pixels(world: World, pose: Pose, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Masks (h, w): pixels that a step runs through or that show a mirror ball, and their neighbours."""
+    height, width = corners.shape[0] - 1, corners.shape[1] - 1
+    at_corner = label_rays(world, pose.center, world_directions(pose, corners)).reshape(height + 1, width + 1)
+    middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
+    middle = label_rays(world, pose.center, world_directions(pose, middles)).reshape(height, width)
+    edge = middle % 1024 // 64 == BALL
+    for rows in (slice(None, -1), slice(1, None)):
+        for columns in (slice(None, -1), slice(1, None)):
+            edge |= at_corner[rows, columns] != middle
+    near = cv2.dilate(edge.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    return edge, near & ~edge
+
+
+def shade_pixels(world, brdf, pose, corners, pixels, offsets, image, extra) -> None:
+    """Adds the light of ``pixels`` (n,), sampled at offsets x offsets, to ``image`` (h w, c)."""
+    width, per_pixel = corners.shape[1] - 1, len(offsets) ** 2
+    v, u = (a.ravel() for a in np.meshgrid(offsets, offsets, indexing="ij"))
+    step = max(CHUNK // per_pixel, 1)
+    for first in range(0, len(pixels), step):
+        part = pixels[first : first + step]
+        row, column = part // width, part % width
+        plane = sum(
+            corners[row + b, column + a][:, None] * ((u if a else 1 - u) * (v if b else 1 - v))[:, None]
+            for a in (0, 1)
+            for b in (0, 1)
+        )
+        pixel = np.repeat(part, per_pixel)
+        weight = np.full(len(pixel), 1.0 / per_pixel)
+        wanted = np.empty(len(pixel), np.int64), np.empty(len(pixel)), *np.empty((2, len(pixel), 3))
+        count = shade_rays(world, pose.center, world_directions(pose, plane), pixel, weight, image, *wanted)
+        if count:
+            where, through, points, exits = (a[:count] for a in wanted)
+            light = through[:, None] * sample_radiance(world, brdf, points, exits, extra)
+            for c in range(image.shape[1]):
+                image[:, c] += np.bincount(where, light[:, c], minlength=len(image))
+
+
+def sample_radiance(
+    world: World, brdf: Reflectance, points, exits, extra: tuple[Extra, ...] = ()
+) -> np.ndarray:
+    """Radiance (n, c) that the sample's points (n, 3) send along ``exits`` (n, 3)."""
+    on_sphere = world.sphere[3] > 0
+    normals = sample_normals(world, points)
+    frame = tangent_frames(normals)
+    exit = np.einsum("nij,nj->ni", frame, exits)
+    total = np.zeros((len(points), len(world.ambient)))
+    on_sheet = -1 if on_sphere else int(np.argmax(world.sheet_sample))
+    for k in range(len(world.lamp)):
+        seen = see_lamp(world, k, points, on_sphere, on_sheet)
+        for direction, falloff in lamp_directions(world.lamp[k], points):
+            incident = np.einsum("nij,nj->ni", frame, direction)
+            strength = seen * falloff * np.maximum(incident[:, 2], 0.0)
+            total += strength[:, None] * brdf(incident, exit) * world.intensity[k]
+    for more in extra:
+        total += more(points, normals, exits)
+    return total
+
+
+def sample_normals(world: World, points: np.ndarray) -> np.ndarray:
+    if world.sphere[3] > 0:
+        return (points - world.sphere[:3]) / world.sphere[3]
+    return np.broadcast_to([0.0, 0.0, 1.0], points.shape)
+
+
+def tangent_frames(normals: np.ndarray) -> np.ndarray:
+    """Rows x, y, n (n, 3, 3): x along the circle about the vertical; the board's x at the top."""
+    x = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=-1)
+    size = np.linalg.norm(x, axis=1, keepdims=True)
+    x = np.where(size > 1e-12, x / np.maximum(size, 1e-300), [1.0, 0.0, 0.0])
+    return np.stack([x, np.cross(normals, x), normals], axis=1)
+
+
+def lamp_directions(lamp: np.ndarray, points: np.ndarray):
+    """Yields unit directions (n, 3) to parts of a lamp and their falloff (n,); one part if it is a point.
+
+    In the plane across the axis a glowing ball is an even disc of radius sin(size), on which Radon's rule integrates
+    f cos; the parts' falloffs sum to 1/d^2 but for the foreshortening of the disc itself, below size^2.
+    """
+    if lamp[0] == 1.0:
+        axis, falloff, size = np.broadcast_to(lamp[1:4], points.shape), np.ones(len(points)), np.sin(lamp[4])
+    else:
+        offset = lamp[1:4] - points
+        squared = np.einsum("ij,ij->i", offset, offset)
+        axis, falloff = offset / np.sqrt(squared)[:, None], 1.0 / squared
+        size = np.minimum(lamp[4] / np.sqrt(squared), 1.0)
+    if lamp[4] == 0.0:
+        yield axis, falloff
+        return
+    side = tangent_frames(axis)
+    for (u, v), weight in zip(LAMP_POINTS, LAMP_WEIGHTS, strict=True):
+        a, b = u * size, v * size
+        along = np.broadcast_to(np.sqrt(1.0 - a**2 - b**2), len(points))
+        across = np.broadcast_to(np.stack(np.broadcast_arrays(a, b), axis=-1), (len(points), 2))
+        direction = along[:, None] * axis + np.einsum("nk,nkj->nj", across, side[:, :2])
+        yield direction, falloff * weight / along

@@ -1,0 +1,238 @@
+"""A scene: everything that decides a rendered photo set, from a small TOML file or a built-in name (docs/scenes.md).
+
+Plain values only, so that a scene can be compared, hashed, changed with ``dataclasses.replace`` and written down whole.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
+from types import UnionType
+from typing import get_args, get_origin, get_type_hints
+
+from capture.errors import InputError
+from capture.photoset import Board
+from capture.schema import did_you_mean
+
+SCENES = Path(__file__).parent / "scenes"
+Point = tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SampleScene:
+    """The sample as the manifest says; ``offset`` is where it truly stands from there."""
+
+    shape: str = "sphere"  # "sphere" | "plane"
+    center: Point = (90.0, 70.0, 25.0)
+    radius: float = 25.0
+    outline: tuple[Point, ...] = ((55.0, 42.0), (125.0, 42.0), (125.0, 98.0), (55.0, 98.0))
+    height: float = 0.5
+    symmetry: str = "auto"
+    offset: Point = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class BoardScene:
+    kind: str = "charuco"
+    dictionary: str = "DICT_5X5_250"
+    squares: tuple[int, ...] | None = (9, 7)
+    square_length: float | None = 20.0
+    markers: tuple[int, ...] | None = None
+    marker_length: float | None = 15.0
+    marker_separation: float | None = None
+    first_id: int = 0
+    legacy_pattern: bool = False
+    print_scale: float = 1.0  # true lengths of the print over those that the manifest gives
+    paper: float = 0.82  # reflectances
+    ink: float = 0.04
+    table: float = 0.05
+    table_radius: float = 900.0  # 0: no table
+
+    def nominal(self) -> Board:
+        """The board as the manifest gives it."""
+        return Board(
+            kind=self.kind,
+            dictionary=self.dictionary,
+            squares=self.squares if self.kind == "charuco" else None,
+            square_length=self.square_length if self.kind == "charuco" else None,
+            markers=self.markers,
+            marker_length=self.marker_length,
+            marker_separation=self.marker_separation,
+            first_id=self.first_id,
+            legacy_pattern=self.legacy_pattern,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class BallScene:
+    center: Point
+    radius: float
+    reflectance: float = 0.85
+
+
+@dataclass(frozen=True, slots=True)
+class PatchScene:
+    outline: tuple[Point, ...]
+    height: float = 0.3
+    reflectance: Point = (0.9,)  # as the manifest says
+    true_reflectance: Point | None = None  # where it is not so
+
+
+@dataclass(frozen=True, slots=True)
+class CameraScene:
+    size: tuple[int, ...] = (600, 400)
+    focal: float = 1350.0  # pixels
+    aspect: float = 1.0  # focal length down over across
+    center: Point = (6.3, -4.7)  # principal point from the middle of the picture, pixels
+    distortion: Point = (-0.13, 0.09, 0.0006, -0.0004, 0.0)
+    distance: Point = (620.0, 620.0)  # from the sample, least and most
+    elevation: Point = (52.0, 52.0)  # degrees above the board, least and most
+    azimuth: float = -90.0  # degrees from x; of the first place
+    motion: str = "fixed"  # "fixed" | "moving" | "turntable"
+    calibration: int = 6  # photos of the bare board
+    given: bool = False  # the manifest gives matrix and distortion
+    vignetting: str = "none"  # "none" | "cos4"
+    defocus: float = 0.5  # standard deviation of the blur, pixels
+
+
+@dataclass(frozen=True, slots=True)
+class LampScene:
+    count: int = 12
+    kind: str = "point"  # "point" | "directional"
+    radius: float = 7.0  # of the glowing ball; in degrees if directional
+    distance: Point = (350.0, 500.0)  # from the sample, least and most
+    elevation: Point = (12.0, 85.0)  # degrees above the board, least and most
+    spread: str = "around"  # "around" | "plane": all in the vertical plane of the camera
+    places: tuple[Point, ...] = ()  # instead: positions (directions if directional) one by one
+    color: Point = (1.0, 1.0, 1.0)
+    attached_at: Point | None = None  # a lamp on the camera, in the camera's frame; one id for all photos
+    given: bool = False  # the manifest gives places and intensities
+
+
+@dataclass(frozen=True, slots=True)
+class SensorScene:
+    bits: int = 16
+    encoding: str = "linear"  # "linear" | "srgb" | "gamma"
+    gamma: float = 2.2
+    format: str = "png"  # "png" | "tiff"
+    level: float = 0.55  # what a 90 % white would give, facing the lamp at its mean distance
+    exposure_time: float = 0.02
+    f_number: float | None = None
+    iso: float | None = None
+    brackets: Point = ()  # factors on the exposure time: one photo each
+    gain_electrons: float | None = 20000.0  # electrons at full scale; 0: no noise at all
+    read_noise_electrons: float = 5.0
+    declare_noise: bool = False  # the manifest gives gain and read noise
+    dark_current: float = 0.0  # electrons per second
+    hot_pixels: float = (
+        0.0  # fraction of pixels, each with a dark current of its own up to full scale per photo
+    )
+    fireflies: float = 0.0  # fraction of pixels set to a random bright value, anew in each photo
+    bayer: bool = False  # one colour a pixel (RGGB), the others interpolated
+    black_level: float = 0.0
+    ambient: float = 0.0  # the room's even light, over the lamp's on a white facing it
+    dark_photos: int = 0
+    ambient_photo: bool = False
+    flat_photo: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class RenderScene:
+    bounce: bool = True
+    plain: int = 2  # points along a pixel's side: where nothing happens, beside an edge, on an edge
+    near: int = 4
+    edge: int = 8
+
+
+@dataclass(frozen=True, slots=True)
+class FaultScene:
+    """What is wrong with the set, by places in its row of sample views from 0."""
+
+    moved_after: int | None = None  # the sample stands elsewhere in all later views
+    moved_by: Point = (0.0, 0.0, 0.0)
+    swapped: tuple[tuple[int, ...], ...] = ()  # pairs of views whose light ids are exchanged
+    two_lamps: tuple[int, ...] = ()  # views lit by the next view's lamp too
+    missing: tuple[int, ...] = ()  # views that are not there
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A photo set before it is rendered. ``brdf``: `model` and its parameters, or `file` (see synthetic.brdf)."""
+
+    name: str
+    brdf: dict[str, object]
+    seed: int = 1
+    length_unit: str = "mm"
+    sample: SampleScene = SampleScene()
+    board: BoardScene | None = BoardScene()
+    mirror_ball: tuple[BallScene, ...] = ()
+    white_patch: tuple[PatchScene, ...] = ()
+    camera: CameraScene = CameraScene()
+    lamp: LampScene = LampScene()
+    sensor: SensorScene = SensorScene()
+    render: RenderScene = RenderScene()
+    fault: FaultScene = field(default_factory=FaultScene)
+    folder: str = ""  # that paths in ``brdf`` are relative to
+
+
+def built_in() -> tuple[str, ...]:
+    """Names of the scenes that come with the program."""
+    return tuple(sorted(path.stem for path in SCENES.glob("*.toml")))
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """A built-in scene, or one from a TOML file. Raises InputError for an unknown name, key or value."""
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        if str(name_or_path) not in built_in():
+            hint = did_you_mean(str(name_or_path), built_in())
+            raise InputError(name_or_path, f"no such scene: neither built in nor a .toml file{hint}")
+        path = SCENES / f"{name_or_path}.toml"
+    if not path.is_file():
+        raise InputError(path, "no such file")
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(path, f"not TOML: {error}") from error
+    return read(Scene, {"name": path.stem, "folder": str(path.parent), **without_board(table)}, str(path))
+
+
+def without_board(table: dict[str, object]) -> dict[str, object]:
+    """TOML has no null: `board = false` says that there is none."""
+    return {**table, "board": None} if table.get("board") is False else table
+
+
+def read(kind: type, table: object, where: str):
+    """A dataclass from a table, its unknown keys and wrong types refused."""
+    if not isinstance(table, dict):
+        raise InputError(where, f"expected a table, got {table!r}")
+    hints = get_type_hints(kind)
+    for key in table:
+        if key not in hints:
+            raise InputError(where, f"unknown key {key!r}{did_you_mean(key, list(hints))}")
+    missing = [f.name for f in fields(kind) if f.name not in table and required(f)]
+    if missing:
+        raise InputError(where, f"the key {missing[0]!r} is required")
+    return kind(**{key: convert(hints[key], value, f"{where}: {key}") for key, value in table.items()})
+
+
+def required(item) -> bool:
+    return item.default is item.default_factory  # both are dataclasses.MISSING
+
+
+def convert(hint: object, value: object, where: str) -> object:
+    """A TOML value as the type that a field is declared to have; InputError otherwise."""
+    if get_origin(hint) is UnionType:
+        return None if value is None else convert(get_args(hint)[0], value, where)
+    if is_dataclass(hint):
+        return read(hint, value, where)
+    if get_origin(hint) is tuple:
+        values = value if isinstance(value, list | tuple) else [value]
+        return tuple(convert(get_args(hint)[0], v, where) for v in values)
+    plain = get_origin(hint) or hint
+    if plain is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if not isinstance(value, plain) or (isinstance(value, bool) and plain is not bool):
+        raise InputError(where, f"expected {plain.__name__}, got {value!r}")
+    return value
