@@ -1,0 +1,89 @@
+"""The cells of a table as a fit sees them: mean value, noise, mean directions and place of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reconstruct.angles import pair_angles, spherical_angles
+from reconstruct.table import FacetTable
+
+LEAST_SAMPLES = 3  # a cell of fewer pixels is mostly edge
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Observations of a BRDF at mean directions; n cells, c channels."""
+
+    theta_i: np.ndarray  # (n,) radians
+    phi_i: np.ndarray  # (n,) radians
+    theta_r: np.ndarray  # (n,) radians
+    phi_r: np.ndarray  # (n,) radians
+    dphi: np.ndarray  # (n,) radians, phi_r - phi_i folded to [0, pi]
+    value: np.ndarray  # (n, c) 1/sr
+    variance: np.ndarray  # (n, c) of the mean, from noise alone
+    count: np.ndarray  # (n,) samples
+    group: np.ndarray  # (n,) index of the view
+    place: np.ndarray  # (n, 3) world point, length units
+    groups: tuple[str, ...]
+    channels: tuple[str, ...]
+    binned: bool  # False: every cell is one measurement of its own
+
+    def __len__(self) -> int:
+        return len(self.theta_i)
+
+    def take(self, keep: np.ndarray) -> Cells:
+        """The cells that a mask or an index array (any, of n) names."""
+        return replace(self, **{name: getattr(self, name)[keep] for name in _ROWS})
+
+    def with_value(self, value: np.ndarray) -> Cells:
+        """The same directions with other values (n, c)."""
+        return replace(self, value=value)
+
+    @classmethod
+    def of_angles(cls, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> Cells:
+        """Directions without observations, (n,) each, radians: where a model is to be evaluated."""
+        n = len(theta_i)
+        return cls(
+            theta_i=theta_i,
+            phi_i=np.zeros(n),
+            theta_r=theta_r,
+            phi_r=dphi,
+            dphi=dphi,
+            value=np.empty((n, 0)),
+            variance=np.empty((n, 0)),
+            count=np.ones(n),
+            group=np.zeros(n, int),
+            place=np.zeros((n, 3)),
+            groups=("",),
+            channels=(),
+            binned=False,
+        )
+
+
+_ROWS = ("theta_i", "phi_i", "theta_r", "phi_r", "dphi", "value", "variance", "count", "group", "place")
+
+
+def cells_of(table: FacetTable) -> Cells:
+    """Means of a table's cells; of a binned table only cells of at least :data:`LEAST_SAMPLES` samples."""
+    keep = (table.weight > 0) & ((table.count >= LEAST_SAMPLES) | (table.level < 0))
+    weight = table.weight[keep, None]
+    incident, exit = table.incident[keep], table.exit[keep]
+    theta_i, phi_i = spherical_angles(incident)
+    theta_r, phi_r = spherical_angles(exit)
+    return Cells(
+        theta_i=theta_i,
+        phi_i=phi_i,
+        theta_r=theta_r,
+        phi_r=phi_r,
+        dphi=np.abs(pair_angles(incident, exit)[2]),
+        value=table.value[keep] / weight,
+        variance=table.variance[keep] / weight**2,
+        count=table.count[keep],
+        group=table.group[keep],
+        place=table.place[keep] / weight,
+        groups=table.groups,
+        channels=table.channels,
+        binned=table.level >= 0,
+    )

@@ -1,0 +1,103 @@
+"""Families of GGX lobes that a fit may try, each as a fixed part plus columns with bounded coefficients.
+
+Every family is D G F / (4 cos_i cos_r) with the GGX distribution (Walter et al. 2007). They differ in Smith's
+masking G (height-correlated, Heitz 2014; or separable) and in Fresnel's F (Schlick 1994 with a free base reflectance
+a channel, as in the coefficient file; or the exact dielectric formula with one index for all channels). The file
+knows only height-correlated Schlick lobes: :mod:`reconstruct.represent` says the others in its terms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
+ROUGHNESS_BOUNDS = (0.02, 1.0)
+F0_BOUNDS = (0.005, 0.3)  # of a dielectric: index 1.15 to 3.4
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """One kind of lobe."""
+
+    name: str
+    fresnel: str  # "schlick" | "dielectric"
+    masking: str  # "correlated" | "separable"
+    absolute: bool  # weight 1; else a free weight a channel
+
+    @property
+    def shape_names(self) -> tuple[str, ...]:
+        """The nonlinear parameters, shared by all channels."""
+        return ("roughness", "f0") if self.fresnel == "dielectric" and self.absolute else ("roughness",)
+
+    @property
+    def coefficient_names(self) -> tuple[str, ...]:
+        """The linear coefficients, one each a channel."""
+        if self.fresnel == "schlick":
+            return ("f0",) if self.absolute else ("weight f0", "weight (1 - f0)")
+        return () if self.absolute else ("weight",)
+
+    def upper_bounds(self) -> np.ndarray:
+        """Of the coefficients, (q,); all lower bounds are 0."""
+        return np.array([1.0 if name == "f0" else np.inf for name in self.coefficient_names])
+
+
+CORRELATED_SCHLICK = Family("correlated-schlick", "schlick", "correlated", True)  # the coefficient file's own
+_KINDS = (
+    ("schlick", "correlated"),
+    ("schlick", "separable"),
+    ("dielectric", "correlated"),
+    ("dielectric", "separable"),
+)
+
+
+def families(*, absolute: bool) -> tuple[Family, ...]:
+    """All families; those of a relative scale have a free weight a channel."""
+    return tuple(Family(f"{masking}-{fresnel}", fresnel, masking, absolute) for fresnel, masking in _KINDS)
+
+
+def lobe_columns(
+    family: Family, shape: np.ndarray, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The fixed part (n,) and the columns (n, q) of a lobe; lobe = fixed + columns @ coefficients, 1/sr.
+
+    ``shape`` holds the nonlinear parameters in the order of ``family.shape_names``.
+    """
+    base, cos_h = _without_fresnel(family.masking, shape[0], theta_i, theta_r, dphi)
+    if family.fresnel == "schlick":
+        grazing = base * (1.0 - cos_h) ** 5
+        if family.absolute:
+            return grazing, (base - grazing)[:, None]
+        return np.zeros_like(base), np.column_stack([base, grazing])
+    f0 = shape[1] if family.absolute else TYPICAL_F0
+    lobe = base * dielectric_fresnel(cos_h, f0)
+    if family.absolute:
+        return lobe, np.empty((len(lobe), 0))
+    return np.zeros_like(lobe), lobe[:, None]
+
+
+def dielectric_fresnel(cos: np.ndarray, f0: float) -> np.ndarray:
+    """Unpolarised reflectance of a smooth dielectric with reflectance ``f0`` at normal incidence."""
+    index = (1.0 + np.sqrt(f0)) / (1.0 - np.sqrt(f0))
+    inside = np.sqrt(1.0 - (1.0 - cos * cos) / index**2)
+    s = (cos - index * inside) / (cos + index * inside)
+    p = (index * cos - inside) / (index * cos + inside)
+    return 0.5 * (s * s + p * p)
+
+
+def _without_fresnel(masking, roughness, theta_i, theta_r, dphi) -> tuple[np.ndarray, np.ndarray]:
+    """D G / (4 cos_i cos_r), (n,), and the cosine between half vector and light, (n,)."""
+    cos_i, cos_r = np.cos(theta_i), np.cos(theta_r)
+    between = np.clip(cos_i * cos_r + np.sin(theta_i) * np.sin(theta_r) * np.cos(dphi), -1.0, 1.0)
+    length = np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-18))
+    cos_n = np.minimum((cos_i + cos_r) / length, 1.0)
+    a2 = roughness * roughness
+    d = a2 / (np.pi * (1.0 + (a2 - 1.0) * cos_n * cos_n) ** 2)
+    root_i = np.sqrt(a2 + (1.0 - a2) * cos_i * cos_i)
+    root_r = np.sqrt(a2 + (1.0 - a2) * cos_r * cos_r)
+    if masking == "correlated":
+        visibility = 0.5 / np.maximum(cos_r * root_i + cos_i * root_r, 1e-12)
+    else:
+        visibility = 1.0 / ((cos_i + root_i) * (cos_r + root_r))
+    return d * visibility, 0.5 * length

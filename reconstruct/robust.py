@@ -1,0 +1,78 @@
+"""Weights of cells: noise, what the model cannot follow, and the lost say of outliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.cells import Cells
+
+FREEDOM = 4.0  # of Student's t: the loss of residuals (Lange, Little and Taylor 1989)
+SYSTEMATIC = 0.005  # relative: geometry, stray light, texture; scaled with the residuals found
+STRAY_DOUBT = 0.3  # of the stray light removed
+FLOOR = 1e-3  # of the channel's level
+
+
+def error_model(cells: Cells, stray: np.ndarray | None = None) -> np.ndarray:
+    """Standard deviation (n, c) of the cells' values about a perfect model, up to one common factor.
+
+    ``stray`` (n, c) is what was subtracted as stray light. Unbinned measurements carry their own errors.
+    """
+    variance = cells.variance.copy()
+    if cells.binned:
+        variance += (SYSTEMATIC * cells.value) ** 2 + (FLOOR * level(cells)) ** 2
+    if stray is not None:
+        variance += (STRAY_DOUBT * stray) ** 2
+    return np.sqrt(variance)
+
+
+def level(cells: Cells) -> np.ndarray:
+    """A channel's typical value (c,), 1/sr: what smoothness and floors are measured against."""
+    return np.maximum(np.median(np.abs(cells.value), axis=0), np.finfo(float).tiny)
+
+
+def residual_scale(scaled: np.ndarray) -> float:
+    """Robust standard deviation of residuals already divided by their error model."""
+    return max(1.4826 * float(np.median(np.abs(scaled))), 1e-12)
+
+
+def student_weights(scaled: np.ndarray) -> np.ndarray:
+    """Weights in (0, (v + 1) / v] of residuals divided by their standard deviation."""
+    return (FREEDOM + 1.0) / (FREEDOM + scaled**2)
+
+
+@dataclass(frozen=True, slots=True)
+class ViewScales:
+    """Each view's factor on its values, as found against all other views."""
+
+    factor: np.ndarray  # (g,) divide the view's values by it
+    error: np.ndarray  # (g,) standard error
+    prior: np.ndarray  # (g,) standard error that calibration gave
+
+
+def view_scales(
+    cells: Cells, predicted: np.ndarray, deviation: np.ndarray, weight: np.ndarray, prior: np.ndarray
+) -> ViewScales:
+    """The factors that best bring each view's values to the prediction, held near 1 by ``prior``.
+
+    Residuals within a view hang together, so the evidence of a view counts as that of at most
+    :data:`INDEPENDENT` cells.
+    """
+    ratio = cells.value / predicted - 1.0
+    precision = weight * (predicted / deviation) ** 2
+    usable = (predicted > 0.0) & np.isfinite(ratio)
+    precision = np.where(usable, precision, 0.0)
+    ratio = np.where(usable, ratio, 0.0)
+    groups = len(cells.groups)
+    total = np.bincount(cells.group, precision.sum(1), groups)
+    cells_seen = np.maximum(np.bincount(cells.group, usable.sum(1), groups), 1)
+    total *= np.minimum(1.0, INDEPENDENT / cells_seen)
+    mean = np.bincount(cells.group, (precision * ratio).sum(1), groups) / np.maximum(
+        np.bincount(cells.group, precision.sum(1), groups), np.finfo(float).tiny
+    )
+    shift = mean * total / (total + prior**-2)
+    return ViewScales(1.0 + shift, 1.0 / np.sqrt(total + prior**-2), prior)
+
+
+INDEPENDENT = 30.0

@@ -1,0 +1,145 @@
+"""Lobe shapes by variable projection: the linear coefficients are solved for, only the shapes are searched.
+
+Source: Golub and Pereyra (1973); robust weights by iterative reweighting, several starts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from reconstruct.basis import Basis
+from reconstruct.cells import Cells
+from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TYPICAL_F0, Family
+from reconstruct.model import LobeSet, Model
+from reconstruct.robust import level, residual_scale, student_weights
+from reconstruct.select import prior_precision
+from reconstruct.solve import Factors, FoldedDesign, Statistics, solve
+
+STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
+ROUNDS = 4  # of reweighting
+SEARCH_CELLS = 12000  # more do not move the shapes
+COARSE, FINE = 0.15, 0.03  # first steps of the search, in logarithms of the shapes
+TOLERANCE = 1e-3  # of the logarithms
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A model with what its cells say of it."""
+
+    model: Model
+    residual: np.ndarray  # (n, c) value - model, 1/sr
+    weight: np.ndarray  # (n, c) robust weights, about 1 and less
+    scale: float  # robust standard deviation of the residuals over the error model
+    cost: float  # mean negative log likelihood a value, Student's t
+
+
+def search_lobes(
+    cells: Cells,
+    deviation: np.ndarray,
+    basis: Basis,
+    strength: float,
+    start: LobeSet,
+    *,
+    free: int | None = None,
+) -> Fitted:
+    """The fit of ``basis`` and lobes of the families of ``start``; the last ``free`` lobes start anew.
+
+    ``deviation`` (n, c) is the error model. With no lobes this is a robust linear fit.
+    """
+    design = basis.design(cells)
+    penalty = prior_precision(basis.degree(), level(cells), strength)
+    free = len(start.families) if free is None else free
+    weight = np.ones_like(deviation)
+    scale = 1.0
+    best = start
+    for turn in range(ROUNDS):
+        profile = Profile(cells, design, weight / (deviation * scale) ** 2, penalty)
+        if turn == 0 and free:
+            best = _best_start(profile, start, free)
+        best = descend(profile, best, COARSE if turn == 0 else FINE)
+        fitted = Model(basis, *profile.model_parts(best))
+        residual = cells.value - _predict(cells, design, fitted)
+        scale = residual_scale(residual / deviation)
+        weight = student_weights(residual / (deviation * scale))
+    cost = float(np.mean(2.5 * np.log1p((residual / (deviation * scale)) ** 2 / 4.0)) + np.log(scale))
+    return Fitted(fitted, residual, weight, scale, cost)
+
+
+def thinned(cells: Cells, deviation: np.ndarray) -> tuple[Cells, np.ndarray]:
+    """At most about :data:`SEARCH_CELLS` cells, evenly taken."""
+    step = max(1, len(cells) // SEARCH_CELLS)
+    return cells.take(np.arange(0, len(cells), step)), deviation[::step]
+
+
+def starting_shape(family: Family, roughness: float) -> np.ndarray:
+    return np.array([roughness, TYPICAL_F0][: len(family.shape_names)])
+
+
+class Profile:
+    """The linear part of a fit as a function of the lobes' shapes alone."""
+
+    def __init__(self, cells: Cells, design: np.ndarray, weight: np.ndarray, penalty: np.ndarray):
+        """``design`` (n, m) of the modes at ``cells``, ``weight`` (n, c), ``penalty`` (c, m) of their squares."""
+        self._cells = cells
+        self._penalty = penalty
+        self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int))
+        self._factors = Factors(self._folded.modes_gram, penalty)
+
+    def cost(self, lobes: LobeSet) -> float:
+        """Least penalised weighted sum of squares with these shapes."""
+        statistics, solution = self._solve(lobes)
+        modes = solution[0, :, : statistics.modes]
+        return float(statistics.residual(solution).sum() + np.sum(self._penalty * modes**2))
+
+    def model_parts(self, lobes: LobeSet) -> tuple[np.ndarray, LobeSet, np.ndarray]:
+        """Mode coefficients (m, c), the lobes and their coefficients (q, c): the rest of a :class:`Model`."""
+        statistics, solution = self._solve(lobes)
+        return solution[0, :, : statistics.modes].T, lobes, solution[0, :, statistics.modes :].T
+
+    def _solve(self, lobes: LobeSet) -> tuple[Statistics, np.ndarray]:
+        fixed, columns = lobes.columns(self._cells)
+        statistics = self._folded.statistics(self._cells.value - fixed[:, None], columns)
+        return statistics, solve(statistics, self._factors, lobes.upper_bounds())
+
+
+def descend(profile: Profile, lobes: LobeSet, step: float) -> LobeSet:
+    """The shapes of least cost near those of ``lobes``, first tried ``step`` apart in their logarithms."""
+    if not lobes.families:
+        return lobes
+    low, high = np.array(_bounds(lobes)).T
+    x = np.clip(lobes.flat(), low + step, high - step)
+    found = minimize(
+        lambda logs: profile.cost(lobes.with_flat(logs)),
+        x,
+        method="Nelder-Mead",
+        bounds=list(zip(low, high, strict=True)),
+        options={
+            "xatol": TOLERANCE,
+            "fatol": TOLERANCE * max(profile.cost(lobes), 1e-30) * 0.1,
+            "maxiter": 60 * len(x),
+            "initial_simplex": np.vstack([x, x + step * np.eye(len(x))]),
+        },
+    )
+    return lobes.with_flat(found.x)
+
+
+def _best_start(profile: Profile, start: LobeSet, free: int) -> LobeSet:
+    kept = start.shapes[: len(start.shapes) - free]
+    trials = []
+    for roughness in STARTS:
+        new = tuple(starting_shape(family, roughness) for family in start.families[len(kept) :])
+        trials.append(LobeSet(start.families, kept + new))
+    return min(trials, key=profile.cost)
+
+
+def _bounds(lobes: LobeSet) -> list[tuple[float, float]]:
+    limits = {"roughness": ROUGHNESS_BOUNDS, "f0": F0_BOUNDS}
+    return [tuple(np.log(limits[name])) for family in lobes.families for name in family.shape_names]
+
+
+def _predict(cells: Cells, design: np.ndarray, model: Model) -> np.ndarray:
+    fixed, columns = model.lobes.columns(cells)
+    return fixed[:, None] + columns @ model.lobe_coefficients + design @ model.coefficients

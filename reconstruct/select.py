@@ -1,0 +1,88 @@
+"""Choice of order, prior strength and lobes: the simplest model that predicts left-out views as well as the best.
+
+Folds are whole views where there are several, else blocks of neighbouring cells with reciprocal twins kept together,
+since random folds flatter (Roberts et al. 2017). Among models whose mean loss on the folds lies within one standard
+error of the best's, the simplest is taken (Breiman et al. 1984, the one-standard-error rule, on paired differences).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.cells import Cells
+from reconstruct.model import LobeSet
+from reconstruct.solve import Factors, Statistics, solve
+
+FOLDS = 10
+LEAST_VIEWS = 4  # fewer cannot be left out one by one
+BLOCK = np.radians(15.0)
+SMOOTHNESS = 2.0  # power of a mode's degree in the prior's precision
+STRENGTHS = tuple(
+    10.0 ** np.arange(-3.0, 0.51, 0.5)
+)  # prior standard deviation at degree 1, of the channel's level
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One model tried."""
+
+    order: int
+    strength: float
+    lobes: LobeSet
+    loss: np.ndarray  # (f,) mean weighted squared residual a cell, each fold predicted from all others
+
+    @property
+    def complexity(self) -> tuple[int, int, float]:
+        return len(self.lobes.families), self.order, self.strength
+
+
+def folds_of(cells: Cells, *, seed: int = 0) -> np.ndarray:
+    """Fold (n,) of each cell: of its view, or of its block of neighbouring directions."""
+    unit = cells.group if len(np.unique(cells.group)) >= LEAST_VIEWS else _blocks(cells)
+    _, unit = np.unique(unit, return_inverse=True)
+    count = unit.max(initial=0) + 1
+    shuffled = np.random.default_rng(seed).permutation(count)
+    return shuffled[unit] % min(FOLDS, count)
+
+
+def _blocks(cells: Cells) -> np.ndarray:
+    low, high = np.minimum(cells.theta_i, cells.theta_r), np.maximum(cells.theta_i, cells.theta_r)
+    sine = np.sin(low) + 1e-3  # blocks of about equal size: azimuth means less near the normal
+    around = np.floor(cells.dphi * np.clip(sine, 0.2, 1.0) / BLOCK)
+    return (np.floor(low / BLOCK) * 64 + np.floor(high / BLOCK)) * 64 + around
+
+
+def prior_precision(degree: np.ndarray, level: np.ndarray, strength: float) -> np.ndarray:
+    """Precision (c, m) of the modes' coefficients: standard deviation ``strength * level / degree`` each.
+
+    The Lambertian mode is left free. A Gaussian prior whose standard deviation falls with the squared spatial
+    frequency asks for a small mean squared Laplacian: the smoothing spline's penalty on the disk (Wahba 1990).
+    """
+    return degree**SMOOTHNESS / (strength * level[:, None]) ** 2
+
+
+def losses(statistics: Statistics, others: Factors, upper: np.ndarray) -> np.ndarray:
+    """(f,) mean weighted squared residual a cell and channel of each fold, predicted from the others.
+
+    ``others`` factors the modes' block of ``statistics.without_each()``.
+    """
+    solutions = solve(statistics.without_each(), others, upper)
+    channels = statistics.square.shape[1]
+    return statistics.residual(solutions).sum(1) / (np.maximum(statistics.cells, 1) * channels)
+
+
+def choose(candidates: list[Candidate]) -> tuple[Candidate, Candidate]:
+    """The simplest candidate within one standard error of the best, and the best."""
+    best = min(candidates, key=lambda one: (one.loss.mean(), one.complexity))
+    good = [one for one in candidates if _within_one_error(one.loss - best.loss)]
+    least_lobes = min(len(one.lobes.families) for one in good)
+    good = [one for one in good if len(one.lobes.families) == least_lobes]
+    order = min(one.order for one in good)
+    return min((one for one in good if one.order == order), key=lambda one: one.loss.mean()), best
+
+
+def _within_one_error(excess: np.ndarray) -> bool:
+    error = excess.std(ddof=1) / np.sqrt(len(excess)) if len(excess) > 1 else 0.0
+    return bool(excess.mean() <= error + 1e-12)

@@ -1,0 +1,178 @@
+"""Penalised weighted least squares from sufficient statistics, kept a fold apart.
+
+Whatever is tried on one design (orders, prior strengths, folds left out) costs a solve of the size of the unknowns,
+not another pass over the cells. Unknowns are mode coefficients, free under a quadratic penalty, and lobe
+coefficients, bounded and without penalty.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix solvable
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """Sums over the cells of each fold; f folds, c channels, m modes, then q lobe columns."""
+
+    gram: np.ndarray  # (f, c, m + q, m + q) A^T W A
+    moment: np.ndarray  # (f, c, m + q) A^T W y
+    square: np.ndarray  # (f, c) y^T W y
+    cells: np.ndarray  # (f,) number of cells
+    modes: int  # m
+
+    def prefix(self, modes: int) -> Statistics:
+        """The same with only the first ``modes`` modes: a lower order."""
+        keep = np.r_[0:modes, self.modes : self.gram.shape[-1]]
+        return Statistics(
+            self.gram[..., keep[:, None], keep], self.moment[..., keep], self.square, self.cells, modes
+        )
+
+    def total(self) -> Statistics:
+        """All folds as one."""
+        return Statistics(
+            self.gram.sum(0, keepdims=True),
+            self.moment.sum(0, keepdims=True),
+            self.square.sum(0, keepdims=True),
+            self.cells.sum(keepdims=True),
+            self.modes,
+        )
+
+    def without_each(self) -> Statistics:
+        """For each fold, the sums over all the others."""
+        return Statistics(
+            self.gram.sum(0) - self.gram,
+            self.moment.sum(0) - self.moment,
+            self.square.sum(0) - self.square,
+            self.cells.sum() - self.cells,
+            self.modes,
+        )
+
+    @property
+    def modes_gram(self) -> np.ndarray:
+        """(f, c, m, m) sums of the modes alone."""
+        return self.gram[..., : self.modes, : self.modes]
+
+    def residual(self, solution: np.ndarray) -> np.ndarray:
+        """Weighted sum of squared residuals (f, c) of solutions (f, c, m + q)."""
+        quadratic = np.einsum("fci,fcij,fcj->fc", solution, self.gram, solution)
+        return np.maximum(
+            self.square - 2.0 * np.einsum("fci,fci->fc", solution, self.moment) + quadratic, 0.0
+        )
+
+
+class FoldedDesign:
+    """The modes' design matrix with its weights and folds; its own Gram matrices are formed once."""
+
+    def __init__(self, design: np.ndarray, weight: np.ndarray, fold: np.ndarray):
+        """``design`` (n, m), ``weight`` (n, c), ``fold`` (n,) integers 0 .. f - 1."""
+        order = np.argsort(fold, kind="stable")
+        self._rows = order
+        self._design = design[order]
+        self._weight = weight[order]
+        self._bounds = np.searchsorted(fold[order], np.arange(fold.max(initial=0) + 2))
+        self._gram = np.stack([self._fold_gram(s) for s in self._slices()])
+
+    def _slices(self) -> list[slice]:
+        return [slice(a, b) for a, b in zip(self._bounds[:-1], self._bounds[1:], strict=True)]
+
+    def _fold_gram(self, rows: slice) -> np.ndarray:
+        x = self._design[rows]
+        return np.stack([(x * w[:, None]).T @ x for w in self._weight[rows].T])
+
+    @property
+    def modes_gram(self) -> np.ndarray:
+        """(f, c, m, m) sums of the modes alone."""
+        return self._gram
+
+    def statistics(self, target: np.ndarray, columns: np.ndarray) -> Statistics:
+        """Sums for ``target`` (n, c) with lobe ``columns`` (n, q) beside the modes."""
+        target, columns = target[self._rows], columns[self._rows]
+        m, q = self._design.shape[1], columns.shape[1]
+        folds, channels = len(self._bounds) - 1, target.shape[1]
+        gram = np.empty((folds, channels, m + q, m + q))
+        gram[..., :m, :m] = self._gram
+        moment = np.empty((folds, channels, m + q))
+        square = np.empty((folds, channels))
+        for f, rows in enumerate(self._slices()):
+            x, w, y = self._design[rows], self._weight[rows], target[rows]
+            lobe = columns[rows]
+            square[f] = np.einsum("nc,nc->c", w, y * y)
+            moment[f, :, :m] = (x.T @ (w * y)).T
+            moment[f, :, m:] = np.einsum("nq,nc->cq", lobe, w * y)
+            for k in range(q):
+                gram[f, :, :m, m + k] = gram[f, :, m + k, :m] = (x.T @ (w * lobe[:, k, None])).T
+            gram[f, :, m:, m:] = np.einsum("nq,nc,np->cqp", lobe, w, lobe)
+        return Statistics(gram, moment, square, np.diff(self._bounds), m)
+
+
+class Factors:
+    """Cholesky factors of the penalised modes' blocks, (f, c) of them: what solves with any lobes share."""
+
+    def __init__(self, gram: np.ndarray, penalty: np.ndarray):
+        """``gram`` (f, c, m, m) sums of the modes alone; ``penalty`` (c, m) weighs the squared coefficients."""
+        blocks = gram.copy()
+        every = np.arange(blocks.shape[-1])
+        ridge = RIDGE * blocks[..., every, every].mean(-1, keepdims=True) + np.finfo(float).tiny
+        blocks[..., every, every] += penalty + ridge
+        self._factors = [[cho_factor(block, check_finite=False) for block in fold] for fold in blocks]
+
+    def __call__(self, right: np.ndarray) -> np.ndarray:
+        """Solutions (f, c, m, k) for right-hand sides (f, c, m, k)."""
+        solved = [
+            [cho_solve(factor, b, check_finite=False) for factor, b in zip(fold, fold_right, strict=True)]
+            for fold, fold_right in zip(self._factors, right, strict=True)
+        ]
+        return np.array(solved).reshape(right.shape)
+
+
+def solve(statistics: Statistics, factors: Factors, upper: np.ndarray) -> np.ndarray:
+    """Solutions (f, c, m + q) of least penalised residual for each fold's sums.
+
+    ``factors`` are those of the modes' own block under the same penalty; lobe coefficients stay in [0, ``upper``]
+    (q,). The modes are eliminated first (Schur's complement), so that bounds cost a problem of q unknowns.
+    """
+    m = statistics.modes
+    cross = statistics.gram[..., :m, m:]
+    reduced = factors(np.concatenate([statistics.moment[..., :m, None], cross], axis=-1))
+    free, across = reduced[..., 0], reduced[..., 1:]
+    lobe_gram = statistics.gram[..., m:, m:] - np.einsum("fcmq,fcmp->fcqp", cross, across)
+    lobe_moment = statistics.moment[..., m:] - np.einsum("fcmq,fcm->fcq", cross, free)
+    lobe = np.zeros_like(lobe_moment)
+    if len(upper):
+        for index in np.ndindex(lobe.shape[:2]):
+            lobe[index] = _bounded(lobe_gram[index], lobe_moment[index], upper)
+    return np.concatenate([free - np.einsum("fcmq,fcq->fcm", across, lobe), lobe], axis=-1)
+
+
+def _bounded(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """The x in [0, upper] of least x^T gram x - 2 x^T moment, by trying every set of active bounds, free first."""
+    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+    gram = gram / scale / scale[:, None] + RIDGE * np.eye(len(scale))
+    moment, limit = moment / scale, upper * scale
+    best, least = np.zeros_like(moment), np.inf
+    for pattern in itertools.product(
+        *((_FREE, _LOW, _HIGH) if np.isfinite(u) else (_FREE, _LOW) for u in upper)
+    ):
+        state = np.array(pattern)
+        x = np.where(state == _HIGH, np.where(np.isfinite(limit), limit, 0.0), 0.0)
+        free = state == _FREE
+        if free.any():
+            x[free] = np.linalg.solve(
+                gram[np.ix_(free, free)], moment[free] - gram[np.ix_(free, ~free)] @ x[~free]
+            )
+        if (x >= 0.0).all() and (x <= limit).all():
+            value = x @ gram @ x - 2.0 * x @ moment
+            if free.all():
+                return x / scale
+            if value < least:
+                best, least = x, value
+    return best / scale
+
+
+_FREE, _LOW, _HIGH = range(3)
