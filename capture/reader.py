@@ -71,8 +71,9 @@ class RadianceReader:
             merged = merge(signals, factors, self.sensor.noise)
             value, variance, saturated, ghost = merged.value, merged.variance, merged.saturated, merged.ghost
         valid = ~saturated if ghost is None else ~(saturated | ghost)
-        for c in range(value.shape[2]):  # also refuses NaN
-            valid &= value[..., c] > -BELOW_BLACK * np.sqrt(variance[..., c])
+        y, x, c = np.nonzero(value < 0)  # few: the test itself is costly
+        too_low = value[y, x, c] < -BELOW_BLACK * np.sqrt(variance[y, x, c])
+        valid[y[too_low], x[too_low]] = False
         if self.dark is not None:
             valid &= ~cut(self.dark.hot, roi)
         return RadianceImage(value, variance, valid, saturated, roi[:2] if roi else (0, 0), ghost)
