@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import os
+import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from capture.errors import InputError
 from reconstruct import coefficients, integrals, modes
 from reconstruct.angles import spherical_angles
 from reconstruct.lobes import ggx
@@ -84,7 +88,17 @@ class Brdf:
 
     def save(self, path: Path | str) -> None:
         """Write the coefficient file (docs/modes.md), whole or not at all. Inverse of :func:`load_brdf`."""
-        coefficients.write(path, self)
+        text = json.dumps(coefficients.document(self), indent=1, allow_nan=False) + "\n"
+        path = Path(path)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
 
     def _sum_of_modes(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
         if self.symmetry == "isotropic":
@@ -98,5 +112,11 @@ def load_brdf(path: Path | str) -> Brdf:
 
     Raises capture.errors.InputError naming the file and the key that cannot be used.
     """
-    known, lobes = coefficients.read(path)
+    try:
+        document = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(path, error.strerror or "cannot be read") from error
+    except ValueError as error:
+        raise InputError(path, f"not a JSON file: {error}") from error
+    known, lobes = coefficients.parse(path, document)
     return Brdf(**known, lobes=tuple(Lobe(**lobe) for lobe in lobes))

@@ -6,9 +6,6 @@ JSON, one object (docs/modes.md). Standard errors that are not known are ``null`
 
 from __future__ import annotations
 
-import json
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -38,22 +35,8 @@ _KEYS = {
 _LOBE_KEYS = {"model", "roughness", "f0", "weight"}
 
 
-def write(path: Path | str, brdf) -> None:
-    """Write a :class:`reconstruct.brdf.Brdf`; the file appears whole or not at all."""
-    text = json.dumps(_document(brdf), indent=1, allow_nan=False) + "\n"
-    path = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def _document(brdf) -> dict:
+def document(brdf) -> dict:
+    """What the file says of a :class:`reconstruct.brdf.Brdf`, in JSON's types. Inverse of :func:`parse`."""
     lobes = [
         {
             "model": lobe.model,
@@ -100,9 +83,12 @@ def _plain(value):
     return value
 
 
-def read(path: Path | str) -> tuple[dict, list[dict]]:
-    """Arguments of a Brdf and of its lobes. InputError names the file and the key that cannot be used."""
-    document = _object(path)
+def parse(path: Path | str, document: object) -> tuple[dict, list[dict]]:
+    """Arguments of a Brdf and of its lobes. InputError names the file and the key that cannot be used.
+
+    ``path`` is for the message only. Inverse of :func:`document`.
+    """
+    _check_format(path, document)
     channels = document.get("channels")
     if not isinstance(channels, list) or not channels or not all(isinstance(c, str) for c in channels):
         raise InputError(f"{path}: channels", f"a list of names is needed, not {channels!r}")
@@ -130,18 +116,11 @@ def read(path: Path | str) -> tuple[dict, list[dict]]:
     return known, [_lobe(path, k, lobe, len(channels)) for k, lobe in enumerate(lobes)]
 
 
-def _object(path) -> dict:
-    try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(path, error.strerror or "cannot be read") from error
-    except ValueError as error:
-        raise InputError(path, f"not a JSON file: {error}") from error
+def _check_format(path, document) -> None:
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise InputError(f"{path}: format", f"{FORMAT!r} is needed: this is no coefficient file")
     if document.get("version") != VERSION:
         raise InputError(f"{path}: version", f"{VERSION} is understood, not {document.get('version')!r}")
-    return document
 
 
 def _choice(path, document, key) -> str:
@@ -158,9 +137,9 @@ def _modes(path, document, symmetry) -> np.ndarray:
         rows = np.array(given, float).reshape(-1, width)
     except (TypeError, ValueError):
         raise InputError(f"{path}: modes", f"rows of {width} whole numbers are needed") from None
-    whole = rows.astype(int)
-    if (whole != rows).any() or len(rows) != len(given):
+    if not np.array_equal(rows, np.round(rows)) or len(rows) != len(given) or (abs(rows) > 10_000).any():
         raise InputError(f"{path}: modes", f"rows of {width} whole numbers are needed")
+    whole = rows.astype(int)
     if symmetry == "isotropic":
         n, m, l = whole.T
         wrong = (m > n) | (l > m) | (l < 0) | ((n - l) % 2 != 0) | ((m - l) % 2 != 0)

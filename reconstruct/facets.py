@@ -172,7 +172,7 @@ def facet_index(directions: np.ndarray, level: int, *, threads: int | None = Non
     index = np.empty(len(directions), np.int32)
 
     def task(start: int, stop: int) -> None:
-        _fill(np.ascontiguousarray(directions[start:stop], dtype=float), level, index[start:stop])
+        _fill(np.array(directions[start:stop], dtype=float, order="C"), level, index[start:stop])
 
     over_rows(task, len(index), threads)
     return index

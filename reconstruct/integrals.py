@@ -36,7 +36,7 @@ def cosine_moments(order: int, power: int) -> np.ndarray:
 
 
 def exit_integral(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, power: int) -> np.ndarray:
-    """(j, c) coefficients on Z_j(i) of the sum of modes times cos_r^power, integrated over exit directions."""
+    """(j, c) coefficients on Z_j(i) of the sum of modes times cos_r^power, integrated over the exit."""
     modes, coefficients = np.asarray(modes, int), np.asarray(coefficients, float)
     order = _order(symmetry, modes)  # before modes with l > 0, perhaps of the highest order, are dropped
     if symmetry == "isotropic":

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reconstruct import kernels
+from reconstruct import mode_sums
 from reconstruct.rows import over_rows
 from reconstruct.zernike import (
     elevation_norms,
@@ -93,10 +93,11 @@ def _paired_design(modes, norms, sign, angles, quantity) -> np.ndarray:
 
     def task(start: int, stop: int) -> None:
         chunk = [_chunk(angle, start, stop) for angle in angles]
-        kernels.paired_design(
+        mode_sums.paired_design(
             *recurrence(order), *chunk, first, second, modes[:, 2].copy(), weights, sign, design[start:stop]
         )
-        design[start:stop] /= cosines(quantity, chunk[0], chunk[1])[:, None]
+        if quantity != "brdf":
+            design[start:stop] /= cosines(quantity, chunk[0], chunk[1])[:, None]
 
     over_rows(task, len(design), threads=1)
     return design
@@ -114,16 +115,15 @@ def evaluate_isotropic(
     modes, coefficients = _checked(modes, coefficients, 3)
     angles = flat(theta_i, theta_r, dphi)
     order = int(modes[:, 0].max(initial=0))
-    by_azimuth = np.argsort(modes[:, 2], kind="stable")
-    modes, coefficients = modes[by_azimuth], coefficients[by_azimuth]
     first, second, weights = _places(modes, isotropic_norms(modes), order)
-    bounds = np.searchsorted(modes[:, 2], np.arange(order + 2))
-    weighted = coefficients * weights[:, None]
+    spare = -len(modes) % mode_sums.GROUP
+    first, second = np.pad(first, (0, spare)), np.pad(second, (0, spare))
+    weighted = np.pad(coefficients * weights[:, None], ((0, spare), (0, -coefficients.shape[1] % 3)))
     result = np.empty((len(angles[0]), coefficients.shape[1]))
 
     def task(start: int, stop: int) -> None:
         chunk = [_chunk(angle, start, stop) for angle in angles]
-        kernels.isotropic_sum(*recurrence(order), *chunk, first, second, bounds, weighted, result[start:stop])
+        mode_sums.isotropic_sum(*recurrence(order), *chunk, first, second, weighted, result[start:stop])
 
     over_rows(task, len(result), threads)
     return result
@@ -213,7 +213,8 @@ def flat(*angles) -> list[np.ndarray]:
 
 
 def _chunk(angle: np.ndarray, start: int, stop: int) -> np.ndarray:
-    return np.ascontiguousarray(angle[start:stop], dtype=float)
+    """A copy, so that the compiled code meets one kind of array whatever was given."""
+    return np.array(angle[start:stop], dtype=float)
 
 
 def _indices(modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,8 +17,6 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-LANES = 32  # points that a kernel treats side by side: a table of order 16 then stays in the first cache
-
 
 class Recurrence(NamedTuple):
     """R[k] from R[before[k]] and R[before2[k]], in ascending order of n, then l."""
@@ -58,26 +56,24 @@ def recurrence(order: int) -> Recurrence:
     return Recurrence(n, l, before, before2, a, b, c)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def fill_radial(n, l, before, before2, a, b, c, rho, cos, table):
-    """Fill ``table`` (t, lanes) with R_n^l for lanes of rho and cos(theta) = 1 - rho^2.
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def fill_radial(n, l, before, before2, a, b, c, rho, slant, outer, table):
+    """Fill ``table`` (t, lanes) with R_n^l, by the recurrence in one of two forms.
 
-    z = 2 rho^2 - 1 = 1 - 2 cos(theta). Since a + b = 1 + c, (a z + b) P - c P' is also P (1 - 2 a cos) + c
-    (P - P'): exact at rho = 1 and accurate near it, as the first form is near rho = 0.
+    Where rho^2 < 1/2: outer = 0, slant = z = 2 rho^2 - 1, and P_k = (a z + b) P_k-1 - c P_k-2. Elsewhere
+    outer = 1, slant = z - 1 = -2 cos(theta), and since a + b = 1 + c, P_k = (1 + a slant) P_k-1 + c (P_k-1
+    - P_k-2): exact at rho = 1 and accurate near it, as the first form is near rho = 0.
     """
-    lanes = len(rho)
     table[0, :] = 1.0
     for t in range(1, len(n)):
-        p, pp = before[t], before2[t]
+        p, pp, at, bt, ct = before[t], before2[t], a[t], b[t], c[t]
         if n[t] == l[t]:
-            for j in range(lanes):
+            for j in range(len(rho)):
                 table[t, j] = rho[j] * table[p, j]
         else:
-            for j in range(lanes):
-                outer = cos[j] <= 0.5
-                factor = 1.0 - 2.0 * a[t] * cos[j] if outer else a[t] * (2.0 * rho[j] * rho[j] - 1.0) + b[t]
-                twice = table[p, j] if outer else 0.0
-                table[t, j] = factor * table[p, j] + c[t] * (twice - table[pp, j])
+            for j in range(len(rho)):
+                factor = at * slant[j] + (1.0 if outer[j] > 0.0 else bt)
+                table[t, j] = factor * table[p, j] + ct * (outer[j] * table[p, j] - table[pp, j])
 
 
 def radial_sequence(order: int, rho: np.ndarray) -> np.ndarray:
@@ -87,7 +83,7 @@ def radial_sequence(order: int, rho: np.ndarray) -> np.ndarray:
     value.
     """
     rho = np.asarray(rho, float)
-    return _sequence(order, rho, (1.0 - rho) * (1.0 + rho))
+    return _sequence(order, rho, (1.0 - rho) * (1.0 + rho)).reshape(-1, *rho.shape)
 
 
 def radial(n: int, l: int, rho: np.ndarray) -> np.ndarray:
@@ -100,7 +96,7 @@ def elevation_sequence(order: int, theta: np.ndarray) -> np.ndarray:
     """Theta_n^l(theta) for every n <= order: (t, ...) as :func:`radial_sequence` orders them; radians."""
     theta = np.asarray(theta, float)
     table = _sequence(order, np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta))
-    return table * _column(elevation_norms(order), theta.ndim)
+    return (table * elevation_norms(order)[:, None]).reshape(-1, *theta.shape)
 
 
 def elevation_norms(order: int) -> np.ndarray:
@@ -116,7 +112,7 @@ def elevation_slopes(order: int, theta: np.ndarray) -> np.ndarray:
     theta = np.asarray(theta, float)
     r = recurrence(order)
     rho, drho = np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta / 2) / np.sqrt(2.0)
-    value = _sequence(order, rho, np.cos(theta))
+    value = _sequence(order, rho, np.cos(theta)).reshape(-1, *theta.shape)
     slope, sin, z = np.zeros_like(value), np.sin(theta), 1 - 2 * np.cos(theta)
     for t in range(1, len(r.n)):
         p, pp = r.before[t], r.before2[t]
@@ -162,7 +158,7 @@ def zernike_gradient(order: int, theta: np.ndarray, phi: np.ndarray) -> tuple[np
 
 
 def azimuth_sequence(order: int, phi: np.ndarray) -> np.ndarray:
-    """(2 order + 1, ...): sqrt(2) sin(|l| phi), l = -order .. -1; then 1; then sqrt(2) cos(l phi), l to order."""
+    """(2 order + 1, ...): sqrt(2) sin(|l| phi), l = -order .. -1; 1; then sqrt(2) cos(l phi), l to order."""
     phi = np.asarray(phi, float)
     turns = np.arange(1, order + 1).reshape(-1, *[1] * phi.ndim) * phi
     return np.sqrt(2.0) * np.concatenate(
@@ -173,9 +169,12 @@ def azimuth_sequence(order: int, phi: np.ndarray) -> np.ndarray:
 def _sequence(order: int, rho: np.ndarray, cos: np.ndarray) -> np.ndarray:
     if order < 0:
         raise ValueError(f"order is {order}; it must not be negative")
+    rho, cos = np.ravel(rho), np.ravel(cos)
+    outer = cos <= 0.5
     table = np.empty((radial_count(order), rho.size))
-    fill_radial(*recurrence(order), np.ravel(rho), np.ravel(cos), table)
-    return table.reshape(-1, *rho.shape)
+    slant = np.where(outer, -2 * cos, 2 * rho * rho - 1)
+    fill_radial(*recurrence(order), rho, slant, outer.astype(float), table)
+    return table
 
 
 def _column(values: np.ndarray, dimensions: int) -> np.ndarray:
