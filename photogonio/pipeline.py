@@ -12,6 +12,8 @@ from calib.setup import LeftOut, Setup, save_setup
 from capture.errors import InputError
 from capture.manifest import load_photoset
 from capture.photoset import MANIFEST, PhotoSet
+from capture.prepare import prepare, vignetting
+from capture.reader import RadianceReader
 from photogonio import page
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
 from photogonio.outputs import staged_file, staged_folder
@@ -21,7 +23,8 @@ from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.measured import UNBINNED, read_samples, samples_table
-from reconstruct.table import FacetTable, load_table, save_table
+from reconstruct.reduce import reduce_view
+from reconstruct.table import FacetTable, add_tables, load_table, save_table
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +56,10 @@ def process(
     Raises:
         InputError: the set cannot be used, or what was asked cannot be done. Nothing is written then.
     """
-    from photogonio.stream import reduce_set
-
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
-    setup = _calibrated(photoset, reporter)
+    setup, radiance = _calibrated(photoset, reporter)
     level = choose_level(setup, options)
     reporter.say(f"{level.what} {level.value}: {level.reason}")
     around = ReduceOptions(
@@ -66,9 +67,7 @@ def process(
         mirror_balls=photoset.mirror_balls,
         white_patches=photoset.white_patches,
     )
-    table, failed = reduce_set(
-        photoset, setup, int(level.value), around, workers=options.threads(), progress=reporter.progress
-    )
+    table, failed = _reduced(radiance, setup, int(level.value), around, reporter)
     for photo in failed:
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
     table = _take_channels(table, options)
@@ -96,7 +95,7 @@ def calibrate(folder: str | Path, out: str | Path | None = None, reporter: Repor
         InputError: the set cannot be used.
     """
     photoset = load_photoset(folder)
-    setup = _calibrated(photoset, reporter or Reporter(quiet=True))
+    setup, _ = _calibrated(photoset, reporter or Reporter(quiet=True))
     setup = replace(setup, source=_provenance("calibrate", photoset, Options()).to_dict())
     if out is not None:
         with staged_file(Path(out)) as stage:
@@ -155,15 +154,39 @@ def write_result(result: Result, out: Path) -> None:
         (stage / "report.html").write_text(page.report_html(result, pictures), encoding="utf-8")
 
 
-def _calibrated(photoset: PhotoSet, reporter: Reporter) -> Setup:
-    from capture.radiance import read_radiance
-
-    setup = find_setup(photoset, read_radiance, reporter.progress)
-    for warning in setup.warnings:
+def _calibrated(photoset: PhotoSet, reporter: Reporter) -> tuple[Setup, RadianceReader]:
+    """Where everything was, and the reader that the sample photos are to be read with."""
+    radiance = prepare(photoset)
+    setup = _found(photoset, radiance, reporter)
+    if photoset.radiometry.vignetting == "cos4":  # it takes the camera, and changes the white patch's reading
+        radiance = replace(radiance, gain=vignetting(radiance, setup.camera))
+        setup = _found(photoset, radiance, reporter)
+    for warning in (*radiance.warnings, *setup.warnings):
         reporter.warn(warning)
     used, total = len(setup.views), len(photoset.views("sample"))
     reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
-    return setup
+    return setup, radiance
+
+
+def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter) -> Setup:
+    return find_setup(photoset, lambda _, view: radiance.read(view), reporter.progress)
+
+
+def _reduced(
+    radiance: RadianceReader, setup: Setup, level: int, around: ReduceOptions, reporter: Reporter
+) -> tuple[FacetTable, list[LeftOut]]:
+    """The table of all views, and those that could not be read."""
+    views = {view.name: view for view in radiance.photoset.views("sample")}
+    tables, failed = [], []
+    for k, view in enumerate(setup.views):
+        try:
+            tables.append(reduce_view(setup, view, radiance.read(views[view.name]), level, around))
+        except InputError as error:
+            failed.append(LeftOut(view.name, str(error)))
+        reporter.progress("reducing photos", k + 1, len(setup.views))
+    if not tables:
+        raise InputError(failed[0].name, f"no sample photo can be read: {failed[0].reason}")
+    return add_tables(tables), failed
 
 
 def _fitted(table: FacetTable, options: Options, symmetry: str, scale: str, reporter: Reporter) -> FitResult:

@@ -1,0 +1,30 @@
+"""``photogonio synthesize``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from capture.errors import InputError
+from photogonio.progress import Reporter
+from synthetic.photoset import synthesize
+from synthetic.scene import built_in, load_scene
+
+
+def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    if args.list:
+        reporter.say("\n".join(built_in()))
+        return {"scenes": built_in()}
+    if args.scene is None:
+        raise InputError("synthesize", "expected a SCENE; --list names the built-in ones")
+    scene = load_scene(args.scene)
+    folder = Path(args.out) if args.out else Path(Path(args.scene).stem)
+    synthesize(
+        scene,
+        folder,
+        args.workers or os.cpu_count() or 1,
+        lambda done, total: reporter.progress("rendering photos", done, total),
+    )
+    reporter.say(f"written to {folder}: photoset.toml, photos and truth.json")
+    return {"scene": scene.name, "out": str(folder)}
