@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from reconstruct.shading import BALL_LIGHTS, shaded_sphere
+from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -33,6 +34,22 @@ class Appearance:
             numbers[f"{name}_mean"] = float(np.nanmean(values))
             numbers[f"{name}_95"] = float(np.nanquantile(values, 0.95))
         return numbers
+
+    def figure(self, names: tuple[str, str]) -> Figure:
+        """Both balls under each light, and where they differ."""
+        figure = Figure(figsize=(2.4 * len(BALL_LIGHTS), 7.4), layout="constrained")
+        axes = figure.subplots(3, len(BALL_LIGHTS), squeeze=False)
+        top = max(2.0, float(np.nanquantile(self.delta_e_itp, 0.99)))
+        for column, light in zip(axes.T, range(len(BALL_LIGHTS)), strict=True):
+            for ax, ball in zip(column, (self.a[light], self.b[light]), strict=False):
+                ax.imshow(to_display(ball, white=1.0, background=1.0), interpolation="antialiased")
+            shown = column[2].imshow(self.delta_e_itp[light], vmin=0, vmax=top, cmap="magma")
+        for ax in axes.flat:
+            ax.set_axis_off()
+        for row, name in zip(axes, (*names, "Delta E ITP"), strict=True):
+            row[0].set_title(name, fontsize=10, loc="left")
+        figure.colorbar(shown, ax=axes[2], location="bottom", shrink=0.5, aspect=40)
+        return figure
 
 
 def appearance(judged: Evaluate, reference: Evaluate, channels: Sequence[str]) -> Appearance:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ from reconstruct.angles import spherical_angles, unit_vectors
 from reconstruct.brdf import load_brdf
 from reconstruct.measured import read_samples
 from reconstruct.merl import CHANNELS, read_merl
+from synthetic.brdf import make_brdf
+from synthetic.truth import FORMAT as TRUTH_FORMAT
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -31,18 +34,19 @@ class Known:
     value: np.ndarray | None = None  # (n, c) 1/sr
 
 
-def load_known(path: str | Path) -> Known:
+def find_brdf(path: Path) -> Path:
+    """The file itself, or the coefficients or the truth in a folder."""
+    inside = (path / name for name in ("coefficients.json", "truth.json"))
+    return next((file for file in inside if file.is_file()), path) if path.is_dir() else path
+
+
+def load_known(path: Path) -> Known:
     """Read a BRDF: coefficients or truth (.json), MERL (.binary), a grid (.npz) or a table (.csv).
 
     Raises:
         InputError: no such file, or none of these.
     """
-    path = Path(path)
     readers = {".json": _read_json, ".binary": _read_merl, ".npz": _read_grid, ".csv": _read_table}
-    if path.is_dir():
-        path = next(
-            (path / name for name in ("coefficients.json", "truth.json") if (path / name).is_file()), path
-        )
     if not path.is_file():
         raise InputError(path, "no such file; expected a BRDF (.json, .binary, .npz or .csv)")
     if path.suffix not in readers:
@@ -51,13 +55,34 @@ def load_known(path: str | Path) -> Known:
 
 
 def _read_json(path: Path) -> Known:
+    try:
+        kind = json.loads(path.read_text(encoding="utf-8")).get("format")
+    except (ValueError, AttributeError):
+        raise InputError(path, "is not JSON; expected coefficients or truth") from None
+    if kind == TRUTH_FORMAT:
+        return _read_truth(path)
     brdf = load_brdf(path)
-    return Known(
-        name=path.name,
-        channels=brdf.channels,
-        isotropic=brdf.symmetry == "isotropic",
-        evaluate=brdf.evaluate,
-    )
+    return Known(path.name, brdf.channels, isotropic=brdf.symmetry == "isotropic", evaluate=brdf)
+
+
+def _read_truth(path: Path) -> Known:
+    """A rendered set's truth: its model, or its grid where the model came from a file that is not here."""
+    truth = json.loads(path.read_text(encoding="utf-8"))["brdf"]
+    grid = truth["grid"]
+    value = np.array(grid["values"], float)
+    channels = _names(value.shape[1])
+    if "model" in truth["model"]:
+        parameters = dict(truth["model"])
+        reflectance = make_brdf(parameters.pop("model"), parameters, where=path)
+
+        def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+            f = reflectance(incident, exit)
+            return np.broadcast_to(f, (*f.shape[:-1], len(channels)))
+
+        return Known(path.name, channels, isotropic=reflectance.isotropic, evaluate=evaluate)
+    axes = [np.radians(grid[name]) for name in ("theta_i", "theta_r", "dphi")]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    return _on_grid(path, nodes, value)
 
 
 def _read_merl(path: Path) -> Known:
@@ -73,6 +98,10 @@ def _read_grid(path: Path) -> Known:
         raise InputError(path, "expected arrays `grid` and `brdf`") from None
     if grid.ndim != 2 or grid.shape[1] != 3 or value.shape[:1] != grid.shape[:1]:
         raise InputError(path, f"expected grid (n, 3) and brdf (n, c), found {grid.shape} and {value.shape}")
+    return _on_grid(path, grid, value)
+
+
+def _on_grid(path: Path, grid: np.ndarray, value: np.ndarray) -> Known:
     theta_i, theta_r, dphi = grid.T
     at = _at(unit_vectors(theta_i, np.zeros_like(dphi)), unit_vectors(theta_r, dphi))
     value = value.reshape(len(grid), -1)

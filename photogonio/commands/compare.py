@@ -1,0 +1,67 @@
+"""``photogonio compare``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from photogonio.compare import Comparison, compare
+from photogonio.outputs import staged_folder, to_json
+from photogonio.progress import Reporter
+from photogonio.provenance import Provenance, canonical_command, hash_file
+from photogonio.reflectances import find_brdf, load_known
+from reconstruct.plots import scatter_figure
+from reconstruct.report import picture_bytes
+
+_UNITS = {
+    "relative_l2": ("%", 100.0),
+    "negative_fraction": ("%", 100.0),
+    "reciprocity_residual": ("%", 100.0),
+    "maximum": ("1/sr", 1.0),
+}
+
+
+def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    paths = [find_brdf(Path(name)) for name in (args.a, args.b)]
+    found = compare(*map(load_known, paths), mask=np.radians(args.mask), scale=args.scale)
+    options = {"mask": args.mask, "scale": args.scale or None}
+    source = Provenance(
+        canonical_command("compare", f"{paths[0].name} {paths[1].name}", options),
+        {path.name: hash_file(path) for path in paths},
+    )
+    reporter.say(_table(found))
+    numbers = found.to_dict() | {"source": source.to_dict()}
+    if args.out:
+        _write(found, numbers, Path(args.out), source)
+        reporter.say(f"written to {args.out}")
+    return numbers
+
+
+def _table(found: Comparison) -> str:
+    """The measures, a line each, one column a channel."""
+    lines = [
+        f"{found.names[0]} against {found.names[1]}, both angles below {np.degrees(found.mask):g} degrees"
+    ]
+    lines.append(f"{'':24}" + "".join(f"{name:>12}" for name in found.channels))
+    for name, values in found.measures.items():
+        unit, factor = _UNITS.get(name, ("", 1.0))
+        label = f"{name.replace('_', ' ')} {unit}".strip()
+        lines.append(f"{label:24}" + "".join(f"{factor * value:12.4g}" for value in values))
+    if found.appearance:
+        lines += [
+            f"{name.replace('_', ' '):24}{value:12.4g}" for name, value in found.appearance.to_dict().items()
+        ]
+    return "\n".join(lines)
+
+
+def _write(found: Comparison, numbers: dict[str, object], out: Path, source: Provenance) -> None:
+    labels = (f"{found.names[1]}, 1/sr", f"{found.names[0]}, 1/sr")
+    figures = {"scatter": scatter_figure(found.b, found.a, found.channels, labels=labels)}
+    if found.appearance:
+        figures["balls"] = found.appearance.figure(found.names)
+    with staged_folder(out) as stage:
+        (stage / "comparison.json").write_text(to_json(numbers), encoding="utf-8")
+        for name, figure in figures.items():
+            (stage / f"{name}.png").write_bytes(picture_bytes(figure, source=source.to_text()))
