@@ -15,14 +15,16 @@ from capture.exposure import Exposure, combine
 from capture.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
 from capture.images import Header, Image, read_header, read_image
 from capture.noise import NoiseModel, estimate_noise, given_noise
-from capture.photoset import Photo, PhotoSet, View
+from capture.photoset import MANIFEST, Photo, PhotoSet, View
 from capture.radiance import RadianceImage
 from capture.reader import RadianceReader
+from capture.response import Series, recover_response
 from capture.signal import Region, Sensor, grown, linear_signal, saturated
 
 LOOKED_AT = 4  # photos, for noise and clipping
 BAND = 64  # rows
 LOOKED_AT_PIXELS = 1_500_000  # of a photo, in evenly spaced bands of rows
+SERIES = 3  # brackets that a response curve is recovered from
 ASSUMED_ELECTRONS = 20000.0  # at white level, where no photo tells
 ASSUMED_READ = 5.0
 TOO_FULL = 0.01  # share of saturated pixels that spoils a dark or flat frame
@@ -43,8 +45,11 @@ def prepare(photoset: PhotoSet, *, camera: Rays | None = None) -> RadianceReader
     }
     counted = [photo for view in photoset.views("sample") for photo in view.photos] or photoset.photos
     fields = frozenset().union(*(exposures[photo.file].known() for photo in counted))
-    sensor = sensor_of(photoset, images)
-    reader = RadianceReader(photoset, images[0].channels, size, sensor, exposures, fields)
+    encoding, notes = encoding_of(photoset, images[0], exposures)
+    sensor = sensor_of(photoset, images, encoding)
+    reader = RadianceReader(
+        photoset, images[0].channels, size, sensor, exposures, fields, notes=(*notes, sensor_note(sensor))
+    )
     reader = replace(reader, dark=dark_frame(reader))
     reader = replace(reader, ambient=ambient_light(reader))
     return replace(reader, gain=vignetting(reader, camera))
@@ -115,11 +120,10 @@ def bands(image: Image) -> Image:
     return replace(image, pixels=image.pixels[rows], saturated=full)
 
 
-def sensor_of(photoset: PhotoSet, images: Sequence[Image]) -> Sensor:
+def sensor_of(photoset: PhotoSet, images: Sequence[Image], encoding: Encoding) -> Sensor:
     """How codes stand for light, where they clip, and how noisy they are."""
     radiometry, image = photoset.radiometry, images[0]
     own_levels = radiometry.black_level is not None or radiometry.white_level is not None
-    encoding = encoding_of(photoset, image)
     clip = clip_code([image.pixels for image in images], image.full_scale, lossy=image.lossy)
     if radiometry.white_level is not None:
         clip = min(clip, encoding.white * (image.full_scale + image.black) - image.black)
@@ -128,17 +132,51 @@ def sensor_of(photoset: PhotoSet, images: Sequence[Image]) -> Sensor:
     return sensor if noise else replace(sensor, noise=noise_of(sensor, images))
 
 
-def encoding_of(photoset: PhotoSet, image: Image) -> Encoding:
+def sensor_note(sensor: Sensor) -> str:
+    """What was found of the noise, in words."""
+    noise = sensor.noise
+    with np.errstate(divide="ignore"):
+        full = float(1 / np.mean(noise.slope))
+    read = float(np.sqrt(np.mean(noise.read)))
+    return f"noise {noise.source}: {full:.3g} electrons at white level, read noise {read:.2g} of white level"
+
+
+def encoding_of(
+    photoset: PhotoSet, image: Image, exposures: Mapping[str, Exposure]
+) -> tuple[Encoding, tuple[str, ...]]:
+    """The encoding, as given or recovered from the brackets, and what there is to say of it."""
     radiometry = photoset.radiometry
-    where = f"{photoset.folder / 'photoset.toml'}: [radiometry] encoding"
+    where = f"{photoset.folder / MANIFEST}: [radiometry] encoding"
     if image.raw and radiometry.encoding != "linear":
         raise InputError(where, f'a RAW photo is "linear", not "{radiometry.encoding}"')
-    if radiometry.encoding == "unknown":
-        raise InputError(where, '"unknown" cannot be recovered yet')
     file_black = image.black / (image.full_scale + image.black)
     black = radiometry.black_level if radiometry.black_level is not None else file_black
     white = radiometry.white_level if radiometry.white_level is not None else 1.0
-    return Encoding(radiometry.encoding, radiometry.gamma or 1.0, black, white)
+    if radiometry.encoding != "unknown":
+        return Encoding(radiometry.encoding, radiometry.gamma or 1.0, black, white), ()
+    try:
+        response = recover_response(exposure_series(photoset, exposures))
+    except ValueError as error:
+        raise InputError(where, f"the response cannot be recovered: {error}") from error
+    note = f"response recovered from brackets ({response.method}), predicts exposures to {response.error:.2%}"
+    return Encoding("table", 1.0, black, white, response.table), (note,)
+
+
+def exposure_series(photoset: PhotoSet, exposures: Mapping[str, Exposure]) -> list[Series]:
+    """Up to SERIES brackets as 8-bit codes, thinned out."""
+    series = []
+    for role in ("sample", "probe", "calibration"):
+        for view in photoset.views(role):
+            if len(view.photos) > 1 and len(series) < SERIES:
+                images = [bands(read_image(photoset.folder / photo.file)) for photo in view.photos]
+                if any(image.pixels.dtype.kind != "u" for image in images):
+                    raise ValueError("expected photos of 8 or 16 bit integers")
+                codes = tuple(
+                    np.round(image.pixels * (255.0 / image.full_scale)).astype(np.uint8) for image in images
+                )
+                factors = tuple(exposures[photo.file].factor for photo in view.photos)
+                series.append(Series(codes, factors))
+    return series
 
 
 def assumed_noise(channels: int) -> NoiseModel:

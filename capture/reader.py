@@ -35,7 +35,7 @@ class RadianceReader:
     dark: Dark | None = None
     gain: np.ndarray | None = None  # (h, w, c or 1) float32 against vignetting
     ambient: Mapping[str | None, RadianceImage] = field(default_factory=dict)  # by light
-    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was found of the sensor, in words
 
     def read(self, view: View, roi: Region | None = None) -> RadianceImage:
         """Radiance of a view, or of its region ``[x0, x1) x [y0, y1)``.
