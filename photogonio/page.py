@@ -37,10 +37,15 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     """What the fit chose, with its reasons."""
     said = fit.diagnostics.get("choices")
     if said is not None:
-        return tuple(Choice(one["what"], str(one["value"]), one["reason"]) for one in said)
+        return tuple(Choice(one["what"], _short(one["value"]), one["reason"]) for one in said)
     found = fit.diagnostics
     reason = f"of {found.get('tried')} models the simplest that predicts left-out cells as well as the best"
-    return tuple(Choice(k, str(found[k]), reason) for k in ("order", "lobes", "prior strength") if k in found)
+    names = [name for name in ("order", "lobes", "prior strength") if name in found]
+    return tuple(Choice(name, _short(found[name]), reason) for name in names)
+
+
+def _short(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
@@ -101,6 +106,7 @@ def numbers(result: Result) -> dict[str, object]:
     """The result's numbers, for ``--json``."""
     brdf = result.brdf
     observed, fitted = result.fit.cells.value, result.fit.predicted
+    rms, median = relative_misfit(observed, fitted)
     return {
         "name": result.name,
         "order": brdf.order,
@@ -114,7 +120,8 @@ def numbers(result: Result) -> dict[str, object]:
             for lobe in brdf.lobes
         ],
         "albedo": brdf.bihemispherical_albedo(),
-        "relative_rms": relative_rms(observed, fitted),
+        "relative_rms": rms,
+        "relative_median": median,
         "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
         "valid": brdf.valid,
         "level": result.table.level,
@@ -130,10 +137,10 @@ def numbers(result: Result) -> dict[str, object]:
     }
 
 
-def relative_rms(observed: np.ndarray, fitted: np.ndarray) -> np.ndarray:
-    """Root mean square of (fitted - observed) / observed over the cells with f above 0, (c,)."""
+def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Root mean square and median of |fitted - observed| / observed over the cells with f above 0, (c,) each."""
     ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=observed > 0)
-    return np.sqrt(np.nanmean(ratio**2, axis=0))
+    return np.sqrt(np.nanmean(ratio**2, axis=0)), np.nanmedian(np.abs(ratio), axis=0)
 
 
 def lead(result: Result) -> str:
@@ -151,14 +158,13 @@ def lead(result: Result) -> str:
 def closing_lines(result: Result) -> str:
     """What is told at the end, on screen."""
     values = numbers(result)
-    rms = ", ".join(
-        f"{name} {100 * value:.2f} %"
-        for name, value in zip(result.brdf.channels, values["relative_rms"], strict=True)
+    order = ", ".join(result.brdf.channels)
+    median, rms = (100 * values[name] for name in ("relative_median", "relative_rms"))
+    return (
+        f"{lead(result)}\n"
+        f"albedo under even light ({order}): {_list(values['albedo'], '.3f')}\n"
+        f"misfit of the cells ({order}): median {_list(median, '.2f')} %, rms {_list(rms, '.2f')} %"
     )
-    albedo = ", ".join(
-        f"{name} {value:.3f}" for name, value in zip(result.brdf.channels, values["albedo"], strict=True)
-    )
-    return f"{lead(result)}\nalbedo under even light: {albedo}\nrelative rms of the cells: {rms}"
 
 
 def _cards(result: Result) -> list[Card]:
@@ -169,7 +175,9 @@ def _cards(result: Result) -> list[Card]:
         Card("model", f"order {brdf.order}", f"{len(brdf.modes)} modes, {len(brdf.lobes)} lobes"),
         Card("albedo", _list(values["albedo"], ".3f"), f"{order}; under even light"),
         Card(
-            "misfit", _list(100 * values["relative_rms"], ".1f") + " %", f"{order}; relative rms of the cells"
+            "misfit",
+            _list(100 * values["relative_median"], ".2f") + " %",
+            f"{order}; median of the cells; rms {_list(100 * values['relative_rms'], '.2f')} %",
         ),
         Card("correlation", _list(values["correlation"], ".4f"), f"{order}; fitted against observed"),
     ]

@@ -34,8 +34,9 @@ def coverage_figure(table: FacetTable) -> Figure:
     theta_i, theta_r, dphi = pair_angles(table.incident, table.exit)
     figure = Figure(figsize=(9.6, 2.5), layout="constrained")
     axes = figure.subplots(1, len(_BANDS) - 1, subplot_kw={"projection": "polar"})
-    radius = np.sqrt(np.linspace(0, 1, 13))
-    azimuth = np.linspace(-np.pi, np.pi, 49)
+    fine = table.level >= 3
+    radius = np.sqrt(np.linspace(0, 1, 13 if fine else 9))
+    azimuth = np.linspace(-np.pi, np.pi, 49 if fine else 25)
     # bilateral symmetry: every sample stands for its mirror image too
     sums = [
         np.histogram2d(
@@ -107,15 +108,16 @@ def scatter_figure(
         ax.set(xlim=(low, high), ylim=(low, high), aspect="equal")
         ax.set_xlabel(labels[0], fontsize=9)
         ax.set_ylabel(labels[1] if k == 0 else "", fontsize=9)
-        ax.set_title(f"{channels[k]}   correlation {correlation(x, y):.4f}", fontsize=10, color=_INK)
+        ax.set_title(f"{channels[k]}, correlation {correlation(x, y):.4f}", fontsize=9, color=_INK, pad=7)
         _dress(ax)
     return figure
 
 
 def _limits(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """Common limits that hold all but the last thousandth at either end."""
-    both = np.concatenate([x, y]) if len(x) else np.array([0.0, 1.0])
-    low, high = np.quantile(both, [0.001, 0.999])
+    """Common limits that hold what was fitted, and all but some outliers of what was observed."""
+    if len(x) == 0:
+        return 0.0, 1.0
+    low, high = min(np.quantile(x, 0.002), y.min()), max(np.quantile(x, 0.99), np.quantile(y, 0.999))
     margin = 0.06 * (high - low) or 0.1 * abs(high) or 1.0
     return min(low - margin, 0.0 if 0 <= low < 0.3 * high else low - margin), high + margin
 
