@@ -14,7 +14,7 @@ from scipy.ndimage import map_coordinates
 from synthetic.brdf import directions
 from synthetic.reflectance import Reflectance
 from synthetic.render import Extra, sample_normals, tangent_frames
-from synthetic.trace import World, light_up, surface_reflectance
+from synthetic.trace import World, floor_radiance
 
 RIM = np.radians(100.0)  # the map reaches beyond the half of the ball that a viewer sees
 
@@ -33,7 +33,7 @@ def surroundings(world: World, *, rings: int = 26, spokes: int = 48, fine: int =
 
     Each cell's radiance is the mean over ``fine`` x ``fine`` places in it.
     """
-    foot, radius = world.sphere[:2], world.sphere[3]
+    foot, radius = world.balls[0, :2], world.balls[0, 3]
     reach = max(world.table_radius, float(np.abs(world.page.extent).max()) * 2.0)
     edge = np.concatenate([[0.0], np.geomspace(0.25 * radius, reach, rings)])
     ring, spoke, a, b = np.meshgrid(*(np.arange(n) for n in (rings, spokes, fine, fine)), indexing="ij")
@@ -43,8 +43,7 @@ def surroundings(world: World, *, rings: int = 26, spokes: int = 48, fine: int =
         [foot[0] + np.sqrt(r2) * np.cos(turn), foot[1] + np.sqrt(r2) * np.sin(turn), 0.0 * r2], axis=-1
     )
     points = place.reshape(-1, 3)
-    radiance = light_up(world, points) * surface_reflectance(world, points) / np.pi
-    radiance = radiance.reshape(rings * spokes, fine * fine, -1).mean(axis=1)
+    radiance = floor_radiance(world, points).reshape(rings * spokes, fine * fine, -1).mean(axis=1)
     size = np.repeat(np.pi * np.diff(edge**2) / spokes, spokes)
     return Cells(place.reshape(rings * spokes, fine * fine, 3).mean(axis=1), size, radiance)
 
@@ -66,15 +65,15 @@ def bounced(cells: Cells, brdf: Reflectance, points, normals, exits) -> np.ndarr
     return total
 
 
-def bounce_extra(world: World, brdf: Reflectance, viewer: np.ndarray, *, side: int = 25) -> Extra | None:
+def bounce_extra(world: World, brdf: Reflectance, viewer: np.ndarray, *, side: int = 19) -> Extra | None:
     """The bounce as an addition to the render, from a map of side x side places on the near half of the ball.
 
     None where there is nothing to bounce: a flat sample, or no board and no table.
     """
     bare = world.page.extent[2] <= world.page.extent[0] and world.table_radius <= 0
-    if world.sphere[3] <= 0 or bare:
+    if world.balls[0, 3] <= 0 or bare:
         return None
-    cells, center, radius = surroundings(world), world.sphere[:3], world.sphere[3]
+    cells, center, radius = surroundings(world), world.balls[0, :3], world.balls[0, 3]
     toward = (viewer - center) / np.linalg.norm(viewer - center)
     axes = tangent_frames(toward[None])[0]
     reach = np.sqrt(2.0) * np.sin(0.5 * RIM)
@@ -132,7 +131,7 @@ def room_extra(world: World, brdf: Reflectance) -> Extra | None:
     if not np.any(world.ambient > 0):
         return None
     cos_r, table = exit_albedo(brdf)
-    on_board = world.sphere[3] > 0 and world.page.extent[2] > world.page.extent[0]
+    on_board = world.balls[0, 3] > 0 and world.page.extent[2] > world.page.extent[0]
 
     def extra(points: np.ndarray, normals: np.ndarray, exits: np.ndarray) -> np.ndarray:
         cos = np.einsum("ij,ij->i", exits, sample_normals(world, points))

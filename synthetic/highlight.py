@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib.camera import Camera, Pose
-from synthetic.trace import BALL, World, nearest, visible
+from synthetic.trace import BALL, World, nearest, see_lamp
 
 LIMB = 48  # corners of the polygon that stands for the lamp's outline
 SHOWN_RADIUS = 0.005  # angular radius that a point lamp is given in its mirror image, radians
@@ -79,8 +79,8 @@ def coverage(polygon: np.ndarray, width: int, height: int) -> list[tuple[int, in
 def add_highlights(world: World, camera: Camera, pose: Pose, image: np.ndarray) -> None:
     """Adds every lamp's mirror image in every ball to ``image`` (h, w, c), unless something is in the way."""
     viewer = pose.center
-    for k, lamp in enumerate(world.lamp):
-        for b, ball in enumerate(world.balls):
+    for k, lamp in enumerate(world.lamps):
+        for b, ball in enumerate(world.balls[1:], start=1):
             limb, per_intensity = lamp_limb(lamp, ball[:3])
             points = reflection_points(ball, viewer, limb, distant=lamp[0] == 1.0)
             middle = points.mean(axis=0)
@@ -88,7 +88,7 @@ def add_highlights(world: World, camera: Camera, pose: Pose, image: np.ndarray) 
             kind, index, _ = nearest(world, *viewer, *unit(middle - viewer), -1)
             if kind != BALL or index != b:
                 continue
-            seen = visible(world, k, *middle, False, b, -1)
+            seen = see_lamp(world, k, middle[None], b, -1)[0]
             radiance = seen * ball[4] * per_intensity * world.intensity[k]
             for row, column, part in coverage(camera.project(pose, points), *camera.size):
                 image[row, column] += part * radiance

@@ -119,7 +119,7 @@ def bin_markers(extent: np.ndarray, corners: np.ndarray, side: float) -> np.ndar
     return bins
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def paper_at(page: Print, x: float, y: float) -> int:
     """1 on white paper, 0 on ink, -1 beyond the page."""
     extent, squares = page.extent, page.squares
@@ -127,7 +127,8 @@ def paper_at(page: Print, x: float, y: float) -> int:
         return -1
     row = int((y - extent[1]) / page.bin_size)
     column = int((x - extent[0]) / page.bin_size)
-    for k in page.bins[row, column]:
+    for n in range(PER_BIN):
+        k = page.bins[row, column, n]
         if k < 0:
             break
         dx, dy = x - page.origin[k, 0], y - page.origin[k, 1]

@@ -84,7 +84,7 @@ def view_radiance(scene: Scene, camera: Camera, brdf: Reflectance, shot: Shot) -
     if shot.role in ("dark", "flat"):
         even = 0.0 if shot.role == "dark" else 0.7 / (shot.exposure_time * exposure_factor(scene))
         return np.full((height, width, CHANNELS), even)
-    world, detail = world_of(scene, shot), Detail(scene.render.plain, scene.render.near, scene.render.edge)
+    world, detail = world_of(scene, shot), Detail(scene.render.sample, scene.render.near, scene.render.edge)
     extra = [room_extra(world, brdf)]
     if scene.render.bounce:
         extra.append(bounce_extra(world, brdf, shot.pose.center))

@@ -1,7 +1,7 @@
 """The picture of a world: radiance of every pixel, its area averaged, without noise.
 
-A pixel that is all one thing is sampled at 2 x 2 Gauss points; one with an edge in it on an 8 x 8 grid, and
-its neighbours (where an edge's corner may hide) on 4 x 4. There is no chance in it.
+A pixel with an edge in it is sampled on an 8 x 8 grid, its neighbours (where an edge's corner may hide) on 3 x 3,
+other pixels of the sample at 2 x 2 Gauss points, and those of even board and table once. There is no chance in it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from calib.camera import Camera, Pose
 from synthetic.highlight import add_highlights
 from synthetic.reflectance import Reflectance
-from synthetic.trace import BALL, World, label_rays, see_lamp, shade_rays
+from synthetic.trace import BALL, SAMPLE, World, label_rays, see_lamp
+from synthetic.trace import shade_pixels as trace_pixels
 
 Extra = Callable[
     [np.ndarray, np.ndarray, np.ndarray], np.ndarray
@@ -32,8 +33,8 @@ LAMP_WEIGHTS = np.array([0.25] + [0.125] * 6)
 class Detail:
     """How finely a pixel is sampled, points along its side."""
 
-    plain: int = 2
-    near: int = 4
+    sample: int = 2
+    near: int = 3
     edge: int = 8
 
 
@@ -45,13 +46,24 @@ def render(
     *,
     extra: tuple[Extra, ...] = (),
     detail: Detail = Detail(),
+    corners: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Radiance (h, w, c). ``extra``: what the sample sends out besides the lamps' direct light."""
+    """Radiance (h, w, c). ``extra``: what the sample sends out besides the lamps' direct light.
+
+    ``corners``: :func:`plane_corners` of the camera, where they are at hand.
+    """
     width, height = camera.size
-    corners = plane_corners(camera)
-    edge, near = edge_pixels(world, pose, corners)
+    corners = plane_corners(camera) if corners is None else corners
+    kind, edge, near = sort_pixels(world, pose, corners)
+    smooth = ~edge & ~near
     image = np.zeros((height * width, len(world.ambient)))
-    for mask, count in ((edge, detail.edge), (near, detail.near), (~edge & ~near, detail.plain)):
+    groups = (
+        (edge, detail.edge),
+        (near, detail.near),
+        (smooth & (kind == SAMPLE), detail.sample),
+        (smooth & (kind != SAMPLE), 1),
+    )
+    for mask, count in groups:
         offsets = gauss_points(count) if count <= 2 else (np.arange(count) + 0.5) / count
         shade_pixels(world, brdf, pose, corners, np.flatnonzero(mask), offsets, image, extra)
     image = image.reshape(height, width, -1)
@@ -72,46 +84,45 @@ def plane_corners(camera: Camera) -> np.ndarray:
     return (rays[:, :2] / rays[:, 2:]).reshape(height + 1, width + 1, 2)
 
 
-def world_directions(pose: Pose, plane: np.ndarray) -> np.ndarray:
-    """Unit directions (n, 3) in the world of places (..., 2) on the plane z = 1."""
-    flat = plane.reshape(-1, 2)
-    rays = flat @ pose.rotation[:2] + pose.rotation[2]
-    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+def sort_pixels(world: World, pose: Pose, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What the pixels' middles show, and masks of those that a step runs through and of their neighbours (h, w).
 
-
-def edge_pixels(world: World, pose: Pose, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Masks (h, w): pixels that a step runs through or that show a mirror ball, and their neighbours."""
+    All of a mirror ball counts as steps: what it shows is small.
+    """
     height, width = corners.shape[0] - 1, corners.shape[1] - 1
-    at_corner = label_rays(world, pose.center, world_directions(pose, corners)).reshape(height + 1, width + 1)
-    middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
-    middle = label_rays(world, pose.center, world_directions(pose, middles)).reshape(height, width)
-    edge = middle % 1024 // 64 == BALL
+    eye, turned = pose.center, pose.rotation
+    at_corner = label_rays(world, eye, turned, corners.reshape(-1, 2)).reshape(height + 1, width + 1)
+    middles = pixel_middles(corners).reshape(-1, 2)
+    middle = label_rays(world, eye, turned, middles).reshape(height, width)
+    kind = middle % 1024 // 64
+    edge = kind == BALL
     for rows in (slice(None, -1), slice(1, None)):
         for columns in (slice(None, -1), slice(1, None)):
             edge |= at_corner[rows, columns] != middle
     near = cv2.dilate(edge.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    return edge, near & ~edge
+    return kind, edge, near & ~edge
+
+
+def pixel_middles(corners: np.ndarray) -> np.ndarray:
+    """Places (h, w, 2) on the plane z = 1 of the pixels' middles."""
+    return 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
 
 
 def shade_pixels(world, brdf, pose, corners, pixels, offsets, image, extra) -> None:
     """Adds the light of ``pixels`` (n,), sampled at offsets x offsets, to ``image`` (h w, c)."""
-    width, per_pixel = corners.shape[1] - 1, len(offsets) ** 2
-    v, u = (a.ravel() for a in np.meshgrid(offsets, offsets, indexing="ij"))
+    per_pixel = len(offsets) ** 2
     step = max(CHUNK // per_pixel, 1)
     for first in range(0, len(pixels), step):
         part = pixels[first : first + step]
-        row, column = part // width, part % width
-        plane = sum(
-            corners[row + b, column + a][:, None] * ((u if a else 1 - u) * (v if b else 1 - v))[:, None]
-            for a in (0, 1)
-            for b in (0, 1)
-        )
-        pixel = np.repeat(part, per_pixel)
-        weight = np.full(len(pixel), 1.0 / per_pixel)
-        wanted = np.empty(len(pixel), np.int64), np.empty(len(pixel)), *np.empty((2, len(pixel), 3))
-        count = shade_rays(world, pose.center, world_directions(pose, plane), pixel, weight, image, *wanted)
+        where, want = np.empty(len(part) * per_pixel, np.int64), np.empty((len(part) * per_pixel, 7))
+        count = trace_pixels(world, pose.center, pose.rotation, corners, part, offsets, image, where, want)
         if count:
-            where, through, points, exits = (a[:count] for a in wanted)
+            where, points, exits, through = (
+                where[:count],
+                want[:count, :3],
+                want[:count, 3:6],
+                want[:count, 6],
+            )
             light = through[:, None] * sample_radiance(world, brdf, points, exits, extra)
             for c in range(image.shape[1]):
                 image[:, c] += np.bincount(where, light[:, c], minlength=len(image))
@@ -121,15 +132,13 @@ def sample_radiance(
     world: World, brdf: Reflectance, points, exits, extra: tuple[Extra, ...] = ()
 ) -> np.ndarray:
     """Radiance (n, c) that the sample's points (n, 3) send along ``exits`` (n, 3)."""
-    on_sphere = world.sphere[3] > 0
     normals = sample_normals(world, points)
     frame = tangent_frames(normals)
     exit = np.einsum("nij,nj->ni", frame, exits)
     total = np.zeros((len(points), len(world.ambient)))
-    on_sheet = -1 if on_sphere else int(np.argmax(world.sheet_sample))
-    for k in range(len(world.lamp)):
-        seen = see_lamp(world, k, points, on_sphere, on_sheet)
-        for direction, falloff in lamp_directions(world.lamp[k], points):
+    for k, lamp in enumerate(world.lamps):
+        seen = see_lamp(world, k, points, 0, world.sample_sheet)
+        for direction, falloff in lamp_directions(lamp, points):
             incident = np.einsum("nij,nj->ni", frame, direction)
             strength = seen * falloff * np.maximum(incident[:, 2], 0.0)
             total += strength[:, None] * brdf(incident, exit) * world.intensity[k]
@@ -139,8 +148,8 @@ def sample_radiance(
 
 
 def sample_normals(world: World, points: np.ndarray) -> np.ndarray:
-    if world.sphere[3] > 0:
-        return (points - world.sphere[:3]) / world.sphere[3]
+    if world.balls[0, 3] > 0:
+        return (points - world.balls[0, :3]) / world.balls[0, 3]
     return np.broadcast_to([0.0, 0.0, 1.0], points.shape)
 
 

@@ -140,8 +140,8 @@ class SensorScene:
 @dataclass(frozen=True, slots=True)
 class RenderScene:
     bounce: bool = True
-    plain: int = 2  # points along a pixel's side: where nothing happens, beside an edge, on an edge
-    near: int = 4
+    sample: int = 2  # points along a pixel's side: on the sample, beside an edge, on an edge
+    near: int = 3
     edge: int = 8
 
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from calib.camera import Camera
-from synthetic.render import plane_corners
+from synthetic.render import pixel_middles, plane_corners
 from synthetic.scene import Scene
 
 HOT_SEED = 7919  # hot pixels stay where they are from photo to photo
@@ -43,9 +43,7 @@ def through_lens(scene: Scene, camera: Camera, radiance: np.ndarray) -> np.ndarr
 
 def cos4(camera: Camera) -> np.ndarray:
     """Fourth power of the cosine between each pixel's ray and the optical axis, (h, w)."""
-    corners = plane_corners(camera)
-    middle = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
-    return 1.0 / (1.0 + np.sum(middle**2, axis=-1)) ** 2
+    return 1.0 / (1.0 + np.sum(pixel_middles(plane_corners(camera)) ** 2, axis=-1)) ** 2
 
 
 def noisy(scene: Scene, signal: np.ndarray, seconds: float, random: np.random.Generator) -> np.ndarray:

@@ -27,24 +27,18 @@ def brdf_of(scene: Scene) -> Reflectance:
 
 def world_of(scene: Scene, shot: Shot) -> World:
     """Everything that stands in the room when ``shot`` is taken."""
-    board, empty = scene.board, np.zeros(CHANNELS)
-    present = shot.offset is not None
-    outlines, heights, is_sample, reflectance = sheets(scene, shot)
+    board = scene.board
+    outlines, heights, sample_sheet, reflectance = sheets(scene, shot)
+    plain = (board.ink, board.paper, board.table, board.ink) if board else (0.0, 0.0, 0.0, 0.0)
     return World(
         page=print_of(board.nominal() if board else None, scale=board.print_scale if board else 1.0),
-        paper=empty + (board.paper if board else 0.0),
-        ink=empty + (board.ink if board else 0.0),
-        table=empty + (board.table if board else 0.0),
+        colors=np.concatenate([np.outer(plain, np.ones(CHANNELS)), reflectance]),
         table_radius=board.table_radius if board else 0.0,
-        sphere=sphere(scene, shot),
-        balls=np.array([[*b.center, b.radius, b.reflectance] for b in scene.mirror_ball if present]).reshape(
-            -1, 5
-        ),
-        sheet_outline=outlines,
-        sheet_height=heights,
-        sheet_sample=is_sample,
-        sheet_reflectance=reflectance,
-        lamp=np.array([lamp_row(lamp) for lamp in shot.lamps]).reshape(-1, 5),
+        balls=balls(scene, shot),
+        outlines=outlines,
+        heights=heights,
+        sample_sheet=sample_sheet,
+        lamps=np.array([lamp_row(lamp) for lamp in shot.lamps]).reshape(-1, 5),
         intensity=np.array([lamp.intensity for lamp in shot.lamps]).reshape(-1, CHANNELS),
         ambient=ambient(scene) * np.ones(CHANNELS),
     )
@@ -60,27 +54,32 @@ def ambient(scene: Scene) -> float:
     return sensor.ambient * sensor.level / (0.9 * sensor.exposure_time * exposure_factor(scene))
 
 
-def sphere(scene: Scene, shot: Shot) -> np.ndarray:
-    if shot.offset is None or scene.sample.shape != "sphere":
-        return np.zeros(4)
-    return np.array([*(np.array(scene.sample.center) + shot.offset), scene.sample.radius])
-
-
-def sheets(scene: Scene, shot: Shot) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Outlines (p, v, 2), heights (p,), which is the sample (p,), reflectances (p, c) of patches and flat sample."""
+def balls(scene: Scene, shot: Shot) -> np.ndarray:
+    """The sample (a row of zeros where it is no ball or not there) and the mirror balls, (1 + n, 5)."""
     if shot.offset is None:
-        return np.zeros((0, 3, 2)), np.zeros(0), np.zeros(0, bool), np.zeros((0, CHANNELS))
-    rows = [(np.array(p.outline, float), p.height, False, true_reflectance(p)) for p in scene.white_patch]
-    if scene.sample.shape == "plane":
+        return np.zeros((1, 5))
+    rows = [np.zeros(5)]
+    if scene.sample.shape == "sphere":
+        rows[0] = np.array([*(np.array(scene.sample.center) + shot.offset), scene.sample.radius, 0.0])
+    return np.stack(rows + [np.array([*b.center, b.radius, b.reflectance]) for b in scene.mirror_ball])
+
+
+def sheets(scene: Scene, shot: Shot) -> tuple[np.ndarray, np.ndarray, int, np.ndarray]:
+    """Outlines (p, v, 2), heights (p,), which is the sample or -1, reflectances (p, c)."""
+    if shot.offset is None:
+        return np.zeros((0, 3, 2)), np.zeros(0), -1, np.zeros((0, CHANNELS))
+    rows = [(np.array(p.outline, float), p.height, true_reflectance(p)) for p in scene.white_patch]
+    flat = scene.sample.shape == "plane"
+    if flat:
         outline = np.array(scene.sample.outline, float) + shot.offset[:2]
-        rows.append((outline, scene.sample.height + shot.offset[2], True, np.zeros(CHANNELS)))
+        rows.append((outline, scene.sample.height + shot.offset[2], np.zeros(CHANNELS)))
     corners = max((len(row[0]) for row in rows), default=3)
     outlines = [counter_clockwise(row[0], corners) for row in rows]
     return (
         np.array(outlines).reshape(-1, corners, 2),
         np.array([row[1] for row in rows], float),
-        np.array([row[2] for row in rows], bool),
-        np.array([row[3] for row in rows]).reshape(-1, CHANNELS),
+        len(rows) - 1 if flat else -1,
+        np.array([row[2] for row in rows]).reshape(-1, CHANNELS),
     )
 
 
