@@ -61,11 +61,19 @@ def compare(a: Known, b: Known, *, mask: float = np.radians(80.0), scale: bool =
     measures = pointwise(value_a, value_b, at)
     seen = None
     if a.evaluate is not None and b.evaluate is not None:
-        judged = lambda i, r: a.evaluate(i, r)[:, take_a] * factor  # noqa: E731
-        reference = lambda i, r: b.evaluate(i, r)[:, take_b]  # noqa: E731
+        judged, reference = _everywhere(a, take_a, factor), _everywhere(b, take_b, 1.0)
         measures |= _integrals(judged, reference, at, mask)
         seen = appearance(judged, reference, channels)
     return Comparison((a.name, b.name), channels, mask, factor, measures, at, value_a, value_b, seen)
+
+
+def _everywhere(known: Known, channels: list[int], factor: np.ndarray | float) -> metrics.Evaluate:
+    """f of the channels compared; what a table marks as not measured counts as 0."""
+
+    def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+        return np.nan_to_num(known.evaluate(incident, exit)[:, channels] * factor)
+
+    return evaluate
 
 
 def pointwise(a: np.ndarray, b: np.ndarray, at: Directions) -> dict[str, np.ndarray]:

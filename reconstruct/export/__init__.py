@@ -1,1 +1,35 @@
-"""Files that renderers and other tools open."""
+"""A BRDF for renderers and other tools; each format is one that a consumer is known to open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from capture.errors import InputError
+from reconstruct.brdf import Brdf
+from reconstruct.export.csv_table import write_csv
+from reconstruct.export.merl_table import write_merl_table
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    suffix: str
+    write: Callable[[Brdf, Path], None]
+
+
+FORMATS = {
+    "csv": Format(".csv", write_csv),
+    "merl": Format(".binary", write_merl_table),
+}
+
+
+def find_format(name: str) -> Format:
+    """The format of that name.
+
+    Raises:
+        InputError: there is none.
+    """
+    if name not in FORMATS:
+        raise InputError(f"--format {name}", f"expected one of {', '.join(FORMATS)}")
+    return FORMATS[name]

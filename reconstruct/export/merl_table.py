@@ -1,0 +1,31 @@
+"""MERL's binary table, which many renderers and tools open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from capture.errors import InputError
+from reconstruct.brdf import Brdf
+from reconstruct.merl import CHANNELS, write_merl
+
+
+def write_merl_table(brdf: Brdf, path: Path) -> None:
+    """Isotropic BRDFs of the channels R, G, B (any three, in order) or of one channel, which is repeated.
+
+    Raises:
+        InputError: the format cannot hold this BRDF.
+    """
+    if brdf.symmetry != "isotropic":
+        raise InputError("--format merl", f"holds isotropic BRDFs only; this one is {brdf.symmetry}")
+    count = len(brdf.channels)
+    if count not in (1, 3):
+        raise InputError("--format merl", f"holds three channels; this BRDF has {', '.join(brdf.channels)}")
+    order = [brdf.channels.index(name) for name in CHANNELS] if set(CHANNELS) == set(brdf.channels) else None
+
+    def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+        f = brdf(incident, exit)
+        return f[:, order] if order else np.broadcast_to(f, (len(f), 3))
+
+    write_merl(path, evaluate)
