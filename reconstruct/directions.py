@@ -34,7 +34,6 @@ class ReduceOptions:
     theta_r_max: float = float(np.radians(85.0))
     margin: float = 2.0  # pixels from the outline of the sample or of what covers it
     lamp_angle: float = 0.01  # least angular radius of a lamp whose size nobody gave, radians
-    outliers: bool = True  # leave out isolated pixels unlike their neighbours
     mirror_balls: tuple[MirrorBall, ...] = ()
     white_patches: tuple[WhitePatch, ...] = ()
 
@@ -173,26 +172,27 @@ def pairs_along(scene: Scene, rays: np.ndarray) -> Pairs:
         reason[(reason == USED) & out] = LEFT_OUT.index(name)
     reason[~np.isfinite(depth)] = OUTSIDE
     if scene.isotropic:
-        incident, exit_ = canonical(toward, -rays, cos_i, cos_r)
+        incident, exit_ = canonical(toward, -rays, normal)
     else:
         incident, exit_ = np.array(toward), -rays  # the tangent frame of the plane is the world's
     return Pairs(reason, point, incident, exit_, cos_i * falloff)
 
 
-def canonical(toward: np.ndarray, back: np.ndarray, cos_i: np.ndarray, cos_r: np.ndarray) -> tuple:
+def canonical(toward: np.ndarray, back: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs turned about the normal to the canonical incident azimuth, dphi folded into [0, pi].
 
-    ``toward`` and ``back`` are unit vectors (n, 3) to light and camera in any frame. Returns (incident,
-    exit).
+    ``toward`` and ``back`` are unit vectors (n, 3) to light and camera, ``normal`` (n, 3), in any one frame.
+    Returns incident and exit, (n, 3), in the tangent frame.
     """
+    cos_i = np.einsum("ij,ij->i", normal, toward)
+    cos_r = np.einsum("ij,ij->i", normal, back)
     sin_i = np.sqrt(np.maximum(1.0 - cos_i**2, 0.0))
     sin_r = np.sqrt(np.maximum(1.0 - cos_r**2, 0.0))
-    dot = np.einsum("ij,ij->i", toward, back) - cos_i * cos_r  # of the tangential parts
-    along = np.where(
-        sin_i > 1e-9, dot / np.maximum(sin_i, 1e-9), sin_r
-    )  # azimuth is free at normal incidence
-    along = np.clip(along, -sin_r, sin_r)
-    across = np.sqrt(np.maximum(sin_r**2 - along**2, 0.0))
+    # of the exit's tangential part, along and across the incident's; the azimuth is free at normal incidence
+    oblique = sin_i > 1e-9
+    per = 1.0 / np.where(oblique, sin_i, 1.0)
+    along = np.where(oblique, (np.einsum("ij,ij->i", toward, back) - cos_i * cos_r) * per, sin_r)
+    across = np.where(oblique, np.abs(np.einsum("ij,ij->i", normal, np.cross(toward, back))) * per, 0.0)
     c, s = np.cos(CANONICAL_AZIMUTH), np.sin(CANONICAL_AZIMUTH)
     incident = np.column_stack([c * sin_i, s * sin_i, cos_i])
     return incident, np.column_stack([c * along - s * across, s * along + c * across, cos_r])

@@ -34,8 +34,7 @@ LEFT_OUT = (
     "grazing",  # beyond theta_i_max or theta_r_max
     "shadowed",  # by a mirror ball
     "saturated",
-    "invalid",
-    "outlier",  # unlike its neighbours: dust, a hot pixel, a renderer's firefly
+    "invalid",  # dust, a hot pixel, a renderer's firefly, beside a saturated one, below black
 )
 FORMAT = 1
 _SUMS = ("count", "weight", "value", "value2", "variance", "incident", "exit", "place")
