@@ -29,6 +29,14 @@ class Basis:
         make = modes.reciprocal_design if self.symmetry == "reciprocal" else modes.general_design
         return make(self.order, cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
 
+    def evaluate(self, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
+        """(n, c) sum of the modes with ``coefficients`` (m, c), without a design matrix."""
+        if self.symmetry == "isotropic":
+            angles = cells.theta_i, cells.theta_r, cells.dphi
+            return modes.evaluate_isotropic(self.modes, coefficients, *angles)
+        evaluate = modes.evaluate_reciprocal if self.symmetry == "reciprocal" else modes.evaluate_general
+        return evaluate(self.modes, coefficients, cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+
     def degree(self) -> np.ndarray:
         """(m,) how fine each mode is: the mean of n (n + 2) / 8 over its two factors, twice.
 

@@ -20,13 +20,13 @@ from reconstruct.model import LobeSet, Model
 from reconstruct.represent import FILE_FAMILY, Represented, represent
 from reconstruct.robust import ViewScales, error_model, level, view_scales
 from reconstruct.search import Fitted, search_lobes, starting_shape, thinned
-from reconstruct.select import STRENGTHS, Candidate, choose, folds_of, losses, prior_precision
+from reconstruct.select import PRIORS, Candidate, Prior, choose, folds_of, losses
 from reconstruct.solve import Factors, FoldedDesign
 from reconstruct.table import FacetTable
 from reconstruct.uncertainty import Uncertainty, uncertainty_of, valid_region
 
 PILOT_ORDER = 4
-PILOT_STRENGTH = 0.1
+PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
 STRAY_ROUNDS = 2
@@ -87,7 +87,7 @@ def fit_table(
     chosen, best, tried = _select(work, options)
     progress("final fit")
     basis = Basis(work.symmetry, chosen.order)
-    final = search_lobes(work.cells, work.deviation, basis, chosen.strength, chosen.lobes, free=0)
+    final = search_lobes(work.cells, work.deviation, basis, chosen.prior, chosen.lobes, free=0)
     return _result(seen, work, final, chosen, best, tried, options)
 
 
@@ -127,7 +127,7 @@ def _clean(seen: Cells, options: FitOptions, views, stray, progress) -> _Work:
         clean = seen.with_value(seen.value - added)
         deviation = error_model(clean, added)
         if len(np.unique(seen.group)) > 1:
-            fitted = search_lobes(clean, deviation, reference.basis, PILOT_STRENGTH, reference.lobes, free=0)
+            fitted = search_lobes(clean, deviation, reference.basis, PILOT_PRIOR, reference.lobes, free=0)
             predicted = clean.value - fitted.residual
             scales = view_scales(clean, predicted, deviation * fitted.scale, fitted.weight, views)
         work = _piloted(seen, added, scales, options, _kinds(options))
@@ -151,7 +151,7 @@ def _piloted(seen: Cells, added, scales: ViewScales, options: FitOptions, kinds)
             few,
             few_deviation,
             basis,
-            PILOT_STRENGTH,
+            PILOT_PRIOR,
             LobeSet(kind, tuple(starting_shape(f, 0.25) for f in kind)),
         )
         for kind in kinds
@@ -166,7 +166,7 @@ def _with_second_lobe(cells, deviation, basis, pilots, options) -> list[Fitted]:
     if len(first.families) != 1:
         return []
     both = LobeSet((*first.families, FILE_FAMILY), (*first.shapes, starting_shape(FILE_FAMILY, 0.25)))
-    return [search_lobes(cells, deviation, basis, PILOT_STRENGTH, both, free=1)]
+    return [search_lobes(cells, deviation, basis, PILOT_PRIOR, both, free=1)]
 
 
 def _select(work: _Work, options: FitOptions) -> tuple[Candidate, Candidate, list[Candidate]]:
@@ -174,7 +174,7 @@ def _select(work: _Work, options: FitOptions) -> tuple[Candidate, Candidate, lis
     orders = _orders(options, cells)
     top = Basis(work.symmetry, max(orders))
     again = search_lobes(
-        cells, work.deviation, reference.model.basis, PILOT_STRENGTH, reference.model.lobes, free=0
+        cells, work.deviation, reference.model.basis, PILOT_PRIOR, reference.model.lobes, free=0
     )
     folded = FoldedDesign(
         top.design(cells), again.weight / (work.deviation * again.scale) ** 2, folds_of(cells)
@@ -188,11 +188,11 @@ def _select(work: _Work, options: FitOptions) -> tuple[Candidate, Candidate, lis
     for order in orders:
         basis = Basis(work.symmetry, order)
         parts = [one.prefix(len(basis.modes)) for one in sums]
-        for strength in STRENGTHS if order else STRENGTHS[:1]:
-            penalty = prior_precision(basis.degree(), level(cells), strength)
+        for prior in PRIORS if order else PRIORS[:1]:
+            penalty = prior.precision(basis.degree(), level(cells))
             factors = Factors(parts[0].without_each().modes_gram, penalty)
             for lobes, part in zip(pilots, parts, strict=True):
-                tried.append(Candidate(order, strength, lobes, losses(part, factors, lobes.upper_bounds())))
+                tried.append(Candidate(order, prior, lobes, losses(part, factors, lobes.upper_bounds())))
     return *choose(tried), tried
 
 
@@ -216,7 +216,7 @@ def _said(model: Model, options: FitOptions, values: np.ndarray) -> Represented:
 def _result(seen, work: _Work, final: Fitted, chosen, best, tried, options: FitOptions) -> FitResult:
     model, cells = final.model, work.cells
     said = _said(model, options, cells.value)
-    spread = uncertainty_of(final, cells, work.deviation, chosen.strength)
+    spread = uncertainty_of(final, cells, work.deviation, chosen.prior)
     errors = spread.file_errors(model, said)
     basis = Basis(work.symmetry, said.order)
     brdf = Brdf(
@@ -235,7 +235,8 @@ def _result(seen, work: _Work, final: Fitted, chosen, best, tried, options: FitO
         "order": chosen.order,
         "order of best": best.order,
         "lobes": chosen.lobes.name,
-        "prior strength": float(chosen.strength),
+        "prior strength": chosen.prior.strength,
+        "prior decay": chosen.prior.decay,
         "tried": len(tried),
         "residual scale": final.scale,
         "representation error": said.error.tolist(),

@@ -8,10 +8,14 @@ import numpy as np
 
 from reconstruct.cells import Cells
 
-FREEDOM = 4.0  # of Student's t: the loss of residuals (Lange, Little and Taylor 1989)
+PHOTO_FREEDOM = (
+    4.0  # of Student's t, the loss of residuals (Lange, Little and Taylor 1989): dust, glints, penumbra
+)
+TABLE_FREEDOM = 30.0  # a goniometer's readings are nearly normal
 SYSTEMATIC = 0.005  # relative: geometry, stray light, texture; scaled with the residuals found
 STRAY_DOUBT = 0.3  # of the stray light removed
 FLOOR = 1e-3  # of the channel's level
+INDEPENDENT = 30.0  # cells: as many as a view's residuals count for, since they hang together
 
 
 def error_model(cells: Cells, stray: np.ndarray | None = None) -> np.ndarray:
@@ -37,9 +41,19 @@ def residual_scale(scaled: np.ndarray) -> float:
     return max(1.4826 * float(np.median(np.abs(scaled))), 1e-12)
 
 
-def student_weights(scaled: np.ndarray) -> np.ndarray:
+def freedom_of(cells: Cells) -> float:
+    """Degrees of freedom of the loss."""
+    return PHOTO_FREEDOM if cells.binned else TABLE_FREEDOM
+
+
+def student_weights(scaled: np.ndarray, freedom: float) -> np.ndarray:
     """Weights in (0, (v + 1) / v] of residuals divided by their standard deviation."""
-    return (FREEDOM + 1.0) / (FREEDOM + scaled**2)
+    return (freedom + 1.0) / (freedom + scaled**2)
+
+
+def student_cost(scaled: np.ndarray, scale: float, freedom: float) -> float:
+    """Mean negative log likelihood of residuals over the error model, but for a constant."""
+    return float(np.mean(0.5 * (freedom + 1.0) * np.log1p((scaled / scale) ** 2 / freedom)) + np.log(scale))
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +87,3 @@ def view_scales(
     )
     shift = mean * total / (total + prior**-2)
     return ViewScales(1.0 + shift, 1.0 / np.sqrt(total + prior**-2), prior)
-
-
-INDEPENDENT = 30.0

@@ -14,8 +14,8 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TYPICAL_F0, Family
 from reconstruct.model import LobeSet, Model
-from reconstruct.robust import level, residual_scale, student_weights
-from reconstruct.select import prior_precision
+from reconstruct.robust import freedom_of, level, residual_scale, student_cost, student_weights
+from reconstruct.select import Prior
 from reconstruct.solve import Factors, FoldedDesign, Statistics, solve
 
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
@@ -40,7 +40,7 @@ def search_lobes(
     cells: Cells,
     deviation: np.ndarray,
     basis: Basis,
-    strength: float,
+    prior: Prior,
     start: LobeSet,
     *,
     free: int | None = None,
@@ -50,10 +50,9 @@ def search_lobes(
     ``deviation`` (n, c) is the error model. With no lobes this is a robust linear fit.
     """
     design = basis.design(cells)
-    penalty = prior_precision(basis.degree(), level(cells), strength)
+    penalty = prior.precision(basis.degree(), level(cells))
     free = len(start.families) if free is None else free
-    weight = np.ones_like(deviation)
-    scale = 1.0
+    weight, scale, freedom = np.ones_like(deviation), 1.0, freedom_of(cells)
     best = start
     for turn in range(ROUNDS):
         profile = Profile(cells, design, weight / (deviation * scale) ** 2, penalty)
@@ -63,9 +62,8 @@ def search_lobes(
         fitted = Model(basis, *profile.model_parts(best))
         residual = cells.value - _predict(cells, design, fitted)
         scale = residual_scale(residual / deviation)
-        weight = student_weights(residual / (deviation * scale))
-    cost = float(np.mean(2.5 * np.log1p((residual / (deviation * scale)) ** 2 / 4.0)) + np.log(scale))
-    return Fitted(fitted, residual, weight, scale, cost)
+        weight = student_weights(residual / (deviation * scale), freedom)
+    return Fitted(fitted, residual, weight, scale, student_cost(residual / deviation, scale, freedom))
 
 
 def thinned(cells: Cells, deviation: np.ndarray) -> tuple[Cells, np.ndarray]:

@@ -17,6 +17,7 @@ from reconstruct.solve import Factors, Statistics, solve
 
 FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
+WORTH_A_LOBE = 0.1  # of the loss
 BLOCK = np.radians(15.0)
 SMOOTHNESS = 2.0  # power of a mode's degree in the prior's precision
 STRENGTHS = tuple(
@@ -25,17 +26,36 @@ STRENGTHS = tuple(
 
 
 @dataclass(frozen=True, slots=True)
+class Prior:
+    """Gaussian prior of the modes' coefficients: standard deviation ``strength * level / degree^decay``.
+
+    A standard deviation that falls with the squared spatial frequency (decay 1) asks for a small mean squared
+    Laplacian, as the smoothing spline does (Wahba 1990); decay 2 for a small bilaplacian, which leaves broad
+    modes free and all but forbids fine ones. The Lambertian mode is free.
+    """
+
+    strength: float  # at degree 1, of the channel's level
+    decay: float
+
+    def precision(self, degree: np.ndarray, level: np.ndarray) -> np.ndarray:
+        """Inverse variances (c, m) of coefficients of ``degree`` (m,) in channels of ``level`` (c,)."""
+        return degree ** (2.0 * self.decay) / (self.strength * level[:, None]) ** 2
+
+
+PRIORS = (
+    *(Prior(strength, 1.0) for strength in (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)),
+    *(Prior(strength, 2.0) for strength in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)),
+)
+
+
+@dataclass(frozen=True, slots=True)
 class Candidate:
     """One model tried."""
 
     order: int
-    strength: float
+    prior: Prior
     lobes: LobeSet
     loss: np.ndarray  # (f,) mean weighted squared residual a cell, each fold predicted from all others
-
-    @property
-    def complexity(self) -> tuple[int, int, float]:
-        return len(self.lobes.families), self.order, self.strength
 
 
 def folds_of(cells: Cells, *, seed: int = 0) -> np.ndarray:
@@ -54,15 +74,6 @@ def _blocks(cells: Cells) -> np.ndarray:
     return (np.floor(low / BLOCK) * 64 + np.floor(high / BLOCK)) * 64 + around
 
 
-def prior_precision(degree: np.ndarray, level: np.ndarray, strength: float) -> np.ndarray:
-    """Precision (c, m) of the modes' coefficients: standard deviation ``strength * level / degree`` each.
-
-    The Lambertian mode is left free. A Gaussian prior whose standard deviation falls with the squared spatial
-    frequency asks for a small mean squared Laplacian: the smoothing spline's penalty on the disk (Wahba 1990).
-    """
-    return degree**SMOOTHNESS / (strength * level[:, None]) ** 2
-
-
 def losses(statistics: Statistics, others: Factors, upper: np.ndarray) -> np.ndarray:
     """(f,) mean weighted squared residual a cell and channel of each fold, predicted from the others.
 
@@ -74,11 +85,19 @@ def losses(statistics: Statistics, others: Factors, upper: np.ndarray) -> np.nda
 
 
 def choose(candidates: list[Candidate]) -> tuple[Candidate, Candidate]:
-    """The simplest candidate within one standard error of the best, and the best."""
-    best = min(candidates, key=lambda one: (one.loss.mean(), one.complexity))
-    good = [one for one in candidates if _within_one_error(one.loss - best.loss)]
-    least_lobes = min(len(one.lobes.families) for one in good)
-    good = [one for one in good if len(one.lobes.families) == least_lobes]
+    """The simplest candidate that predicts as well as the best, and the best.
+
+    A lobe must pay: fewer lobes are kept unless more lower the loss by :data:`WORTH_A_LOBE` and by more than its
+    standard error.
+    """
+    best = min(candidates, key=lambda one: one.loss.mean())
+    for lobes in sorted({len(one.lobes.families) for one in candidates}):
+        simple = [one for one in candidates if len(one.lobes.families) == lobes]
+        least = min(simple, key=lambda one: one.loss.mean())
+        excess = least.loss - best.loss
+        if excess.mean() <= WORTH_A_LOBE * best.loss.mean() or _within_one_error(excess):
+            break
+    good = [one for one in simple if _within_one_error(one.loss - least.loss)]
     order = min(one.order for one in good)
     return min((one for one in good if one.order == order), key=lambda one: one.loss.mean()), best
 

@@ -18,7 +18,7 @@ from reconstruct.model import Model
 from reconstruct.represent import Represented, represent
 from reconstruct.robust import level
 from reconstruct.search import Fitted
-from reconstruct.select import folds_of, prior_precision
+from reconstruct.select import folds_of, Prior
 
 LEAST_CLUSTERS = 8
 STEP = 0.02  # of a shape's logarithm, in finite differences
@@ -53,20 +53,20 @@ class Uncertainty:
         return np.stack([_spread(d, cov) for d, cov in zip(derivative, self.covariance, strict=True)], axis=1)
 
 
-def uncertainty_of(fitted: Fitted, cells: Cells, deviation: np.ndarray, strength: float) -> Uncertainty:
+def uncertainty_of(fitted: Fitted, cells: Cells, deviation: np.ndarray, prior: Prior) -> Uncertainty:
     """Covariance of the fit's parameters from its residuals on ``cells``, whose error model is ``deviation``."""
     model = fitted.model
     common = np.hstack([model.basis.design(cells), model.lobes.columns(cells)[1]])
     shapes = _shape_derivatives(model, cells)
-    penalty = prior_precision(model.basis.degree(), level(cells), strength)
+    penalty = prior.precision(model.basis.degree(), level(cells))
     weight = fitted.weight / (deviation * fitted.scale) ** 2
     cluster = _clusters(cells)
     covariance = []
     for c in range(cells.value.shape[1]):
         design = np.hstack([common, shapes[:, :, c]])
-        prior = np.zeros(design.shape[1])
-        prior[: penalty.shape[1]] = penalty[c]
-        covariance.append(_sandwich(design, weight[:, c], fitted.residual[:, c], prior, cluster))
+        precision = np.zeros(design.shape[1])
+        precision[: penalty.shape[1]] = penalty[c]
+        covariance.append(_sandwich(design, weight[:, c], fitted.residual[:, c], precision, cluster))
     return Uncertainty(np.stack(covariance), model.coefficients.shape[0], model.lobe_coefficients.shape[0])
 
 
@@ -98,14 +98,14 @@ def _clusters(cells: Cells) -> np.ndarray:
     return np.unique(np.column_stack([cluster, folds_of(cells)]), axis=0, return_inverse=True)[1].ravel()
 
 
-def _sandwich(design, weight, residual, prior, cluster) -> np.ndarray:
+def _sandwich(design, weight, residual, precision, cluster) -> np.ndarray:
     bread = (design * weight[:, None]).T @ design
-    bread[np.diag_indices_from(bread)] += prior + 1e-12 * np.trace(bread) / len(bread)
+    bread[np.diag_indices_from(bread)] += precision + 1e-12 * np.trace(bread) / len(bread)
     score = design * (weight * residual)[:, None]
     clusters = cluster.max() + 1
     sums = np.stack([np.bincount(cluster, column, clusters) for column in score.T], axis=1)
-    meat = sums.T @ sums * (clusters / max(clusters - 1, 1)) + np.diag(prior)
-    independent = (design * weight[:, None]).T @ design + np.diag(prior)
+    meat = sums.T @ sums * (clusters / max(clusters - 1, 1)) + np.diag(precision)
+    independent = (design * weight[:, None]).T @ design + np.diag(precision)
     inverse = np.linalg.inv(bread)
     clustered, plain = inverse @ meat @ inverse, inverse @ independent @ inverse
     return _larger(clustered, plain)
