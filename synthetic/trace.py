@@ -81,7 +81,7 @@ def nearest(world: World, ox, oy, oz, dx, dy, dz, skip: int):
             if t <= best and inside(world.outlines, k, x, y):
                 kind, index, best = SIDE, k, t  # came in below its edge, unless its top is met first
             above = (world.heights[k] - oz) / dz
-            if 0.0 < above < best and inside(world.outlines, k, ox + above * dx, oy + above * dy):
+            if 0.0 < above <= best and inside(world.outlines, k, ox + above * dx, oy + above * dy):
                 kind, index, best = (SAMPLE if k == world.sample_sheet else SHEET), k, above
     for k in range(len(world.balls)):
         if k != skip and world.balls[k, 3] > 0.0:

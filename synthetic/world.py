@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from synthetic.brdf import make_brdf, read_brdf
+from synthetic.brdf import make_brdf
+from synthetic.files import read_brdf
 from synthetic.pattern import print_of
 from synthetic.plan import Lamp, Shot, exposure_factor
 from synthetic.reflectance import Reflectance

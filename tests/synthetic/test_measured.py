@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from synthetic.brdf import MERL_SCALE, MERL_SHAPE, angle_grid, directions, make_brdf, on_grid, read_brdf
+from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
 from synthetic.expansion import hemisphere_mode, isotropic_mode
+from synthetic.files import MERL_SCALE, MERL_SHAPE, read_brdf
 from synthetic.reflectance import Pairs
 
 
