@@ -37,7 +37,7 @@ from capture.schema import (
 
 POSITIVE = number(above=0.0)
 FINITE = number()
-ROLES = ("calibration", "sample", "probe", "dark", "flat", "ambient")
+ROLES = ("calibration", "sample", "probe", "dark", "flat", "ambient", "chart")
 DISTORTION_LENGTHS = (0, 4, 5, 8, 12, 14)  # of OpenCV's models
 DEMOSAIC = ("superpixel", "linear", "vng", "ppg", "ahd", "dht")
 KINDS = {  # table: the keys that belong to one kind only, and whether they must be there

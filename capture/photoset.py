@@ -93,7 +93,7 @@ class LightEntry:
 @dataclass(frozen=True, slots=True)
 class Photo:
     file: str  # relative to the folder, with forward slashes
-    role: str  # "calibration" | "sample" | "probe" | "dark" | "flat" | "ambient"
+    role: str  # "calibration" | "sample" | "probe" | "dark" | "flat" | "ambient" | "chart"
     light: str | None = None  # id; None on a sample photo: the only light, or one of its own
     exposure_time: float | None = None  # seconds
     f_number: float | None = None
