@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from calib.calibrate import calibrate as find_setup
 from calib.setup import LeftOut, Setup, save_setup
 from capture.errors import InputError
@@ -142,13 +144,14 @@ def fit(
 def write_result(result: Result, out: Path) -> None:
     """Coefficients, setup, table, report and pictures, all or none of them."""
     source = result.provenance.to_dict()
-    text = json.dumps(source, ensure_ascii=False)
-    pictures = page.draw_pictures(result, source=text)
+    pictures = page.draw_pictures(result, source=result.provenance.to_text())
     with staged_folder(out) as stage:
         replace(result.brdf, source=result.brdf.source | source).save(stage / "coefficients.json")
         if result.setup is not None:
             save_setup(result.setup, stage / "setup.json")
-        save_table(result.table, stage / "table.npz", source=text)
+        save_table(
+            result.table, stage / "table.npz", source=json.dumps(source | {"scale": result.brdf.scale})
+        )
         for picture in pictures:
             (stage / f"{picture.name}.png").write_bytes(picture.png)
         (stage / "report.html").write_text(page.report_html(result, pictures), encoding="utf-8")
@@ -211,12 +214,18 @@ def _read_table(
             raise InputError(path, "is a facet table; --columns and --where are for CSV")
         table = load_table(path)
         _refuse_level(options, table.level)
-        return table, "absolute"
+        return table, _source_of(path).get("scale", "absolute")
     _refuse_level(options, UNBINNED)
     samples = read_samples(path, columns=columns, where=where)
     if samples.left_out:
         reporter.warn(f"{path.name}: {samples.left_out} rows left out: no number, or below the surface")
     return samples_table(samples), "absolute"
+
+
+def _source_of(path: Path) -> dict[str, str]:
+    """What a facet table says of itself."""
+    with np.load(path, allow_pickle=False) as file:
+        return json.loads(str(file["source"])) if "source" in file.files else {}
 
 
 def _refuse_level(options: Options, level: int) -> None:

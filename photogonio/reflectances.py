@@ -94,7 +94,7 @@ def _read_grid(path: Path) -> Known:
     try:
         with np.load(path, allow_pickle=False) as file:
             grid, value = np.asarray(file["grid"], float), np.asarray(file["brdf"], float)
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         raise InputError(path, "expected arrays `grid` and `brdf`") from None
     if grid.ndim != 2 or grid.shape[1] != 3 or value.shape[:1] != grid.shape[:1]:
         raise InputError(path, f"expected grid (n, 3) and brdf (n, c), found {grid.shape} and {value.shape}")

@@ -16,7 +16,18 @@ from photogonio.arguments import build_parser
 from photogonio.cli import main
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = ("process", "calibrate", "fit", "synthesize", "evaluate", "compare", "show", "export", "target", "init")
+COMMANDS = (
+    "process",
+    "calibrate",
+    "fit",
+    "synthesize",
+    "evaluate",
+    "compare",
+    "show",
+    "export",
+    "target",
+    "init",
+)
 TABLE = "theta_i,phi_i,theta_r,phi_r,R,G\n" + "".join(
     f"{ti},0,{tr},{phi},0.2,{0.3 + 0.001 * tr}\n"
     for ti in (-60, -30, 0, 30, 60)
@@ -77,6 +88,126 @@ def test_bad_arguments_end_with_one_line(capsys, arguments):
 
 def test_a_missing_input_ends_with_one_line_and_leaves_nothing(capsys, tmp_path):
     for command in (["process"], ["calibrate"], ["fit"], ["show"], ["export", "--format", "merl"]):
-        line = fails_with_one_line(capsys, [*command, tmp_path / "no-such", "-o", tmp_path / "out"])
+        line = fails_with_one_line(capsys, [*command, tmp_path / "no-such", "-o", tmp_path / "out.png"])
         assert "no-such" in line
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def table(tmp_path) -> Path:
+    path = tmp_path / "table.csv"
+    path.write_text(TABLE)
+    return path
+
+
+def run_json(capsys, *arguments) -> dict:
+    assert main([str(argument) for argument in (*arguments, "--json")]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_fit_writes_everything_and_its_numbers_are_one_json_object(capsys, tmp_path, table):
+    out = tmp_path / "out"
+    numbers = run_json(capsys, "fit", table, "-o", out, "--order", 2, "--lobes", "none", "--channels", "G")
+    names = ["coefficients.json", "coverage.png", "fit.png", "lobes.png", "report.html", "table.npz"]
+    assert sorted(path.name for path in out.iterdir()) == names
+    assert (numbers["order"], numbers["lobes"], numbers["channels"]) == (2, [], ["G"])
+    document = json.loads((out / "coefficients.json").read_text())
+    assert document["format"] == "surface-scattering-modes"
+    assert document["source"]["program"] == "photogonio"
+    assert document["source"]["command"] == "photogonio fit table.csv --order 2 --lobes none --channels G"
+    assert list(document["source"]["inputs"]) == ["table.csv"]
+
+
+def test_the_same_command_gives_the_same_bytes(tmp_path, table):
+    for name, workers in (("one", 1), ("two", 2)):
+        arguments = ["fit", table, "-o", tmp_path / name, "--lobes", "none", "--workers", workers, "--quiet"]
+        assert main([str(argument) for argument in arguments]) == 0
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+
+
+def test_a_table_that_was_left_can_be_fitted_again(capsys, tmp_path, table):
+    first = run_json(capsys, "fit", table, "-o", tmp_path / "a", "--order", 2, "--lobes", "none")
+    again = run_json(
+        capsys, "fit", tmp_path / "a/table.npz", "-o", tmp_path / "b", "--order", 2, "--lobes", "none"
+    )
+    assert again["relative_rms"] == first["relative_rms"]
+    assert again["scale"] == first["scale"]
+
+
+def test_quiet_says_nothing_and_plain_says_what_was_chosen(capsys, tmp_path, table):
+    assert main(["fit", str(table), "-o", str(tmp_path / "a"), "--lobes", "none", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert main(["fit", str(table), "-o", str(tmp_path / "a"), "--lobes", "none"]) == 0
+    out = capsys.readouterr().out
+    assert "order" in out
+    assert "written to" in out
+
+
+@pytest.mark.parametrize(
+    "options", [["--channels", "B"], ["--level", "3"], ["--where", "R=7"], ["--columns", "value=Z"]]
+)
+def test_what_cannot_be_done_is_refused_and_nothing_is_written(capsys, tmp_path, table, options):
+    fails_with_one_line(capsys, ["fit", table, "-o", tmp_path / "out", *options])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv"]
+
+
+@pytest.mark.parametrize("moment", ["photogonio.pipeline.fit_table", "photogonio.page.report_html"])
+def test_ctrl_c_leaves_nothing(capsys, monkeypatch, tmp_path, table, moment):
+    def stop(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(moment, stop)
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), "--lobes", "none", "--quiet"]) == 130
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv"]
+
+
+def test_a_full_disk_is_status_1_in_one_line(capsys, monkeypatch, tmp_path, table):
+    def full(*arguments, **options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("photogonio.page.report_html", full)
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), "--lobes", "none", "--quiet"]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_the_midst_of_writing_leaves_nothing(tmp_path, number):
+    command = [
+        sys.executable,
+        "-m",
+        "photogonio",
+        "synthesize",
+        "example",
+        "-o",
+        str(tmp_path / "set"),
+        "--quiet",
+    ]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True
+    ) as process:
+        while not any(tmp_path.rglob("*.png")) and process.poll() is None:
+            time.sleep(0.05)
+        process.send_signal(number)
+        _, err = process.communicate(timeout=120)
+    assert process.returncode == 130, err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_show_and_export_open_again(capsys, tmp_path, table):
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), "--lobes", "none", "--quiet"]) == 0
+    coefficients = tmp_path / "out/coefficients.json"
+    for name, start in (("a.png", b"\x89PNG"), ("a.svg", b"<?xml")):
+        numbers = run_json(capsys, "show", coefficients, "-o", tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(start)
+        assert len(numbers["albedo"]) == 2
+    run_json(capsys, "export", coefficients, "--format", "csv", "-o", tmp_path / "again.csv")
+    found = run_json(capsys, "compare", tmp_path / "again.csv", coefficients)
+    assert max(found["relative_l2"]) < 1e-8  # nine digits are written
+    # MERL has three channels, this BRDF two
+    fails_with_one_line(capsys, ["export", coefficients, "--format", "merl", "-o", tmp_path / "m.binary"])
+    fails_with_one_line(capsys, ["export", coefficients, "--format", "obj"])
+    assert not (tmp_path / "m.binary").exists()
