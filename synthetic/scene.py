@@ -183,19 +183,45 @@ def built_in() -> tuple[str, ...]:
 
 def load_scene(name_or_path: str | Path) -> Scene:
     """A built-in scene, or one from a TOML file. Raises InputError for an unknown name, key or value."""
+    path = scene_path(name_or_path)
+    table = without_board(merged(path))
+    return read(Scene, {"name": path.stem, "folder": str(path.parent), **table}, str(path))
+
+
+def scene_path(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
-    if path.suffix != ".toml":
-        if str(name_or_path) not in built_in():
-            hint = did_you_mean(str(name_or_path), built_in())
-            raise InputError(name_or_path, f"no such scene: neither built in nor a .toml file{hint}")
-        path = SCENES / f"{name_or_path}.toml"
+    if path.suffix == ".toml":
+        return path
+    if str(name_or_path) not in built_in():
+        hint = did_you_mean(str(name_or_path), built_in())
+        raise InputError(name_or_path, f"no such scene: neither built in nor a .toml file{hint}")
+    return SCENES / f"{name_or_path}.toml"
+
+
+def merged(path: Path, depth: int = 0) -> dict[str, object]:
+    """The file's tables laid over those of its `base`, a built-in name or a file beside it."""
     if not path.is_file():
         raise InputError(path, "no such file")
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(path, f"not TOML: {error}") from error
-    return read(Scene, {"name": path.stem, "folder": str(path.parent), **without_board(table)}, str(path))
+    base = table.pop("base", None)
+    if base is None:
+        return table
+    if depth > 4:
+        raise InputError(path, "base: scenes lean on each other without end")
+    below = path.parent / base if str(base).endswith(".toml") else scene_path(str(base))
+    return overlaid(merged(below, depth + 1), table)
+
+
+def overlaid(below: dict[str, object], above: dict[str, object]) -> dict[str, object]:
+    """Keys of ``above`` replace those of ``below``; tables are laid over each other, but for the BRDF's."""
+    out = dict(below)
+    for key, value in above.items():
+        mix = key != "brdf" and isinstance(value, dict) and isinstance(out.get(key), dict)
+        out[key] = overlaid(out[key], value) if mix else value
+    return out
 
 
 def without_board(table: dict[str, object]) -> dict[str, object]:
