@@ -9,7 +9,7 @@ from typing import NoReturn
 from photogonio import __version__
 
 _SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
-_PAPERS = ("a4", "a3", "a5", "letter", "legal")
+_PAPERS = ("a4", "a3", "letter")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -186,6 +186,9 @@ def _target(commands: argparse._SubParsersAction) -> None:
         "photogonio target --paper a4 -o target.pdf",
     )
     parser.add_argument("--paper", choices=_PAPERS, default="a4")
+    parser.add_argument("--kind", choices=("charuco", "aruco-grid"), default="charuco")
+    parser.add_argument("--square", metavar="MM", type=float, default=20.0, help="default: 20")
+    parser.add_argument("--dictionary", metavar="NAME", help="of OpenCV's markers; default: one that suits")
     parser.add_argument("-o", "--out", metavar="FILE", default="target.pdf", help="default: target.pdf")
 
 

@@ -164,8 +164,11 @@ def _calibrated(photoset: PhotoSet, reporter: Reporter) -> tuple[Setup, Radiance
     if photoset.radiometry.vignetting == "cos4":  # it takes the camera, and changes the white patch's reading
         radiance = replace(radiance, gain=vignetting(radiance, setup.camera))
         setup = _found(photoset, radiance, reporter)
-    for warning in (*radiance.warnings, *setup.warnings):
+    for note in radiance.notes:
+        reporter.say(note)
+    for warning in setup.warnings:
         reporter.warn(warning)
+    setup = replace(setup, residuals=setup.residuals | {"radiometry": list(radiance.notes)})
     used, total = len(setup.views), len(photoset.views("sample"))
     reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
     return setup, radiance

@@ -1,0 +1,24 @@
+"""``photogonio init``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from capture.init import list_photos, manifest_text
+from capture.photoset import MANIFEST
+from photogonio.outputs import staged_file
+from photogonio.progress import Reporter
+
+
+def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    folder = Path(args.folder)
+    text = manifest_text(folder)
+    photos = list_photos(folder)
+    with staged_file(folder / MANIFEST) as stage:
+        stage.write_text(text, encoding="utf-8")
+    roles = [photo.role for photo in photos]
+    counts = {role: roles.count(role) for role in dict.fromkeys(roles)}
+    found = ", ".join(f"{count} {role}" for role, count in counts.items())
+    reporter.say(f"written to {folder / MANIFEST} ({found}); check the places and sizes in it")
+    return {"out": str(folder / MANIFEST), "photos": counts}

@@ -1,0 +1,35 @@
+"""``photogonio target``."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from pathlib import Path
+
+from capture.errors import InputError
+from capture.photoset import MANIFEST
+from capture.sheet import pdf_page
+from capture.stub import stub_manifest
+from capture.target import make_target
+from photogonio.outputs import staged_file
+from photogonio.progress import Reporter
+
+
+def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    out = Path(args.out)
+    manifest = out.parent / MANIFEST
+    if manifest.exists():
+        raise InputError(manifest, "is there already; choose another folder with -o")
+    target = make_target(paper=args.paper, kind=args.kind, square=args.square, dictionary=args.dictionary)
+    with ExitStack() as both:
+        both.enter_context(staged_file(manifest)).write_text(stub_manifest(target), encoding="utf-8")
+        both.enter_context(staged_file(out)).write_bytes(pdf_page(target))
+    reporter.say(f"written to {out}, and a stub {manifest}; print at 100 % and measure a square")
+    return {
+        "paper": target.paper,
+        "pattern_mm": target.size,
+        "squares": target.board.squares or target.board.markers,
+        "square_mm": args.square,
+        "out": str(out),
+        "manifest": str(manifest),
+    }
