@@ -1,7 +1,7 @@
 """Rays of many pixels of one camera, interpolated from a grid of exact ones.
 
 Undistortion is an iteration for each pixel; the rays are smooth, so those of every 16th pixel and a polynomial of
-fifth degree in each direction give all others to about 1e-12. The grid belongs to the camera, not to its pose, and
+fifth degree in each direction give all others to about 1e-13. The grid belongs to the camera, not to its pose, and
 is kept.
 """
 
@@ -16,7 +16,7 @@ from calib.camera import Camera
 
 STEP = 16  # pixels between nodes
 LEAST_STEP = 4
-TOLERANCE = 1e-11  # radians
+TOLERANCE = 1e-13  # radians; near the outline of a ball it is magnified a thousand times
 ORDER = 6  # nodes in each direction that a ray is interpolated from
 BEFORE = 2  # of them before the pixel's cell
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import os
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -227,9 +228,10 @@ def _arrays(table: FacetTable) -> dict[str, np.ndarray]:
 def load_table(path: Path) -> FacetTable:
     """Read a table. Inverse of :func:`save_table`. Raises ``InputError`` if the file is not one."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        # numpy leaves a file that it cannot read open
+        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
+    except (OSError, ValueError, zipfile.BadZipFile, zlib.error, EOFError, KeyError) as error:
         raise InputError(path, f"cannot be read as a facet table ({error})") from error
     missing = [f.name for f in fields(FacetTable) if f.name not in arrays]
     if missing or int(arrays.get("format", 0)) != FORMAT:
