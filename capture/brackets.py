@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,11 @@ from capture.noise import NoiseModel
 from capture.signal import Signal, grown
 
 NEARLY_FULL = 0.97  # of white: what the shorter exposures expect above it is not taken from a longer one
+NOMINAL = 0.005  # of a step's logarithm that is left as stated
+WRONG = 0.25  # relative error of a stated step that rounding on a dial does not explain
+WELL = (0.05, 0.9)  # signal of pixels that tell the step
+SURE = 10.0  # signal to noise of the darker ones
+LEAST_PIXELS = 500
 GHOST_REACH = 6.0  # standard deviations by which an exposure contradicts the others
 GHOST_SHARE = 0.05  # relative difference that nominal exposure times explain
 
@@ -26,6 +32,44 @@ class Merged:
     variance: np.ndarray
     saturated: np.ndarray  # (h, w) bool, in every exposure
     ghost: np.ndarray  # (h, w) bool
+
+
+def trimmed(signals: Sequence[Signal], factors: Sequence[float]) -> list[float]:
+    """Exposures as the photos themselves show them: 1/15 s on a camera's dial is 1/16 s, and 1/60 is 1/64.
+
+    The step between neighbours is the ratio of their sums over pixels well exposed in both. Stated steps within
+    NOMINAL of that are kept; the mean of the logarithms is kept in any case. Raises ValueError if a step is so far
+    off that the statement must be wrong.
+    """
+    order = np.argsort(factors, kind="stable")
+    logs = np.log(np.asarray(factors, float))
+    shift = np.zeros(len(factors))
+    for a, b in pairwise(order):
+        stated = logs[b] - logs[a]
+        measured = exposure_step(signals[a], signals[b])
+        if measured is not None and abs(measured - stated) > NOMINAL:
+            if abs(measured - stated) > np.log1p(WRONG):
+                what = f"photo {b + 1} of this bracket is {np.exp(measured):.3g} times as bright as the next darker"
+                raise ValueError(f"{what}, but its stated exposure is {np.exp(stated):.3g} times as long")
+            shift[b] = shift[a] + measured - stated
+        else:
+            shift[b] = shift[a]
+    return list(np.exp(logs + shift - shift.mean()))
+
+
+def exposure_step(dark: Signal, bright: Signal) -> float | None:
+    """Logarithm of the ratio of two exposures of one view; None if too few pixels tell."""
+    good = ~(grown(dark.saturated) | grown(bright.saturated))[..., None]
+    good = (
+        good & (bright.value > WELL[0]) & (bright.value < WELL[1]) & (dark.value**2 > SURE**2 * dark.variance)
+    )
+    if good.sum() < LEAST_PIXELS:
+        return None
+    low, high = dark.value[good].astype(float), bright.value[good].astype(float)
+    ratio = np.log(high / low)
+    middle = np.median(ratio)
+    near = np.abs(ratio - middle) <= 3 * 1.4826 * np.median(np.abs(ratio - middle)) + 1e-6
+    return float(np.log(high[near].sum() / low[near].sum()))
 
 
 def merge(signals: Sequence[Signal], factors: Sequence[float], noise: NoiseModel) -> Merged:

@@ -24,6 +24,9 @@ DEGREES = 16  # independent differences in a block
 QUANTILE = 0.2
 LEAST_BLOCKS = 40  # in a bin of levels
 BINS = 24
+ROUNDS = 3
+TOLERATED = 0.1  # relative excess of a bin beyond its error
+TINY = 1e-30
 MAXIMUM_LEVEL = 0.9  # of white: above it clipping narrows the noise
 
 
@@ -72,58 +75,82 @@ def block_statistics(signal: np.ndarray, usable: np.ndarray) -> tuple[np.ndarray
     return level[whole], variance[whole]
 
 
-def envelope(level: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Level, noise variance and number of blocks of each bin: (bins,) each. Bins hold equal numbers of
-    blocks.
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """Blocks of 8 x 8 pixels, or bins of them."""
+
+    level: np.ndarray  # (n,) mean signal
+    variance: np.ndarray  # (n,) noise and quantisation
+    quantisation: np.ndarray  # (n,) the part of it that codes explain
+    count: np.ndarray  # (n,) blocks
+
+
+def envelope(blocks: Blocks, expected: np.ndarray) -> Blocks:
+    """Bins of equal numbers of blocks, by level, each with the variance of its calm ones.
+
+    The quantile is taken of the ratio to the ``expected`` variances (n,), so that a bin's spread of levels does
+    not widen it.
     """
-    order = np.argsort(level, kind="stable")
+    order = np.argsort(blocks.level, kind="stable")
     bins = np.array_split(order, max(1, min(BINS, len(order) // LEAST_BLOCKS)))
     correction = chi2.ppf(QUANTILE, DEGREES) / DEGREES
-    means = np.array([level[chosen].mean() for chosen in bins])
-    noise = np.array([np.quantile(variance[chosen], QUANTILE) for chosen in bins]) / correction
-    return means, noise, np.array([len(chosen) for chosen in bins])
+    ratio = blocks.variance / expected
+    variance = [np.quantile(ratio[b], QUANTILE) * expected[b].mean() / correction for b in bins]
+    level = [blocks.level[b].mean() for b in bins]
+    quantisation = [blocks.quantisation[b].mean() for b in bins]
+    return Blocks(*map(np.array, (level, variance, quantisation, [len(b) for b in bins])))
 
 
-def fit_noise(level: np.ndarray, variance: np.ndarray, count: np.ndarray) -> tuple[float, float]:
-    """Read variance and slope, neither negative, of binned variances.
+def fit_noise(bins: Blocks) -> tuple[float, float]:
+    """Read variance and slope, neither negative, of binned variances less quantisation.
 
     A variance's own error is proportional to it, so residuals are relative; bins above the line by more than
     three errors (texture everywhere in them) are given up one by one.
     """
+    level = np.maximum(bins.level, 0.0)
+    total = np.maximum(bins.variance, TINY)
+    # relative error of a bin: the low quantile's is about 1.3 times that of the mean square
+    error = 1.3 * np.sqrt(2 / DEGREES / bins.count)
     kept = np.ones(len(level), bool)
-    read = slope = 0.0
-    for _ in range(len(level)):
-        scale = np.sqrt(count[kept]) / np.maximum(variance[kept], 1e-30)
-        design = np.column_stack([np.ones(kept.sum()), np.maximum(level[kept], 0.0)]) * scale[:, None]
-        (read, slope), _ = nnls(design, variance[kept] * scale)
-        excess = variance / np.maximum(read + slope * np.maximum(level, 0.0), 1e-30) - 1.0
-        excess[~kept] = -np.inf
+    while True:
+        scale = 1 / (total * error)[kept]
+        design = np.column_stack([np.ones(kept.sum()), level[kept]]) * scale[:, None]
+        (read, slope), _ = nnls(design, (bins.variance - bins.quantisation)[kept] * scale)
+        model = np.maximum(read + slope * level + bins.quantisation, TINY)
+        excess = np.where(kept, total / model - 1 - 3 * error, -np.inf)
         worst = int(np.argmax(excess))
-        # relative error of the quantile of one bin, about 1.3 times that of its mean square
-        if kept.sum() <= 3 or excess[worst] < 3 * 1.3 * np.sqrt(2 / DEGREES / count[worst]) + 0.1:
-            break
+        if kept.sum() <= 3 or excess[worst] < TOLERATED:
+            return float(read), float(slope)
         kept[worst] = False
-    return float(read), float(slope)
 
 
 def estimate_noise(photos: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> NoiseModel | None:
-    """From several photos of one camera: (signal (h, w, c), quantisation variance (h, w, c), usable (h, w))
-    each.
+    """From several photos of one camera: (signal (h, w, c), quantisation variance (h, w, c), usable (h, w)).
 
     None if too few blocks are usable. What quantisation explains is taken off.
     """
     channels = photos[0][0].shape[2]
     reads, slopes = np.zeros(channels), np.zeros(channels)
     for c in range(channels):
-        level, variance = [], []
-        for signal, quantisation, usable in photos:
-            good = usable & (signal[..., c] < MAXIMUM_LEVEL)
-            found = block_statistics(signal[..., c], good)
-            of_codes, _ = block_statistics(quantisation[..., c], good)
-            level.append(found[0])
-            variance.append(np.maximum(found[1] - of_codes, 0.0))
-        level, variance = np.concatenate(level), np.concatenate(variance)
-        if len(level) < LEAST_BLOCKS:
+        blocks = gather([(signal[..., c], codes[..., c], usable) for signal, codes, usable in photos])
+        if len(blocks.level) < LEAST_BLOCKS:
             return None
-        reads[c], slopes[c] = fit_noise(*envelope(level, variance))
+        expected = np.ones_like(blocks.level)
+        for _ in range(ROUNDS):
+            reads[c], slopes[c] = fit_noise(envelope(blocks, expected))
+            model = reads[c] + slopes[c] * np.maximum(blocks.level, 0.0) + blocks.quantisation
+            expected = np.maximum(model, TINY)
     return NoiseModel(reads, slopes, "estimated")
+
+
+def gather(planes: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Blocks:
+    """All usable blocks of one channel: (signal, quantisation variance, usable), (h, w) each."""
+    level, variance, quantisation = [], [], []
+    for signal, codes, usable in planes:
+        good = usable & (signal < MAXIMUM_LEVEL)
+        found = block_statistics(signal, good)
+        level.append(found[0])
+        variance.append(found[1])
+        quantisation.append(block_statistics(codes, good)[0])
+    joined = [np.concatenate(parts) for parts in (level, variance, quantisation)]
+    return Blocks(*joined, np.ones(len(joined[0])))

@@ -135,10 +135,11 @@ def sensor_of(photoset: PhotoSet, images: Sequence[Image], encoding: Encoding) -
 def sensor_note(sensor: Sensor) -> str:
     """What was found of the noise, in words."""
     noise = sensor.noise
-    with np.errstate(divide="ignore"):
-        full = float(1 / np.mean(noise.slope))
-    read = float(np.sqrt(np.mean(noise.read)))
-    return f"noise {noise.source}: {full:.3g} electrons at white level, read noise {read:.2g} of white level"
+    slope, read = float(np.mean(noise.slope)), float(np.sqrt(np.mean(noise.read)))
+    if slope == 0 and read == 0:
+        return f"noise {noise.source}: less than the quantisation of the files"
+    full = f"{1 / slope:.3g} electrons at white level, " if slope > 0 else ""
+    return f"noise {noise.source}: {full}read noise {read:.2g} of white level"
 
 
 def encoding_of(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from capture.brackets import merge
+from capture.brackets import merge, trimmed
 from capture.errors import InputError
 from capture.exposure import FIELDS, Exposure
 from capture.frames import Dark
@@ -15,9 +15,15 @@ from capture.images import Image, read_image
 from capture.outliers import isolated_spots
 from capture.photoset import Photo, PhotoSet, View
 from capture.radiance import RadianceImage
-from capture.signal import Region, Sensor, Signal, cut, grown, signal_of
+from capture.signal import Region, Sensor, Signal, cut, grown, part_of, signal_of
 
+STEP_PIXELS = 1_000_000  # about, that the exposure steps of a bracket are measured on
 BELOW_BLACK = 4.0  # standard deviations below black that a pixel may read
+
+_COMPARED = (
+    "sample",
+    "ambient",
+)  # roles whose radiance is compared between photos; of others only the picture matters
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +67,13 @@ class RadianceReader:
     def exposed(self, view: View, roi: Region | None = None) -> RadianceImage:
         """Exposures joined and divided out; ambient light and vignetting still in it."""
         factors = [self.factor(photo) for photo in view.photos]
-        signals = [self.signal(photo, roi) for photo in view.photos]
         ghost = None
+        if len(view.photos) > 1:
+            signals = [self.signal(photo) for photo in view.photos]
+            factors = self.bracket_factors(view, signals, factors)
+            signals = [part_of(signal, roi) for signal in signals]
+        else:
+            signals = [self.signal(view.photos[0], roi)]
         if len(signals) == 1:
             value, variance, saturated = signals[0].value, signals[0].variance, signals[0].saturated
             value *= np.float32(1 / factors[0])
@@ -82,10 +93,23 @@ class RadianceReader:
         """Exposure of a photo: signal over radiance."""
         exposure = self.exposures.get(photo.file, Exposure())
         missing = [name for name in FIELDS if name in self.fields and getattr(exposure, name) is None]
-        if missing:
+        if missing and photo.role in _COMPARED:
             what = f"no {missing[0]}, neither in the manifest nor in EXIF, while other photos have it"
             raise InputError(self.photoset.folder / photo.file, what)
         return exposure.only(self.fields).factor
+
+    def bracket_factors(
+        self, view: View, signals: Sequence[Signal], factors: Sequence[float]
+    ) -> Sequence[float]:
+        """Exposures of a bracket, the stated ones corrected by what the whole photos show."""
+        path = self.photoset.folder / view.name
+        if not self.fields:
+            raise InputError(path, "a photo of a bracket needs its exposure_time, from the manifest or EXIF")
+        step = max(1, self.size[0] * self.size[1] // STEP_PIXELS)
+        try:
+            return trimmed([part_of(signal, None, step) for signal in signals], factors)
+        except ValueError as error:
+            raise InputError(path, str(error)) from error
 
     def signal(self, photo: Photo, roi: Region | None = None) -> Signal:
         """Linear signal of a photo without its dark signal."""
