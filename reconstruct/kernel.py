@@ -8,6 +8,7 @@ can be worked on by any number of threads and added up in their order: the same 
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -151,6 +152,11 @@ def _band(
         rig, lens.nodes, lens.weights, frame, region, level, edges, row, room, 0, left_out
     )
     return cells.keys[:used], cells.sums[:used], left_out
+
+
+def compiled_before() -> bool:
+    """Whether a compiled kernel is on disk; the first use takes some seconds if none is."""
+    return any(Path(reduce_rows.stats.cache_path).glob("stages.reduce_rows-*.nbi"))
 
 
 def _edge_planes(level: int) -> np.ndarray:

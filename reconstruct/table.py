@@ -16,6 +16,7 @@ irradiance.
 from __future__ import annotations
 
 import os
+import threading
 import zipfile
 import zlib
 from collections.abc import Sequence
@@ -207,7 +208,7 @@ def save_table(table: FacetTable, path: Path, *, source: str = "") -> None:
     ``source`` says where it came from; the file keeps it beside the table.
     """
     path = Path(path)
-    partial = path.with_name(path.name + ".part")
+    partial = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.part")
     with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, array in (_arrays(table) | {"source": np.array(source)}).items():
             # a fixed date, since a zip entry holds one

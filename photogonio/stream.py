@@ -1,0 +1,157 @@
+"""Photos to facet tables, several at a time: while one is reduced, others are read and decoded.
+
+Each worker takes one photo from its file to its table, so that memory holds one frame a worker and the tables,
+however many photos there are. Decoders, numpy and the compiled kernel all release the interpreter. Tables are
+added in the order of the views, whichever is done first, so that any number of workers gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+
+from calib.setup import LeftOut, Setup, ViewSetup
+from capture.errors import InputError
+from capture.photoset import View
+from capture.radiance import exposure_fault
+from capture.reader import RadianceReader
+from photogonio.store import Store, code_key, key_of
+from reconstruct.directions import ReduceOptions, region_of
+from reconstruct.reduce import reduce_view
+from reconstruct.table import FacetTable, add_tables
+
+BORDER = 24  # pixels around the sample that are read too: finding spots and spills takes neighbours
+
+
+@dataclass(frozen=True, slots=True)
+class Reduced:
+    """The table of all views that could be used, those that could not, and how many were at hand."""
+
+    table: FacetTable
+    left_out: tuple[LeftOut, ...]
+    at_hand: int
+
+
+def reduce_photos(
+    reader: RadianceReader,
+    setup: Setup,
+    *,
+    level: int,
+    options: ReduceOptions,
+    workers: int = 1,
+    store: Store | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Reduced:
+    """Reduce every view of a setup. With ``store``, finished photos are kept there, and taken from there.
+
+    Raises:
+        InputError: no view can be used.
+    """
+    job = _Job(reader, setup, level, options, max(1, workers // max(1, len(setup.views))), store)
+    pool = ThreadPoolExecutor(max(1, min(workers, len(setup.views))))
+    try:
+        futures = [pool.submit(job.run, view) for view in setup.views]
+        for done, future in enumerate(as_completed(futures), 1):
+            _raise_unless_input(future)
+            progress(done, len(futures))
+    finally:
+        pool.shutdown(cancel_futures=True)  # after Ctrl-C: only the photos that are being decoded
+    if store is not None:
+        store.prune()
+    results = [_result(view, future) for view, future in zip(setup.views, futures, strict=True)]
+    tables = [result.table for result in results if isinstance(result, _Done)]
+    failed = tuple(result for result in results if isinstance(result, LeftOut))
+    if not tables:
+        where = failed[0].name if failed else reader.photoset.folder
+        raise InputError(
+            where, f"no sample photo can be used: {failed[0].reason if failed else 'none is left'}"
+        )
+    return Reduced(add_tables(tables), failed, sum(r.at_hand for r in results if isinstance(r, _Done)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Done:
+    table: FacetTable
+    at_hand: bool
+
+
+def _raise_unless_input(future: Future) -> None:
+    error = future.exception()
+    if error is not None and not isinstance(error, InputError):
+        raise error
+
+
+def _result(view: ViewSetup, future: Future) -> _Done | LeftOut:
+    error = future.exception()
+    return LeftOut(view.name, getattr(error, "what", str(error))) if error else future.result()
+
+
+class _Job:
+    """What all views share."""
+
+    def __init__(
+        self,
+        reader: RadianceReader,
+        setup: Setup,
+        level: int,
+        options: ReduceOptions,
+        threads: int,
+        store: Store | None,
+    ):
+        self.reader, self.setup, self.level, self.options = reader, setup, level, options
+        self.threads, self.store = threads, store
+        self.views = {view.name: view for view in reader.photoset.views("sample")}
+        self.shared = None if store is None else _shared_key(reader, setup, level, options)
+
+    def run(self, view: ViewSetup) -> _Done:
+        """One view's table. Raises InputError if the view cannot be used."""
+        photos = self.views[view.name]
+        if self.store is None:
+            return _Done(self._reduce(view, photos), False)
+        key = key_of(self.shared, view, self._photo_key(photos))
+        table = self.store.get(key)
+        if table is not None:
+            return _Done(table, True)
+        table = self._reduce(view, photos)
+        self.store.put(key, table)
+        return _Done(table, False)
+
+    def _reduce(self, view: ViewSetup, photos: View) -> FacetTable:
+        region = region_of(self.setup, view.pose)
+        if region[0] == region[2]:
+            raise InputError(view.name, "the sample is outside the picture")
+        radiance = self.reader.read(photos, _with_border(region, self.setup.camera.size))
+        fault = exposure_fault(radiance)
+        if fault:
+            raise InputError(view.name, fault)
+        table = reduce_view(self.setup, view, radiance, self.level, self.options, threads=self.threads)
+        if len(table) == 0:
+            raise InputError(view.name, "no pixel of the sample can be used")
+        return table
+
+    def _photo_key(self, view: View) -> str:
+        """Of the bytes of a view's files, and of what the reader knows of them and their light."""
+        hashes = []
+        for photo in view.photos:
+            try:
+                with (self.reader.photoset.folder / photo.file).open("rb") as file:
+                    hashes.append(hashlib.file_digest(file, "sha256").hexdigest())
+            except OSError as error:
+                raise InputError(photo.file, f"cannot be read: {error.strerror}") from error
+        exposures = [self.reader.exposures.get(photo.file) for photo in view.photos]
+        return key_of(hashes, exposures, view.light)
+
+
+def _shared_key(reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions) -> str:
+    """Of all that bears on any view's table."""
+    # photos, exposures and folder bear on single views, or on none; notes are words
+    bare = replace(reader, photoset=None, exposures={}, notes=())
+    place = (setup.camera, setup.sample, setup.channels)
+    return key_of(code_key(), bare, reader.photoset.radiometry, place, level, options)
+
+
+def _with_border(region: tuple[int, int, int, int], size: tuple[int, int]) -> tuple[int, int, int, int]:
+    x0, y0, x1, y1 = region
+    return max(x0 - BORDER, 0), max(y0 - BORDER, 0), min(x1 + BORDER, size[0]), min(y1 + BORDER, size[1])
