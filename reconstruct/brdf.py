@@ -14,6 +14,7 @@ from capture.errors import InputError
 from reconstruct import coefficients, integrals, modes
 from reconstruct.angles import spherical_angles
 from reconstruct.lobes import ggx
+from reconstruct.quadrature import elevation_rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +30,10 @@ class Lobe:
     def evaluate(self, theta_i, theta_r, dphi) -> np.ndarray:
         """(..., c) BRDF, 1/sr; angles in radians that broadcast together."""
         return np.asarray(self.weight, float) * ggx(theta_i, theta_r, dphi, self.roughness, self.f0)
+
+    def directional_albedo(self, theta_i) -> np.ndarray:
+        """(..., c) fraction of the light from ``theta_i`` that the lobe sends out."""
+        return integrals.albedo_by_quadrature(self.evaluate, theta_i, self.roughness)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +80,15 @@ class Brdf:
             self.symmetry, self.modes, self.coefficients, self.quantity, theta_i, phi_i
         )
         for lobe in self.lobes:
-            value = value + np.broadcast_to(integrals.lobe_albedo(lobe, theta_i), value.shape)
+            value = value + np.broadcast_to(lobe.directional_albedo(theta_i), value.shape)
         return value
 
     def bihemispherical_albedo(self) -> np.ndarray:
         """(c,) fraction of even illumination that is sent out; modes in closed form."""
         value = integrals.bihemispherical_albedo(self.symmetry, self.modes, self.coefficients, self.quantity)
-        theta, weight = integrals.hemisphere_rule(32)
+        theta, weight = elevation_rule(8, level=6)
         for lobe in self.lobes:
-            value = value + 2 * (weight * np.cos(theta)) @ integrals.lobe_albedo(lobe, theta)
+            value = value + 2 * (weight * np.cos(theta)) @ lobe.directional_albedo(theta)
         return value
 
     def save(self, path: Path | str) -> None:

@@ -1,25 +1,13 @@
-"""Integrals over the hemisphere: albedos in closed form, product Gauss rules, projections on the bases."""
+"""Integrals over the hemisphere: albedos, in closed form or by quadrature, and the mirror's coefficients."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from reconstruct.angles import unit_vectors
 from reconstruct.modes import QUANTITIES, isotropic_norms
+from reconstruct.quadrature import azimuth_rule, elevation_rule
 from reconstruct.zernike import zernike_count, zernike_index, zernike_sequence
-
-
-@lru_cache(maxsize=64)
-def hemisphere_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """theta (count,) and weights of a Gauss-Legendre rule in cos(theta): sum w g(theta) = integral of g
-    sin(theta).
-
-    Exact for polynomials in cos(theta) of degree up to 2 count - 1; with 2 pi / n equal azimuths for
-    trigonometric ones below degree n.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return np.arccos((nodes + 1) / 2)[::-1].copy(), weights[::-1] / 2
 
 
 def cosine_moments(order: int, power: int) -> np.ndarray:
@@ -71,30 +59,55 @@ def bihemispherical_albedo(symmetry, modes, coefficients, quantity) -> np.ndarra
     return cosine_moments(_order(symmetry, np.asarray(modes)), 1 - incident) @ outgoing / np.pi
 
 
+def albedo_by_quadrature(value, theta_i, finest: float) -> np.ndarray:
+    """(..., c) directional albedo of ``value(theta_i, theta_r, dphi) -> (..., c)``, whatever its form.
+
+    ``finest`` (radians) is the width of its narrowest feature, a peak in the mirror or retro-direction or at grazing
+    angles: panels of eight Gauss points close in on those to a quarter of it.
+    """
+    theta_i = np.asarray(theta_i, float)
+    level = max(2, int(np.ceil(np.log2(4 / finest))))
+    half, share = azimuth_rule(8, level=level)
+    dphi, weight = np.concatenate([half, -half]), np.concatenate([share, share])
+    rows = []
+    for angle in theta_i.ravel():
+        theta_r, inner = elevation_rule(8, level=level, peak=angle)
+        given = value(angle, theta_r[:, None], dphi[None, :])
+        rows.append(np.einsum("r,p,rpc->c", inner * np.cos(theta_r), weight, given, optimize=True))
+    return np.stack(rows).reshape(*theta_i.shape, -1)
+
+
+def albedo_of(brdf, theta_i, phi_i: float = 0.0, *, finest: float = 0.02) -> np.ndarray:
+    """(..., c) directional albedo of any callable BRDF on unit vectors; see :func:`albedo_by_quadrature`."""
+
+    def value(incident, exit, dphi):
+        return brdf(unit_vectors(incident, phi_i), unit_vectors(exit, phi_i + dphi))
+
+    return albedo_by_quadrature(value, theta_i, finest)
+
+
+def mirror_coefficients(
+    modes: np.ndarray, reflectance: float = 1.0, quantity: str = "brdf_cos"
+) -> np.ndarray:
+    """(m,) coefficients of a perfect mirror on isotropic modes (m, 3), in closed form.
+
+    A mirror's q = f cos_i is reflectance times a delta at the mirror direction, so a_nml is 2 (-1)^l / c times the
+    integral of Theta_n Theta_m over the hemisphere: a flat spectrum, 1 for l = 0 and sqrt(2) (-1)^l for l > 0 where
+    n = m, and 0 elsewhere. For f cos_i cos_r a cosine more stands in the integral; Jacobi's recurrence for
+    cos(theta) = (1 - z) / 2 then couples n to m = n - 2 also. f itself has no expansion: the integral of
+    Theta^2 / cos(theta) has no bound.
+    """
+    n, m, l = np.asarray(modes).T
+    sign = np.where(l % 2, -1.0, 1.0) * 2 * isotropic_norms(modes) * reflectance
+    if quantity == "brdf_cos":
+        return sign * (n == m)
+    if quantity != "brdf_cos_cos":
+        raise ValueError(f"quantity is {quantity!r}; a mirror has coefficients for brdf_cos and brdf_cos_cos")
+    same = 0.5 * (1 - np.where(n > 0, l**2 / np.maximum(n * (n + 2.0), 1), 0.0))
+    next_ = -0.25 * (n**2 - l**2) / np.maximum(n * np.sqrt(n**2 - 1.0 * (n > 0)), 1)
+    return sign * np.where(n == m, same, np.where(m == n - 2, next_, 0.0))
+
+
 def _order(symmetry: str, modes: np.ndarray) -> int:
     columns = [0] if symmetry == "isotropic" else [0, 2]
     return int(modes[:, columns].max(initial=0))
-
-
-def lobe_albedo(lobe, theta_i) -> np.ndarray:
-    """(..., c) directional albedo of a lobe, by a rule graded to its peak."""
-    theta_i = np.asarray(theta_i, float)
-    flat_i = theta_i.reshape(-1)
-    rows = np.stack([_one_lobe_albedo(lobe, angle) for angle in flat_i]) if len(flat_i) else np.empty((0, 0))
-    return rows.reshape(*theta_i.shape, -1)
-
-
-def _one_lobe_albedo(lobe, theta_i: float) -> np.ndarray:
-    theta, weight = _graded(min(theta_i, np.pi / 2), np.pi / 2, lobe.roughness)
-    turn, share = _graded(0.0, np.pi, lobe.roughness)
-    value = lobe.evaluate(theta_i, theta[:, None], np.pi - turn[None, :])
-    return 2 * np.einsum("t,p,tpc->c", weight * np.sin(theta) * np.cos(theta), share, value)
-
-
-def _graded(peak: float, end: float, width: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights on [0, end]: panels that double in width away from ``peak``, 12 Gauss points each."""
-    steps = np.concatenate([[0.0], width * 2.0 ** np.arange(-2, 12)])
-    bounds = np.unique(np.clip(np.concatenate([peak - steps, peak + steps]), 0.0, end))
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    half = np.diff(bounds)[:, None] / 2
-    return (bounds[:-1, None] + half * (nodes + 1)).ravel(), (half * weights).ravel()

@@ -131,7 +131,7 @@ def evaluate_isotropic(
 
 def general_design(order, theta_i, phi_i, theta_r, phi_r, quantity: str = "brdf") -> np.ndarray:
     """(k, m) values of the general modes at k pairs; other arguments as for :func:`isotropic_design`."""
-    j, k = _indices(general_modes(order))
+    j, k = pair_indices(general_modes(order))
     return _pair_design(
         order, lambda zi, zr: zi[j] * zr[k], len(j), (theta_i, phi_i, theta_r, phi_r), quantity
     )
@@ -139,7 +139,7 @@ def general_design(order, theta_i, phi_i, theta_r, phi_r, quantity: str = "brdf"
 
 def reciprocal_design(order, theta_i, phi_i, theta_r, phi_r, quantity: str = "brdf") -> np.ndarray:
     """(k, m) values of the reciprocal modes at k pairs; other arguments as for :func:`isotropic_design`."""
-    j, k = _indices(reciprocal_modes(order))
+    j, k = pair_indices(reciprocal_modes(order))
     norm = np.where(j == k, 0.5, np.sqrt(0.5))[:, None]
     angles = (theta_i, phi_i, theta_r, phi_r)
     return _pair_design(
@@ -164,14 +164,14 @@ def _pair_design(order, product, count, angles, quantity) -> np.ndarray:
 def evaluate_general(modes, coefficients, theta_i, phi_i, theta_r, phi_r, *, threads: int | None = None):
     """(k, c) sums of general modes (m, 4) with ``coefficients`` (m, c): for each channel Z(i)^T A Z(r)."""
     modes, coefficients = _checked(modes, coefficients, 4)
-    j, k = _indices(modes)
+    j, k = pair_indices(modes)
     return _bilinear(modes, j, k, coefficients, (theta_i, phi_i, theta_r, phi_r), threads)
 
 
 def evaluate_reciprocal(modes, coefficients, theta_i, phi_i, theta_r, phi_r, *, threads: int | None = None):
     """(k, c) sums of reciprocal modes (m, 4) with ``coefficients`` (m, c): the same, A symmetric."""
     modes, coefficients = _checked(modes, coefficients, 4)
-    j, k = _indices(modes)
+    j, k = pair_indices(modes)
     half = coefficients * np.where(j == k, 0.5, np.sqrt(0.5))[:, None]
     both = np.concatenate([half, half])
     angles = (theta_i, phi_i, theta_r, phi_r)
@@ -217,7 +217,8 @@ def _chunk(angle: np.ndarray, start: int, stop: int) -> np.ndarray:
     return np.array(angle[start:stop], dtype=float)
 
 
-def _indices(modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def pair_indices(modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """OSA/ANSI indices j and k, each (m,), of rows [n, l, n', l'] (m, 4)."""
     n, l, m, p = np.asarray(modes).T
     return zernike_index(n, l), zernike_index(m, p)
 
