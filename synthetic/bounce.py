@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import map_coordinates, spline_filter
 
 from synthetic.brdf import directions
 from synthetic.reflectance import Reflectance
@@ -28,7 +28,7 @@ class Cells:
     radiance: np.ndarray  # (n, c)
 
 
-def surroundings(world: World, *, rings: int = 26, spokes: int = 48, fine: int = 3) -> Cells:
+def surroundings(world: World, *, rings: int = 32, spokes: int = 56, fine: int = 3) -> Cells:
     """Board, sheets and table around the sample's foot, in rings that widen outward.
 
     Each cell's radiance is the mean over ``fine`` x ``fine`` places in it.
@@ -87,14 +87,14 @@ def bounce_extra(world: World, brdf: Reflectance, viewer: np.ndarray, *, side: i
         (viewer - points) / np.linalg.norm(viewer - points, axis=1, keepdims=True), normals
     )
     grid = bounced(cells, brdf, points, normals, exits).reshape(side, side, -1)
+    splines = [spline_filter(channel, order=3, mode="nearest") for channel in np.moveaxis(grid, -1, 0)]
 
     def extra(points: np.ndarray, normals: np.ndarray, exits: np.ndarray) -> np.ndarray:
         local = normals @ axes.T
         stretch = np.sqrt(1.0 / np.maximum(1.0 + local[:, 2], 0.1))  # rho / sin(theta)
         place = (local[:, :2] * stretch[:, None] / reach + 1.0) * 0.5 * (side - 1)
-        return np.stack(
-            [map_coordinates(g, place.T, order=1, mode="nearest") for g in np.moveaxis(grid, -1, 0)], axis=-1
-        )
+        found = [map_coordinates(s, place.T, order=3, mode="nearest", prefilter=False) for s in splines]
+        return np.maximum(np.stack(found, axis=-1), 0.0)
 
     return extra
 

@@ -220,8 +220,8 @@ def calibration_shots(scene: Scene) -> list[Shot]:
         lamp = Lamp("calibration", "point", place, scene.lamp.radius, strength)
     shots = []
     for k, toward in enumerate(spiral(count, (48.0, 84.0), start=0.9)):
-        aside = 0.06 * far * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0.0])
-        eye = middle + toward * far * (0.92 + 0.16 * (k % 3) / 2.0)
+        aside = 0.04 * far * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0.0])
+        eye = middle + toward * far * (1.0 + 0.12 * (k % 3) / 2.0)
         pose = look_at(eye, middle + aside, roll=0.5 * np.sin(1.7 * k))
         shots.append(
             Shot(

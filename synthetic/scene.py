@@ -237,10 +237,11 @@ def read(kind: type, table: object, where: str):
     for key in table:
         if key not in hints:
             raise InputError(where, f"unknown key {key!r}{did_you_mean(key, list(hints))}")
+    values = {key: convert(hints[key], value, f"{where}: {key}") for key, value in table.items()}
     missing = [f.name for f in fields(kind) if f.name not in table and required(f)]
     if missing:
         raise InputError(where, f"the key {missing[0]!r} is required")
-    return kind(**{key: convert(hints[key], value, f"{where}: {key}") for key, value in table.items()})
+    return kind(**values)
 
 
 def required(item) -> bool:
