@@ -6,7 +6,6 @@ order, prior and lobes on folds -> robust fit of the choice -> covariance -> the
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,26 +14,21 @@ from capture.errors import InputError
 from reconstruct.basis import Basis
 from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells, cells_of
-from reconstruct.microfacet import Family, families
-from reconstruct.model import LobeSet, Model
-from reconstruct.represent import FILE_FAMILY, Represented, represent
-from reconstruct.robust import ViewScales, error_model, level, view_scales
-from reconstruct.search import Fitted, search_lobes, starting_shape, thinned
-from reconstruct.select import PRIORS, Candidate, Prior, choose, folds_of, losses
-from reconstruct.solve import Factors, FoldedDesign
+from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
+from reconstruct.model import Model
+from reconstruct.represent import Represented, represent
+from reconstruct.robust import ViewScales
+from reconstruct.search import Fitted, search_lobes
+from reconstruct.select import Candidate, choose, try_all
 from reconstruct.table import FacetTable
 from reconstruct.uncertainty import Uncertainty, uncertainty_of, valid_region
 
-PILOT_ORDER = 4
-PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
+SYMMETRY = "isotropic"
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
-STRAY_ROUNDS = 2
-VIEW_ERROR = 0.003  # of a view's scale, where calibration gives none
+VIEW_ERROR = 0.003  # of a view's scale, at least
 CLOSE = 0.005  # relative representation error that needs no finer modes
 FINEST = 12  # order of the representation
-
-StrayLight = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +62,8 @@ def fit_table(
     options: FitOptions = FitOptions(),
     *,
     view_errors: np.ndarray | None = None,
-    stray: StrayLight | None = None,
-    progress: Callable[[str], None] = lambda stage: None,
+    stray: StrayLightOn | None = None,
+    progress: Progress = lambda stage: None,
 ) -> FitResult:
     """Fit modes and lobes to a table.
 
@@ -80,15 +74,16 @@ def fit_table(
         InputError: no cell is left, or what was asked for does not go together.
     """
     seen = _usable(cells_of(table), options)
-    progress("pilot fits")
-    views = np.full(len(seen.groups), VIEW_ERROR) if view_errors is None else view_errors
-    work = _clean(seen, options, views, stray, progress)
+    views = (
+        np.full(len(seen.groups), VIEW_ERROR) if view_errors is None else np.maximum(view_errors, VIEW_ERROR)
+    )
+    work = clean(seen, views, lobes=options.lobes, absolute=options.absolute, stray=stray, progress=progress)
     progress("choosing the model")
-    chosen, best, tried = _select(work, options)
+    chosen, best = _select(work, options)
     progress("final fit")
-    basis = Basis(work.symmetry, chosen.order)
+    basis = Basis(SYMMETRY, chosen.order)
     final = search_lobes(work.cells, work.deviation, basis, chosen.prior, chosen.lobes, free=0)
-    return _result(seen, work, final, chosen, best, tried, options)
+    return _result(work, final, chosen, best, options)
 
 
 def _usable(cells: Cells, options: FitOptions) -> Cells:
@@ -100,100 +95,13 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
     return cells.take(keep)
 
 
-@dataclass(frozen=True, slots=True)
-class _Work:
-    """The cells as cleaned, and the pilots that cleaned them."""
-
-    cells: Cells
-    deviation: np.ndarray  # (n, c)
-    stray: np.ndarray  # (n, c)
-    scales: ViewScales
-    pilots: tuple[Fitted, ...]  # none first, on thinned cells
-    symmetry: str
-
-    @property
-    def reference(self) -> Fitted:
-        return min(self.pilots, key=lambda one: one.cost)
-
-
-def _clean(seen: Cells, options: FitOptions, views, stray, progress) -> _Work:
-    scales = ViewScales(np.ones(len(seen.groups)), views, views)
-    work = _piloted(seen, np.zeros_like(seen.value), scales, options, _kinds(options))
-    for _ in range(STRAY_ROUNDS):
-        reference = work.reference.model
-        if stray is not None:
-            progress("stray light")
-        added = stray(work.cells, reference) if stray is not None else np.zeros_like(seen.value)
-        clean = seen.with_value(seen.value - added)
-        deviation = error_model(clean, added)
-        if len(np.unique(seen.group)) > 1:
-            fitted = search_lobes(clean, deviation, reference.basis, PILOT_PRIOR, reference.lobes, free=0)
-            predicted = clean.value - fitted.residual
-            scales = view_scales(clean, predicted, deviation * fitted.scale, fitted.weight, views)
-        work = _piloted(seen, added, scales, options, _kinds(options))
-    return work
-
-
-def _kinds(options: FitOptions) -> tuple[tuple[Family, ...], ...]:
-    if options.lobes == 0:
-        return ((),)
-    single = tuple((family,) for family in families(absolute=options.absolute))
-    return single if options.lobes else ((), *single)
-
-
-def _piloted(seen: Cells, added, scales: ViewScales, options: FitOptions, kinds) -> _Work:
-    cells = seen.with_value((seen.value - added) / scales.factor[seen.group, None])
-    deviation = error_model(cells, added)
-    few, few_deviation = thinned(cells, deviation)
-    basis = Basis("isotropic", PILOT_ORDER)
-    pilots = [
-        search_lobes(
-            few,
-            few_deviation,
-            basis,
-            PILOT_PRIOR,
-            LobeSet(kind, tuple(starting_shape(f, 0.25) for f in kind)),
-        )
-        for kind in kinds
-    ]
-    if options.lobes is None or options.lobes > 1:
-        pilots += _with_second_lobe(few, few_deviation, basis, pilots, options)
-    return _Work(cells, deviation, added, scales, tuple(pilots), "isotropic")
-
-
-def _with_second_lobe(cells, deviation, basis, pilots, options) -> list[Fitted]:
-    first = min(pilots, key=lambda one: one.cost).model.lobes
-    if len(first.families) != 1:
-        return []
-    both = LobeSet((*first.families, FILE_FAMILY), (*first.shapes, starting_shape(FILE_FAMILY, 0.25)))
-    return [search_lobes(cells, deviation, basis, PILOT_PRIOR, both, free=1)]
-
-
-def _select(work: _Work, options: FitOptions) -> tuple[Candidate, Candidate, list[Candidate]]:
-    cells, reference = work.cells, work.reference
-    orders = _orders(options, cells)
-    top = Basis(work.symmetry, max(orders))
-    again = search_lobes(
-        cells, work.deviation, reference.model.basis, PILOT_PRIOR, reference.model.lobes, free=0
-    )
-    folded = FoldedDesign(
-        top.design(cells), again.weight / (work.deviation * again.scale) ** 2, folds_of(cells)
-    )
-    pilots = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
-    sums = []
-    for lobes in pilots:
-        fixed, columns = lobes.columns(cells)
-        sums.append(folded.statistics(cells.value - fixed[:, None], columns))
-    tried = []
-    for order in orders:
-        basis = Basis(work.symmetry, order)
-        parts = [one.prefix(len(basis.modes)) for one in sums]
-        for prior in PRIORS if order else PRIORS[:1]:
-            penalty = prior.precision(basis.degree(), level(cells))
-            factors = Factors(parts[0].without_each().modes_gram, penalty)
-            for lobes, part in zip(pilots, parts, strict=True):
-                tried.append(Candidate(order, prior, lobes, losses(part, factors, lobes.upper_bounds())))
-    return *choose(tried), tried
+def _select(work: Cleaned, options: FitOptions) -> tuple[Candidate, Candidate]:
+    """The chosen candidate and the best, all weighed with the likeliest pilot's robust weights."""
+    cells, pilot = work.cells, work.reference.model
+    again = search_lobes(cells, work.deviation, pilot.basis, PILOT_PRIOR, pilot.lobes, free=0)
+    weight = again.weight / (work.deviation * again.scale) ** 2
+    wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
+    return choose(try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted))
 
 
 def _orders(options: FitOptions, cells: Cells) -> tuple[int, ...]:
@@ -213,19 +121,21 @@ def _said(model: Model, options: FitOptions, values: np.ndarray) -> Represented:
     return said
 
 
-def _result(seen, work: _Work, final: Fitted, chosen, best, tried, options: FitOptions) -> FitResult:
+def _result(
+    work: Cleaned, final: Fitted, chosen: Candidate, best: Candidate, options: FitOptions
+) -> FitResult:
     model, cells = final.model, work.cells
     said = _said(model, options, cells.value)
     spread = uncertainty_of(final, cells, work.deviation, chosen.prior)
     errors = spread.file_errors(model, said)
-    basis = Basis(work.symmetry, said.order)
+    basis = Basis(SYMMETRY, said.order)
     brdf = Brdf(
         order=said.order,
         channels=cells.channels,
         modes=basis.modes,
         coefficients=said.coefficients,
         standard_errors=errors,
-        symmetry=work.symmetry,
+        symmetry=SYMMETRY,
         lobes=said.lobes,
         scale="absolute" if options.absolute else "relative",
         valid=valid_region(spread, model, cells),
@@ -237,8 +147,8 @@ def _result(seen, work: _Work, final: Fitted, chosen, best, tried, options: FitO
         "lobes": chosen.lobes.name,
         "prior strength": chosen.prior.strength,
         "prior decay": chosen.prior.decay,
-        "tried": len(tried),
         "residual scale": final.scale,
+        "views rescaled": [cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "representation error": said.error.tolist(),
     }
     brdf = replace(brdf, fit=diagnostics)

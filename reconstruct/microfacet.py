@@ -25,6 +25,7 @@ class Family:
     fresnel: str  # "schlick" | "dielectric"
     masking: str  # "correlated" | "separable"
     absolute: bool  # weight 1; else a free weight a channel
+    limit: float = np.inf  # of a free weight
 
     @property
     def shape_names(self) -> tuple[str, ...]:
@@ -40,7 +41,7 @@ class Family:
 
     def upper_bounds(self) -> np.ndarray:
         """Of the coefficients, (q,); all lower bounds are 0."""
-        return np.array([1.0 if name == "f0" else np.inf for name in self.coefficient_names])
+        return np.array([1.0 if name == "f0" else self.limit for name in self.coefficient_names])
 
 
 CORRELATED_SCHLICK = Family("correlated-schlick", "schlick", "correlated", True)  # the coefficient file's own
@@ -55,6 +56,11 @@ _KINDS = (
 def families(*, absolute: bool) -> tuple[Family, ...]:
     """All families; those of a relative scale have a free weight a channel."""
     return tuple(Family(f"{masking}-{fresnel}", fresnel, masking, absolute) for fresnel, masking in _KINDS)
+
+
+def second_lobe(*, absolute: bool) -> Family:
+    """What is added to a first lobe: the file's own kind, its weight free, and at most 1 on an absolute scale."""
+    return Family("second", "schlick", "correlated", False, limit=1.0 if absolute else np.inf)
 
 
 def lobe_columns(

@@ -15,6 +15,9 @@ TABLE_FREEDOM = 30.0  # a goniometer's readings are nearly normal
 SYSTEMATIC = 0.005  # relative: geometry, stray light, texture; scaled with the residuals found
 STRAY_DOUBT = 0.3  # of the stray light removed
 FLOOR = 1e-3  # of the channel's level
+SUSPECT = 4.0  # standard errors from the other views
+LEAST_SUSPECT = 0.015  # relative; less cannot be told from a misfit of the model
+FREE = 1.0  # relative standard error of a scale that is not believed
 INDEPENDENT = 30.0  # cells: as many as a view's residuals count for, since they hang together
 
 
@@ -61,29 +64,42 @@ class ViewScales:
     """Each view's factor on its values, as found against all other views."""
 
     factor: np.ndarray  # (g,) divide the view's values by it
-    error: np.ndarray  # (g,) standard error
-    prior: np.ndarray  # (g,) standard error that calibration gave
+    error: np.ndarray  # (g,) relative standard error of what remains
+    freed: np.ndarray  # (g,) bool: the view disagrees so much that its own scale is not believed
+
+    @classmethod
+    def none(cls, errors: np.ndarray) -> ViewScales:
+        """All factors 1, with relative standard ``errors`` (g,)."""
+        return cls(np.ones_like(errors), errors, np.zeros(len(errors), bool))
 
 
 def view_scales(
     cells: Cells, predicted: np.ndarray, deviation: np.ndarray, weight: np.ndarray, prior: np.ndarray
 ) -> ViewScales:
-    """The factors that best bring each view's values to the prediction, held near 1 by ``prior``.
+    """The factors that best bring each view's values to the prediction (n, c), held near 1 by ``prior``.
 
-    Residuals within a view hang together, so the evidence of a view counts as that of at most
-    :data:`INDEPENDENT` cells.
+    ``deviation`` and ``weight`` (n, c) are the error model and the robust weights; ``prior`` (g,) relative standard
+    errors. Residuals within a view hang together, so a view counts as :data:`INDEPENDENT` cells at most. A view that
+    lies further from the others than chance allows has its scale set free.
     """
-    ratio = cells.value / predicted - 1.0
-    precision = weight * (predicted / deviation) ** 2
-    usable = (predicted > 0.0) & np.isfinite(ratio)
-    precision = np.where(usable, precision, 0.0)
-    ratio = np.where(usable, ratio, 0.0)
+    shift, error = _view_shifts(cells, predicted, deviation, weight)
+    spread = 1.4826 * np.median(np.abs(shift - np.median(shift)))
+    expected = np.sqrt(prior**2 + error**2 + spread**2)
+    freed = np.abs(shift - np.median(shift)) > np.maximum(SUSPECT * expected, LEAST_SUSPECT)
+    held = np.where(freed, FREE, prior)
+    share = held**2 / (held**2 + error**2)
+    return ViewScales(1.0 + shift * share, np.sqrt(share) * error, freed)
+
+
+def _view_shifts(cells, predicted, deviation, weight) -> tuple[np.ndarray, np.ndarray]:
+    """(g,) weighted mean relative residual of each view, and its standard error."""
+    usable = (predicted > 0.0) & np.isfinite(predicted)
+    ratio = np.where(usable, cells.value / np.where(usable, predicted, 1.0) - 1.0, 0.0)
+    precision = np.where(usable, weight * (predicted / deviation) ** 2, 0.0).sum(1)
+    sum_ratio = np.where(usable, weight * (predicted / deviation) ** 2 * ratio, 0.0).sum(1)
     groups = len(cells.groups)
-    total = np.bincount(cells.group, precision.sum(1), groups)
-    cells_seen = np.maximum(np.bincount(cells.group, usable.sum(1), groups), 1)
-    total *= np.minimum(1.0, INDEPENDENT / cells_seen)
-    mean = np.bincount(cells.group, (precision * ratio).sum(1), groups) / np.maximum(
-        np.bincount(cells.group, precision.sum(1), groups), np.finfo(float).tiny
-    )
-    shift = mean * total / (total + prior**-2)
-    return ViewScales(1.0 + shift, 1.0 / np.sqrt(total + prior**-2), prior)
+    total = np.bincount(cells.group, precision, groups)
+    shift = np.bincount(cells.group, sum_ratio, groups) / np.maximum(total, np.finfo(float).tiny)
+    seen = np.maximum(np.bincount(cells.group, minlength=groups) * predicted.shape[1], 1)
+    total *= np.minimum(1.0, INDEPENDENT / seen)
+    return shift, 1.0 / np.sqrt(np.maximum(total, 1e-6))

@@ -7,17 +7,20 @@ error of the best's, the simplest is taken (Breiman et al. 1984, the one-standar
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.model import LobeSet
-from reconstruct.solve import Factors, Statistics, solve
+from reconstruct.robust import level
+from reconstruct.solve import Factors, FoldedDesign, Statistics, solve
 
 FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
-WORTH_A_LOBE = 0.1  # of the loss
+WORTH_A_LOBE = 0.25  # of the loss: every lobe must lower it by as much
 BLOCK = np.radians(15.0)
 SMOOTHNESS = 2.0  # power of a mode's degree in the prior's precision
 STRENGTHS = tuple(
@@ -74,14 +77,35 @@ def _blocks(cells: Cells) -> np.ndarray:
     return (np.floor(low / BLOCK) * 64 + np.floor(high / BLOCK)) * 64 + around
 
 
-def losses(statistics: Statistics, others: Factors, upper: np.ndarray) -> np.ndarray:
+def losses(folds: Statistics, rest: Statistics, factors: Factors, upper: np.ndarray) -> np.ndarray:
     """(f,) mean weighted squared residual a cell and channel of each fold, predicted from the others.
 
-    ``others`` factors the modes' block of ``statistics.without_each()``.
+    ``rest`` is ``folds.without_each()`` and ``factors`` those of its modes' block.
     """
-    solutions = solve(statistics.without_each(), others, upper)
-    channels = statistics.square.shape[1]
-    return statistics.residual(solutions).sum(1) / (np.maximum(statistics.cells, 1) * channels)
+    channels = folds.square.shape[1]
+    return folds.residual(solve(rest, factors, upper)).sum(1) / (np.maximum(folds.cells, 1) * channels)
+
+
+def try_all(
+    cells: Cells, weight: np.ndarray, symmetry: str, orders: Sequence[int], lobes: Sequence[LobeSet]
+) -> list[Candidate]:
+    """Every order, prior and set of lobes, each judged on folds; ``weight`` (n, c) is common to all of them."""
+    folded = FoldedDesign(Basis(symmetry, max(orders)).design(cells), weight, folds_of(cells))
+    sums = []
+    for one in lobes:
+        fixed, columns = one.columns(cells)
+        sums.append(folded.statistics(cells.value - fixed[:, None], columns))
+    tried = []
+    for order in orders:
+        basis = Basis(symmetry, order)
+        parts = [one.prefix(len(basis.modes)) for one in sums]
+        rests = [part.without_each() for part in parts]
+        for prior in PRIORS if order else PRIORS[:1]:
+            penalty = prior.precision(basis.degree(), level(cells))
+            factors = Factors(rests[0].modes_gram, penalty)
+            for one, part, rest in zip(lobes, parts, rests, strict=True):
+                tried.append(Candidate(order, prior, one, losses(part, rest, factors, one.upper_bounds())))
+    return tried
 
 
 def choose(candidates: list[Candidate]) -> tuple[Candidate, Candidate]:

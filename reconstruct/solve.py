@@ -143,36 +143,43 @@ def solve(statistics: Statistics, factors: Factors, upper: np.ndarray) -> np.nda
     free, across = reduced[..., 0], reduced[..., 1:]
     lobe_gram = statistics.gram[..., m:, m:] - np.einsum("fcmq,fcmp->fcqp", cross, across)
     lobe_moment = statistics.moment[..., m:] - np.einsum("fcmq,fcm->fcq", cross, free)
-    lobe = np.zeros_like(lobe_moment)
-    if len(upper):
-        for index in np.ndindex(lobe.shape[:2]):
-            lobe[index] = _bounded(lobe_gram[index], lobe_moment[index], upper)
+    lobe = _bounded_all(lobe_gram, lobe_moment, upper)
     return np.concatenate([free - np.einsum("fcmq,fcq->fcm", across, lobe), lobe], axis=-1)
 
 
+def _bounded_all(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """:func:`_bounded` for each fold and channel; most have no active bound, and one batched solve serves them."""
+    if not len(upper):
+        return moment
+    every = np.arange(len(upper))
+    gram = gram.copy()
+    gram[..., every, every] *= 1.0 + RIDGE
+    gram[..., every, every] += np.finfo(float).tiny
+    lobe = np.linalg.solve(gram, moment[..., None])[..., 0]
+    outside = ((lobe < 0.0) | (lobe > upper)).any(-1)
+    for index in zip(*np.nonzero(outside), strict=True):
+        lobe[index] = _bounded(gram[index], moment[index], upper)
+    return lobe
+
+
 def _bounded(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """The x in [0, upper] of least x^T gram x - 2 x^T moment, by trying every set of active bounds, free first."""
-    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    gram = gram / scale / scale[:, None] + RIDGE * np.eye(len(scale))
-    moment, limit = moment / scale, upper * scale
-    best, least = np.zeros_like(moment), np.inf
+    """The x in [0, upper] of least x^T gram x - 2 x^T moment, by trying every set of active bounds."""
+    best, least = np.zeros_like(moment), 0.0
     for pattern in itertools.product(
         *((_FREE, _LOW, _HIGH) if np.isfinite(u) else (_FREE, _LOW) for u in upper)
     ):
         state = np.array(pattern)
-        x = np.where(state == _HIGH, np.where(np.isfinite(limit), limit, 0.0), 0.0)
+        x = np.zeros_like(moment)
+        x[state == _HIGH] = upper[state == _HIGH]
         free = state == _FREE
         if free.any():
             x[free] = np.linalg.solve(
                 gram[np.ix_(free, free)], moment[free] - gram[np.ix_(free, ~free)] @ x[~free]
             )
-        if (x >= 0.0).all() and (x <= limit).all():
-            value = x @ gram @ x - 2.0 * x @ moment
-            if free.all():
-                return x / scale
-            if value < least:
-                best, least = x, value
-    return best / scale
+        value = x @ gram @ x - 2.0 * x @ moment
+        if (x >= 0.0).all() and (x <= upper).all() and value < least:
+            best, least = x, value
+    return best
 
 
 _FREE, _LOW, _HIGH = range(3)

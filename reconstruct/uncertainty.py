@@ -3,7 +3,8 @@
 The covariance is the sandwich H^-1 (M + P) H^-1, with H the penalised normal matrix, P the prior's precision and M
 the outer products of the score summed over clusters of cells. Residuals of one view hang together (its scale, its
 stray light, its geometry), so views are the clusters where there are enough; counting cells as independent would
-claim errors many times too small. Source: Liang and Zeger (1986); MacKinnon and White (1985) for the small-sample factor.
+claim errors many times too small. Source: Liang and Zeger (1986); the small-sample factor of MacKinnon and White
+(1985).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from reconstruct.model import Model
 from reconstruct.represent import Represented, represent
 from reconstruct.robust import level
 from reconstruct.search import Fitted
-from reconstruct.select import folds_of, Prior
+from reconstruct.select import Prior, folds_of
 
 LEAST_CLUSTERS = 8
 STEP = 0.02  # of a shape's logarithm, in finite differences

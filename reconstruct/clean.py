@@ -1,0 +1,107 @@
+"""Cells freed of stray light and of their views' errors of scale, and the pilot fits that found both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.basis import Basis
+from reconstruct.cells import Cells
+from reconstruct.microfacet import families, second_lobe
+from reconstruct.model import LobeSet, Model
+from reconstruct.robust import ViewScales, error_model, view_scales
+from reconstruct.search import Fitted, search_lobes, starting_shape, thinned
+from reconstruct.select import Prior
+
+PILOT_ORDER = 4
+PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
+ROUNDS = 2  # stray light from a model of the surface, and the model without it
+START = 0.25  # roughness
+
+StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaned:
+    """Cells to fit, and candidate lobes."""
+
+    cells: Cells  # stray light removed, divided by the views' scales
+    deviation: np.ndarray  # (n, c) error model, up to a factor
+    stray: np.ndarray  # (n, c) removed, 1/sr
+    scales: ViewScales
+    pilots: tuple[Fitted, ...]  # on thinned cells
+
+    @property
+    def reference(self) -> Fitted:
+        """The likeliest pilot."""
+        return min(self.pilots, key=lambda one: one.cost)
+
+
+def clean(
+    seen: Cells,
+    view_errors: np.ndarray,
+    *,
+    lobes: int | None,
+    absolute: bool,
+    stray: StrayLightOn | None = None,
+    progress: Progress = lambda stage: None,
+) -> Cleaned:
+    """Remove stray light and errors of scale, by turns with pilot fits of every kind of lobe.
+
+    ``view_errors`` (g,) are relative standard errors of the views' scales; ``lobes`` is how many were asked for,
+    None for any.
+    """
+    progress("pilot fits")
+    scales = ViewScales.none(view_errors)
+    added = np.zeros_like(seen.value)
+    work = _piloted(seen, added, scales, _kinds(lobes, absolute))
+    many_views = len(np.unique(seen.group)) > 1
+    for _ in range(ROUNDS if many_views or stray is not None else 0):
+        reference = work.reference.model
+        if stray is not None:
+            progress("stray light")
+            added = stray(work.cells, reference)
+        if many_views:
+            scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors)
+        work = _piloted(seen, added, scales, [reference.lobes], anew=False)
+    return _with_second_lobe(_piloted(seen, added, scales, _kinds(lobes, absolute)), lobes, absolute)
+
+
+def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
+    single = [LobeSet((f,), (starting_shape(f, START),)) for f in families(absolute=absolute)]
+    if lobes == 0:
+        return [LobeSet()]
+    return single if lobes else [LobeSet(), *single]
+
+
+def _scales(cells: Cells, added: np.ndarray, reference: Model, view_errors: np.ndarray) -> ViewScales:
+    deviation = error_model(cells, added)
+    fitted = search_lobes(cells, deviation, reference.basis, PILOT_PRIOR, reference.lobes, free=0)
+    predicted = cells.value - fitted.residual
+    return view_scales(cells, predicted, deviation * fitted.scale, fitted.weight, view_errors)
+
+
+def _piloted(
+    seen: Cells, added: np.ndarray, scales: ViewScales, starts: Sequence[LobeSet], *, anew: bool = True
+) -> Cleaned:
+    cells = seen.with_value((seen.value - added) / scales.factor[seen.group, None])
+    deviation = error_model(cells, added)
+    few, few_deviation = thinned(cells, deviation)
+    basis = Basis("isotropic", PILOT_ORDER)
+    free = None if anew else 0
+    pilots = [search_lobes(few, few_deviation, basis, PILOT_PRIOR, lobes, free=free) for lobes in starts]
+    return Cleaned(cells, deviation, added, scales, tuple(pilots))
+
+
+def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Cleaned:
+    first = work.reference.model.lobes
+    if len(first.families) != 1 or lobes not in (None, 2):
+        return work
+    family = second_lobe(absolute=absolute)
+    both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
+    few, deviation = thinned(work.cells, work.deviation)
+    second = search_lobes(few, deviation, Basis("isotropic", PILOT_ORDER), PILOT_PRIOR, both, free=1)
+    return Cleaned(work.cells, work.deviation, work.stray, work.scales, (*work.pilots, second))
