@@ -39,7 +39,7 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     if said is not None:
         return tuple(Choice(one["what"], _short(one["value"]), one["reason"]) for one in said)
     found = fit.diagnostics
-    reason = f"of {found.get('tried')} models the simplest that predicts left-out cells as well as the best"
+    reason = "the simplest of the models tried that predicts left-out cells as well as the best"
     names = [name for name in ("order", "lobes", "prior strength") if name in found]
     return tuple(Choice(name, _short(found[name]), reason) for name in names)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,14 +19,16 @@ from capture.reader import RadianceReader
 from photogonio import page
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
 from photogonio.outputs import staged_file, staged_folder
-from photogonio.progress import Reporter
+from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos
+from photogonio.store import default_store
+from photogonio.stream import reduce_photos
 from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
 from reconstruct.fit import FitOptions, FitResult, fit_table
+from reconstruct.kernel import compiled_before
 from reconstruct.measured import UNBINNED, read_samples, samples_table
-from reconstruct.reduce import reduce_view
-from reconstruct.table import FacetTable, add_tables, load_table, save_table
+from reconstruct.table import FacetTable, load_table, save_table
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,7 @@ class Result:
     left_out: tuple[LeftOut, ...]
     warnings: tuple[str, ...]
     provenance: Provenance
+    seconds: Mapping[str, float] = field(default_factory=dict)  # by stage; not written anywhere
 
     @property
     def brdf(self) -> Brdf:
@@ -61,7 +64,9 @@ def process(
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
+    watch = Stopwatch()
     setup, radiance = _calibrated(photoset, reporter)
+    watch.lap("calibrate")
     level = choose_level(setup, options)
     reporter.say(f"{level.what} {level.value}: {level.reason}")
     around = ReduceOptions(
@@ -69,12 +74,14 @@ def process(
         mirror_balls=photoset.mirror_balls,
         white_patches=photoset.white_patches,
     )
-    table, failed = _reduced(radiance, setup, int(level.value), around, reporter)
+    table, failed = _reduced(radiance, setup, int(level.value), around, options, reporter)
     for photo in failed:
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
     table = _take_channels(table, options)
+    watch.lap("reduce")
+    fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=_view_errors(setup, table))
+    watch.lap("fit")
     provenance = _provenance("process", photoset, options)
-    fit = _fitted(table, options, symmetry, setup.scale, reporter)
     result = Result(
         name=photoset.name,
         setup=replace(setup, source=provenance.to_dict()),
@@ -84,9 +91,11 @@ def process(
         left_out=(*setup.left_out, *failed),
         warnings=tuple(reporter.warnings),
         provenance=provenance,
+        seconds=watch.seconds,
     )
     if out is not None:
         write_result(result, Path(out))
+        watch.lap("write")
     return result
 
 
@@ -179,27 +188,52 @@ def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter) -> 
 
 
 def _reduced(
-    radiance: RadianceReader, setup: Setup, level: int, around: ReduceOptions, reporter: Reporter
-) -> tuple[FacetTable, list[LeftOut]]:
-    """The table of all views, and those that could not be read."""
-    views = {view.name: view for view in radiance.photoset.views("sample")}
-    tables, failed = [], []
-    for k, view in enumerate(setup.views):
-        try:
-            tables.append(reduce_view(setup, view, radiance.read(views[view.name]), level, around))
-        except InputError as error:
-            failed.append(LeftOut(view.name, str(error)))
-        reporter.progress("reducing photos", k + 1, len(setup.views))
-    if not tables:
-        raise InputError(failed[0].name, f"no sample photo can be read: {failed[0].reason}")
-    return add_tables(tables), failed
+    radiance: RadianceReader,
+    setup: Setup,
+    level: int,
+    around: ReduceOptions,
+    options: Options,
+    reporter: Reporter,
+) -> tuple[FacetTable, tuple[LeftOut, ...]]:
+    """The table of all views, and those that could not be used."""
+    if not compiled_before():
+        reporter.say("compiling what photos are reduced with, this first time: some seconds")
+    reduced = reduce_photos(
+        radiance,
+        setup,
+        level=level,
+        options=around,
+        workers=options.threads(),
+        store=default_store(),
+        progress=lambda done, total: reporter.progress("reducing photos", done, total),
+    )
+    if reduced.at_hand:
+        reporter.say(f"{reduced.at_hand} of {len(setup.views)} photos were reduced before, and are not again")
+    return reduced.table, reduced.left_out
 
 
-def _fitted(table: FacetTable, options: Options, symmetry: str, scale: str, reporter: Reporter) -> FitResult:
+def _view_errors(setup: Setup, table: FacetTable) -> np.ndarray:
+    """Relative standard errors (g,) of the views' scales, as calibration states them."""
+    views = {view.name: view for view in setup.views}
+    known = [views[name] for name in table.groups]
+    return np.array([float(np.max(view.strength_error / view.strength)) for view in known])
+
+
+def _fitted(
+    table: FacetTable,
+    options: Options,
+    symmetry: str,
+    scale: str,
+    reporter: Reporter,
+    *,
+    view_errors: np.ndarray | None = None,
+) -> FitResult:
     asked = FitOptions(
         order=options.order, symmetry=symmetry, lobes=options.lobes, absolute=scale == "absolute"
     )
-    found = fit_table(table, asked, progress=lambda stage: reporter.say(f"fitting: {stage}"))
+    found = fit_table(
+        table, asked, view_errors=view_errors, progress=lambda stage: reporter.say(f"fitting: {stage}")
+    )
     for choice in page.fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
     return found
