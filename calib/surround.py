@@ -1,0 +1,142 @@
+"""The radiance of what surrounds the sample: the board, the white patch and the table, as the photos show them.
+
+It is what throws stray light on the sample. Cells of a coarse grid on the board's plane are read in every photo; what
+a photo does not show (behind the sample, beyond its edge, clipped) is filled in with the cell's reflectance in the
+other photos times the lamp's irradiance there, with the sample's shadow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.camera import Camera
+from calib.occlusion import direct, lit_fraction
+from calib.paper import behind_ball
+from calib.setup import Setup, ViewSetup
+from capture.photoset import MirrorBall, Sphere
+from capture.radiance import RadianceImage
+
+FINE, COARSE = 0.4, 1.2  # sizes of cells near the sample and farther off, of its radius
+NEAR, FAR = 3.2, 10.0  # how far they reach from its foot, of its radius
+SUBCELLS = 5  # points a side that are read in a cell
+LEAST_READ = 0.4  # share of a cell's points that must be readable
+MARGIN = 1.08  # silhouettes are taken as larger
+LIT = 0.95  # share of the lamp's disc from which a cell's reflectance may be read
+
+
+@dataclass(frozen=True, slots=True)
+class Surround:
+    """Cells of the board's plane in one view, each facing up; m cells, c channels."""
+
+    points: np.ndarray  # (m, 3) centres, length units
+    area: np.ndarray  # (m,) length units squared
+    radiance: np.ndarray  # (m, c) radiance units; NaN where the photo does not show it
+    lamp: np.ndarray  # (m, c) irradiance by the lamp alone, radiance units
+    lit: np.ndarray  # (m,) share of the lamp's disc seen from the cell
+
+
+def measure_surround(
+    setup: Setup, view: ViewSetup, image: RadianceImage, mirror_balls: tuple[MirrorBall, ...] = ()
+) -> Surround | None:
+    """What one photo shows of the surroundings; None for a flat sample, on which nothing beside it shines."""
+    if not isinstance(setup.sample, Sphere):
+        return None
+    points, size = _grid(setup.sample)
+    lamp, lit = _lamp_on(points, view, setup.sample)
+    return Surround(
+        points=points,
+        area=size**2,
+        radiance=_read(points, size, setup.camera, view, image, _balls(setup.sample, mirror_balls)),
+        lamp=lamp,
+        lit=lit,
+    )
+
+
+def completed(surrounds: Sequence[Surround | None]) -> tuple[Surround | None, ...]:
+    """The surroundings of all views of one set, with what single views do not show filled in."""
+    known = [one for one in surrounds if one is not None]
+    if not known:
+        return tuple(surrounds)
+    reflected = np.stack([_reflectance(one) for one in known])
+    factor = _median(reflected)
+    factor = np.where(np.isfinite(factor), factor, _median(factor))
+    factor = np.where(np.isfinite(factor), factor, 0.0)  # nothing of the surroundings is seen in any photo
+    filled = [None if one is None else _filled(one, factor) for one in surrounds]
+    return tuple(filled)
+
+
+def _filled(one: Surround, factor: np.ndarray) -> Surround:
+    guess = factor * one.lamp * one.lit[:, None]
+    return replace(one, radiance=np.where(np.isfinite(one.radiance), one.radiance, guess))
+
+
+def _reflectance(one: Surround) -> np.ndarray:
+    """Radiance over the lamp's irradiance (m, c), NaN where not seen in full light."""
+    usable = (one.lit >= LIT)[:, None] & (one.lamp > 0.0)
+    return np.divide(one.radiance, one.lamp, out=np.full_like(one.radiance, np.nan), where=usable)
+
+
+def _median(values: np.ndarray) -> np.ndarray:
+    """Along the first axis, of what is finite; NaN where nothing is."""
+    ordered = np.sort(values, axis=0)  # NaN last
+    count = np.isfinite(ordered).sum(0)
+    middle = np.maximum(count - 1, 0) // 2
+    return np.take_along_axis(ordered, middle[None], axis=0)[0]
+
+
+def _grid(sample: Sphere) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (m, 3) and side lengths (m,) of the cells about the sample's foot."""
+    fine = _lattice(NEAR, FINE)
+    coarse = _lattice(FAR, COARSE)
+    coarse = coarse[np.abs(coarse).max(1) > NEAR]
+    flat = np.vstack([fine, coarse]) * sample.radius + sample.center[:2]
+    size = np.repeat([FINE, COARSE], [len(fine), len(coarse)]) * sample.radius
+    return np.column_stack([flat, np.zeros(len(flat))]), size
+
+
+def _lattice(reach: float, step: float) -> np.ndarray:
+    count = round(reach / step)
+    line = (np.arange(-count, count) + 0.5) * step
+    return np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+
+
+def _balls(sample: Sphere, others: tuple[MirrorBall, ...]) -> list[tuple[np.ndarray, float]]:
+    beside = [b for b in others if np.linalg.norm(b.center - sample.center) > sample.radius]
+    return [(np.asarray(b.center, float), float(b.radius)) for b in (sample, *beside)]
+
+
+def _lamp_on(points: np.ndarray, view: ViewSetup, sample: Sphere) -> tuple[np.ndarray, np.ndarray]:
+    toward, falloff = view.light.toward(points)
+    ball = np.array([[*sample.center, sample.radius]])
+    if view.light.kind == "point":
+        lit = lit_fraction(points, view.light.place, view.light.radius, ball, 0.0)
+        irradiance = direct(points, view.light.place)
+    else:
+        far = view.light.place * 1e6 * sample.radius
+        lit = lit_fraction(points, far, 0.0, ball, 0.0)
+        irradiance = np.maximum(toward[:, 2], 0.0) * falloff
+    return irradiance[:, None] * view.strength, lit
+
+
+def _read(points, size, camera: Camera, view: ViewSetup, image: RadianceImage, balls) -> np.ndarray:
+    """Mean radiance (m, c) of each cell's readable points, NaN where too few are."""
+    line = (np.arange(SUBCELLS) + 0.5) / SUBCELLS - 0.5
+    offset = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 1, 2) * size[:, None]
+    fine = np.concatenate([points[:, :2] + offset, np.zeros((*offset.shape[:2], 1))], axis=-1).reshape(-1, 3)
+    eye = view.pose.center
+    usable = view.pose.apply(fine)[:, 2] > 0.0
+    for center, radius in balls:
+        usable &= ~behind_ball(fine, eye, center, radius * MARGIN)
+    x, y = np.rint(camera.project(view.pose, fine)).T - np.array(image.origin)[:, None]
+    height, width = image.valid.shape
+    usable &= (x >= 0) & (y >= 0) & (x < width) & (y < height)
+    column, row = np.where(usable, x, 0).astype(int), np.where(usable, y, 0).astype(int)
+    usable &= image.valid[row, column]
+    value = np.where(usable[:, None], image.value[row, column], 0.0)
+    value = value.reshape(SUBCELLS**2, len(points), -1).sum(0)
+    count = usable.reshape(SUBCELLS**2, len(points)).sum(0)
+    enough = count >= LEAST_READ * SUBCELLS**2
+    return np.where(enough[:, None], value / np.maximum(count, 1)[:, None], np.nan)
