@@ -18,8 +18,9 @@ from scipy.interpolate import BSpline
 CODES = 256
 LOW, HIGH = 4, 250  # codes that noise and clipping leave alone
 KNOTS = 10  # of the spline in the logarithm of the code
-STIFFNESS = 3e-2  # against ripples of the period of the exposure step, which no bracket can see
+STIFFNESS = 1e-2  # against ripples of the period of the exposure step, which no bracket can see
 LEAST_COUNT = 30  # pixels behind one entry of the comparagram
+WIDEST_GAP = 48  # codes that no pixel pair tells of
 OPENCV_PIXELS = 40_000  # that OpenCV's methods are given
 WORST = 0.10  # relative error of predicted exposure beyond which no curve is believed
 BACKWARD = 0.02  # of the curve's height by which it may fall before it is refused
@@ -46,7 +47,7 @@ def recover_response(series: Sequence[Series]) -> Response:
     if not pairs:
         raise ValueError("needs photos of one view with different exposures")
     entries = [comparagram(pairs, c) for c in range(series[0].codes[0].shape[2])]
-    if min(len(entry) for entry in entries) < KNOTS:
+    if not all(spans(entry) for entry in entries):
         raise ValueError("the exposures of the brackets share too few levels")
     found = []
     for name, method in (("debevec", debevec), ("robertson", robertson), ("comparagram", spline)):
@@ -96,6 +97,12 @@ def comparagram(pairs: Sequence[tuple[np.ndarray, np.ndarray, float]], channel: 
     return np.concatenate(entries)
 
 
+def spans(entries: np.ndarray) -> bool:
+    """Whether entries reach over the codes without a wide gap."""
+    codes = np.concatenate([entries[:, :2].ravel(), [LOW, HIGH]])
+    return len(entries) > 0 and float(np.diff(np.sort(codes)).max()) <= WIDEST_GAP
+
+
 def spline(series: Sequence[Series], entries: Sequence[np.ndarray]) -> np.ndarray:
     """Logarithm of the signal as a cubic spline in the logarithm of the code, by least squares on the comparagram.
 
@@ -103,7 +110,9 @@ def spline(series: Sequence[Series], entries: Sequence[np.ndarray]) -> np.ndarra
     """
     inner = np.linspace(np.log(LOW), np.log(HIGH), KNOTS)
     spacing = inner[1] - inner[0]
-    knots = inner[0] + spacing * np.arange(-3, KNOTS + 3)  # even, so that a power law has no bend
+    knots = inner[0] + spacing * np.arange(
+        -3, KNOTS + 3
+    )  # even: a power law costs nothing, nor one whose power changes evenly
 
     def basis(code: np.ndarray) -> np.ndarray:
         return BSpline.design_matrix(np.clip(np.log(code), inner[0], inner[-1]), knots, 3).toarray()
@@ -114,7 +123,7 @@ def spline(series: Sequence[Series], entries: Sequence[np.ndarray]) -> np.ndarra
         # signal's relative noise falls with the code: entries count by pixels and by code
         weight = np.sqrt(np.minimum(entry[:, 3], 1000.0)) * np.sqrt(entry[:, 0])
         design = (basis(entry[:, 1]) - basis(entry[:, 0])) * weight[:, None]
-        bend = np.diff(np.eye(design.shape[1]), 2, axis=0) * STIFFNESS * np.linalg.norm(design)
+        bend = np.diff(np.eye(design.shape[1]), 3, axis=0) * STIFFNESS * np.linalg.norm(design)
         target = np.concatenate([entry[:, 2] * weight, np.zeros(len(bend))])
         solution = np.linalg.lstsq(np.vstack([design, bend]), target, rcond=1e-9)[0]
         columns.append(np.exp(np.interp(np.arange(CODES), codes, basis(codes) @ solution)))
@@ -130,18 +139,16 @@ def robertson(series: Sequence[Series], _: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def opencv(calibration: cv2.CalibrateCRF, series: Series) -> np.ndarray:
-    """(256, c), channel by channel as OpenCV wants three."""
+    """(256, c); OpenCV takes three channels at a time."""
     times = np.array(series.exposures, np.float32)
     height, width, channels = series.codes[0].shape
     step = max(1, round(np.sqrt(height * width / OPENCV_PIXELS)))
     columns = []
-    for c in range(channels):
-        photos = [
-            np.ascontiguousarray(np.repeat(codes[::step, ::step, c : c + 1], 3, axis=2))
-            for codes in series.codes
-        ]
-        columns.append(calibration.process(photos, times).reshape(CODES, 3)[:, 0])
-    return np.column_stack(columns).astype(float)
+    for first in range(0, channels, 3):
+        three = np.minimum(np.arange(first, first + 3), channels - 1)
+        photos = [np.ascontiguousarray(codes[::step, ::step, three]) for codes in series.codes]
+        columns.append(calibration.process(photos, times).reshape(CODES, 3))
+    return np.hstack(columns)[:, :channels].astype(float)
 
 
 def normalised(table: np.ndarray) -> np.ndarray | None:
