@@ -2,227 +2,258 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 
+from calib.board import Corners
+from calib.bundle import Model
 from calib.camera import Camera, Pose
-from calib.highlights import find_highlight
-from calib.intrinsics import fit_camera
-from calib.irradiance import read_patch
-from calib.lights import MirroredRay, meet, mirrored_ray
-from calib.looking import Progress, Reader, ReadRadiance, Seen, look
-from calib.pose import fit_pose, joined
-from calib.setup import LeftOut, Light, Setup, ViewSetup
+from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
+from calib.irradiance import find_strengths
+from calib.looking import Progress, Reader, ReadRadiance, Seen, look, look_closer
+from calib.notes import Notes
+from calib.observe import observe
+from calib.pose import FEWEST_CORNERS, PoseFit, fit_pose, joined
+from calib.setup import Light, Setup, ViewSetup
+from calib.sight import Sight, channel_names, light_entry, light_id
+from calib.together import (
+    Lamp,
+    Settled,
+    place_in_world,
+    settle,
+    start_lamp,
+    start_sample,
+    start_scene,
+)
 from capture.errors import InputError
-from capture.photoset import MANIFEST, LightEntry, PhotoSet, Sphere, View
+from capture.photoset import MANIFEST, PhotoSet, Sphere
 
-
-@dataclass(slots=True)
-class _Notes:
-    """What is to be told at the end."""
-
-    left_out: list[LeftOut] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    residuals: dict[str, object] = field(default_factory=dict)
-
-    def leave_out(self, name: str, reason: str) -> None:
-        self.left_out.append(LeftOut(name, reason))
-        self.warnings.append(f"{name}: left out, {reason}")
+FIXED_POSE = "pose fixed"
 
 
 def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progress | None = None) -> Setup:
-    """Camera, poses, lights and irradiance of every sample view.
+    """Camera, poses, lights, sample and irradiance of every sample view.
 
     Views that cannot be used are in ``left_out`` with the reason; InputError if none can.
     ``progress(label, done, total)`` is called after each photo.
     """
     tell = progress or (lambda label, done, total: None)
-    reader, notes = Reader(photoset, read_radiance), _Notes()
+    reader, notes = Reader(photoset, read_radiance), Notes()
     samples = look(reader, photoset.views("sample"), tell, "looking for the board")
+    probes = look(reader, photoset.views("probe"), tell, "looking at probe photos")
     boards = look(reader, photoset.views("calibration"), tell, "looking at calibration photos")
     for name, reason in reader.failed.items():
         notes.leave_out(name, reason)
     if not samples:
         raise InputError(photoset.folder / MANIFEST, "none of the sample photos can be read")
-    camera = _camera(photoset, boards, samples, notes)
-    poses = _poses(photoset, camera, samples, notes)
-    lights = _lights(photoset, reader, camera, poses, notes, tell)
-    views = _strengths(photoset, reader, camera, poses, lights, notes)
+    camera, model, boards, samples, probes = _camera(photoset, reader, boards, samples, probes, notes, tell)
+    posed, sights = _sights(photoset, camera, boards, samples, probes, notes)
+    settled = _settled(photoset, reader, model, camera, posed, sights, notes, tell)
+    views = _views(photoset, reader, settled, sights, notes)
     if not views:
-        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + _reasons(notes))
-    channels = _channels(len(views[0].strength))
-    scale = "absolute" if photoset.white_patches else "relative"
+        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     return Setup(
-        camera,
-        photoset.sample,
+        settled.camera,
+        _sample(photoset, settled),
         tuple(views),
-        scale,
-        channels,
+        "absolute" if any(v.strength_source == "white patch" for v in views) else "relative",
+        channel_names(len(views[0].strength)),
         tuple(notes.left_out),
         tuple(notes.warnings),
         notes.residuals,
     )
 
 
-def _reasons(notes: _Notes) -> str:
-    return "; ".join(f"{o.name}: {o.reason}" for o in notes.left_out[:3])
-
-
-def _channels(count: int) -> tuple[str, ...]:
-    return {1: ("Y",), 3: ("R", "G", "B")}.get(count, tuple(f"C{k}" for k in range(count)))
-
-
-def _camera(photoset: PhotoSet, boards: list[Seen], samples: list[Seen], notes: _Notes) -> Camera:
-    entry = photoset.camera
+def _camera(
+    photoset: PhotoSet,
+    reader: Reader,
+    boards: list[Seen],
+    samples: list[Seen],
+    probes: list[Seen],
+    notes: Notes,
+    tell: Progress,
+) -> tuple[Camera, Model, list[Seen], list[Seen], list[Seen]]:
+    """The camera, and all corners placed as well as they can be with it."""
     size = samples[0].size
+    entry = photoset.camera
     if entry.matrix is not None:
         distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
-        return Camera(np.asarray(entry.matrix, float), distortion, size)
-    views = [s.corners for s in boards + samples if s.corners is not None and s.size == size]
-    fit = fit_camera(views, size)
-    if fit is None:
-        raise InputError(
-            photoset.folder / MANIFEST,
-            "too few board corners in every photo to find the camera; give [camera]",
+        start = Camera(np.asarray(entry.matrix, float), distortion, size)
+    else:
+        found = quick_camera(
+            [s.corners for s in boards + samples if s.corners is not None and s.size == size], size
         )
+        if found is None:
+            raise InputError(
+                photoset.folder / MANIFEST,
+                "too few board corners in every photo to find the camera; give [camera] or calibration photos",
+            )
+        start = found
+    every = look_closer(reader, start, boards + samples + probes, tell)
+    boards = every[: len(boards)]
+    samples, probes = every[len(boards) : len(boards) + len(samples)], every[len(boards) + len(samples) :]
+    if entry.matrix is not None:
+        return start, Model(size, start.distortion, ()), boards, samples, probes
+    fit = fit_camera([s.corners for s in boards + samples if s.corners is not None and s.size == size], size)
+    _note_camera(fit, notes)
+    return (
+        fit.camera,
+        Model(size, fit.camera.distortion, free_terms(MODELS[fit.model])),
+        boards,
+        samples,
+        probes,
+    )
+
+
+def _note_camera(fit: CameraFit, notes: Notes) -> None:
     notes.residuals["camera"] = {
         "model": fit.model,
         "rms_px": fit.rms,
-        "standard_errors": fit.standard_errors.tolist(),
         "held_out_rms_px": fit.scores,
     }
-    return fit.camera
 
 
-@dataclass(frozen=True, slots=True)
-class _Posed:
-    view: View
-    pose: Pose
-    rms: float
+def _sights(
+    photoset: PhotoSet,
+    camera: Camera,
+    boards: list[Seen],
+    samples: list[Seen],
+    probes: list[Seen],
+    notes: Notes,
+) -> tuple[list[tuple[str, Corners, Pose]], list[Sight]]:
+    """Poses of the calibration photos and of every sample and probe view that has one."""
+    posed = []
+    for one in boards:
+        fit = fit_pose(camera, one.corners) if one.corners is not None else None
+        if fit is None:
+            notes.leave_out(one.view.name, "too few board corners")
+        else:
+            posed.append((f"pose {one.view.name}", one.corners.keep(fit.inlier), fit.pose))
+    common = _common_pose(photoset, camera, samples + probes)
+    sights = []
+    for one in samples + probes:
+        fit = fit_pose(camera, one.corners) if one.corners is not None else None
+        name = light_id(photoset, one.view)
+        if common is not None:
+            pose, rms = common
+            corners = _agreeing(camera, pose, one.corners)
+            sights.append(Sight(one.view, name, corners, pose, FIXED_POSE, rms))
+        elif fit is not None:
+            sights.append(
+                Sight(
+                    one.view, name, one.corners.keep(fit.inlier), fit.pose, f"pose {one.view.name}", fit.rms
+                )
+            )
+        elif one.view.photos[0].role == "sample":
+            notes.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree: no camera pose")
+    return posed, sights
 
 
-def _poses(photoset: PhotoSet, camera: Camera, samples: list[Seen], notes: _Notes) -> list[_Posed]:
+def _common_pose(photoset: PhotoSet, camera: Camera, seen: list[Seen]) -> tuple[Pose, float] | None:
+    """The one pose of a fixed camera: as given, or from all photos' corners together."""
     entry = photoset.camera
     if entry.rotation is not None and entry.translation is not None:
-        pose = Pose(np.asarray(entry.rotation, float), np.asarray(entry.translation, float))
-        return [_Posed(s.view, pose, float("nan")) for s in samples]
-    found = [s.corners for s in samples if s.corners is not None and len(s.corners)]
-    if entry.fixed and found:
-        fit = fit_pose(camera, joined(found))
-        if fit is not None:
-            return [_Posed(s.view, fit.pose, fit.rms) for s in samples]
-    posed = []
-    for s in samples:
-        fit = fit_pose(camera, s.corners) if s.corners is not None else None
-        if fit is None:
-            notes.leave_out(s.view.name, "too few board corners to find the camera's place")
-        else:
-            posed.append(_Posed(s.view, fit.pose, fit.rms))
-    return posed
-
-
-def _entry(photoset: PhotoSet, view: View) -> LightEntry | None:
-    """The manifest's entry of a view's light."""
-    if view.light is None and len(photoset.lights) == 1:
-        return photoset.lights[0]
-    return next((e for e in photoset.lights if e.id == view.light), None)
-
-
-def _light_id(photoset: PhotoSet, view: View) -> str:
-    entry = _entry(photoset, view)
-    return entry.id if entry is not None else view.light or view.name
-
-
-def _lights(
-    photoset: PhotoSet, reader: Reader, camera: Camera, posed: list[_Posed], notes: _Notes, tell: Progress
-) -> dict[str, Light]:
-    """One light an id, by view name."""
-    groups: dict[str, list[tuple[View, Pose]]] = {}
-    for p in posed:
-        groups.setdefault(_light_id(photoset, p.view), []).append((p.view, p.pose))
-    probe_pose = posed[0].pose if posed else None
-    for view in photoset.views("probe"):
-        if probe_pose is not None and _light_id(photoset, view) in groups:
-            groups[_light_id(photoset, view)].append((view, probe_pose))
-    found: dict[str, Light] = {}
-    for k, (name, members) in enumerate(groups.items()):
-        light = _one_light(photoset, reader, camera, name, members)
-        for p in posed:
-            if _light_id(photoset, p.view) == name:
-                if light is None:
-                    notes.leave_out(p.view.name, f"no highlight of light {name!r} in any mirror ball")
-                else:
-                    found[p.view.name] = light
-        tell("finding the lights", k + 1, len(groups))
-    return found
-
-
-def _one_light(
-    photoset: PhotoSet, reader: Reader, camera: Camera, name: str, members: list[tuple[View, Pose]]
-) -> Light | None:
-    entry = next((e for e in photoset.lights if e.id == name), None)
-    if entry is not None and entry.position is not None and entry.attached_to is None:
-        return Light(name, "point", np.asarray(entry.position, float), np.zeros((3, 3)), "given")
-    if entry is not None and entry.direction is not None:
-        toward = np.asarray(entry.direction, float)
-        return Light(name, "directional", toward / np.linalg.norm(toward), np.zeros((3, 3)), "given")
-    rays: list[MirroredRay] = []
-    probes = any(v.photos[0].role == "probe" for v, _ in members)
-    for view, pose in members:
-        if probes and view.photos[0].role != "probe":
-            continue
-        image = reader(view)
-        if image is None:
-            continue
-        for number, ball in enumerate(photoset.mirror_balls):
-            highlight = find_highlight(image, camera, pose, ball, number)
-            ray = mirrored_ray(camera, pose, ball, highlight) if highlight is not None else None
-            if ray is not None:
-                rays.append(ray)
-    if not rays:
+        return Pose(np.asarray(entry.rotation, float), np.asarray(entry.translation, float)), float("nan")
+    found = [s.corners for s in seen if s.corners is not None and len(s.corners)]
+    if not entry.fixed or not found:
         return None
-    spread = max(np.linalg.norm(b.center) for b in photoset.mirror_balls) + 1.0
-    place = meet(rays, entry.kind if entry is not None else None, float(spread))
-    source = "probe" if probes else "mirror balls"
-    return Light(name, place.kind, place.place, place.covariance, source, residual=place.residual)
+    fit: PoseFit | None = fit_pose(camera, joined(found))
+    return None if fit is None else (fit.pose, fit.rms)
 
 
-def _strengths(
+def _agreeing(camera: Camera, pose: Pose, corners: Corners | None) -> Corners | None:
+    if corners is None or len(corners) == 0:
+        return None
+    miss = np.linalg.norm(camera.project(pose, corners.points) - corners.pixels, axis=1)
+    return corners.keep(miss < 1.0)
+
+
+def _settled(
     photoset: PhotoSet,
     reader: Reader,
+    model: Model,
     camera: Camera,
-    posed: list[_Posed],
-    lights: dict[str, Light],
-    notes: _Notes,
+    posed: list[tuple[str, Corners, Pose]],
+    sights: list[Sight],
+    notes: Notes,
+    tell: Progress,
+) -> Settled:
+    if not sights:
+        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
+    observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
+    sample = start_sample(camera, sights, photoset.sample)
+    scene = start_scene(photoset, camera, sights, sample)
+    lamps: dict[str, Lamp] = {}
+    groups: dict[str, list[Sight]] = {}
+    for sight in sights:
+        groups.setdefault(sight.light, []).append(sight)
+    for k, (name, members) in enumerate(groups.items()):
+        if any(not s.probe for s in members):
+            entry = light_entry(photoset, members[0].view)
+            lamp = start_lamp(photoset, camera, name, entry, members, scene)
+            if lamp is not None:
+                lamps[name] = lamp
+        tell("finding the lights", k + 1, len(groups))
+    _scale_corners(camera, posed, sights)
+    return settle(photoset, reader, model, camera, posed, sights, lamps, scene, sample, tell)
+
+
+def _scale_corners(camera: Camera, posed: list[tuple[str, Corners, Pose]], sights: list[Sight]) -> None:
+    """Give corners the errors they show: those stated know nothing of what all corners of a print share."""
+    z = [(camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for _, c, p in posed]
+    z += [
+        (camera.project(s.pose, s.corners.points) - s.corners.pixels) / s.corners.sigma[:, None]
+        for s in sights
+        if s.corners
+    ]
+    if not z:
+        return
+    factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))
+    for k, (name, corners, pose) in enumerate(posed):
+        posed[k] = (name, replace(corners, sigma=factor * corners.sigma), pose)
+    for sight in sights:
+        if sight.corners is not None:
+            sight.corners = replace(sight.corners, sigma=factor * sight.corners.sigma)
+
+
+def _views(
+    photoset: PhotoSet, reader: Reader, settled: Settled, sights: list[Sight], notes: Notes
 ) -> list[ViewSetup]:
-    views = []
-    for p in posed:
-        if p.view.name not in lights:
+    usable = []
+    for sight in sights:
+        if sight.probe:
             continue
-        light = lights[p.view.name]
-        image = reader(p.view)
-        if image is None:
-            continue
-        channels = image.value.shape[2]
-        strength, error, source = _strength(photoset, image, camera, p.pose, light, channels, p.view)
-        views.append(ViewSetup(p.view.name, light, p.pose, strength, error, source, p.rms))
-    return views
+        if sight.light not in settled.lamps:
+            notes.leave_out(
+                sight.view.name, f"light {sight.light!r} is seen in no mirror ball and on no paper"
+            )
+        else:
+            usable.append((sight, _light(settled, sight)))
+    return find_strengths(photoset, reader, settled, usable, notes)
 
 
-def _strength(photoset, image, camera, pose, light, channels, view):
-    entry = _entry(photoset, view)
-    readings = [read_patch(image, camera, pose, light, patch) for patch in photoset.white_patches]
-    good = [r for r in readings if r.strength is not None]
-    if good:
-        return good[0].strength, good[0].error, "white patch"
-    given = np.asarray(entry.intensity if entry is not None else (1.0,), float)
-    strength = np.broadcast_to(given, (channels,)).copy()
-    return strength, 0.1 * strength, "intensity"
+def _light(settled: Settled, sight: Sight) -> Light:
+    lamp = settled.lamps[sight.light]
+    block = settled.values[f"light {lamp.name}"]
+    covariance = settled.covariance.get(f"light {lamp.name}", np.zeros((3, 3)))
+    place = place_in_world(lamp, block, sight.pose)
+    if lamp.attached:
+        covariance = sight.pose.rotation.T @ covariance @ sight.pose.rotation
+    if lamp.kind == "directional":
+        place = place / np.linalg.norm(place)
+        across = np.eye(3) - np.outer(place, place)
+        covariance = across @ covariance @ across
+    misses = settled.misses.get(lamp.name)
+    rms = float(np.sqrt(np.mean(misses**2))) if misses is not None and len(misses) else float("nan")
+    radius = lamp.entry.radius if lamp.entry is not None and lamp.entry.radius is not None else 0.0
+    if settled.scene is not None and radius == 0.0 and lamp.kind == "point":
+        radius = settled.scene.lamp_radius
+    return Light(lamp.name, lamp.kind, place, covariance, lamp.source, radius, rms)
 
 
-def sample_center(sample: object) -> np.ndarray:
-    """The middle of the sample, (3,)."""
-    if isinstance(sample, Sphere):
-        return np.asarray(sample.center, float)
-    return np.append(np.asarray(sample.outline, float).mean(0), sample.height)
+def _sample(photoset: PhotoSet, settled: Settled) -> object:
+    if isinstance(photoset.sample, Sphere) and "sample" in settled.values:
+        block = settled.values["sample"]
+        return Sphere(block[:3].copy(), float(block[3]))
+    return photoset.sample

@@ -45,11 +45,18 @@ def outline(camera: Camera, pose: Pose, center: np.ndarray, radius: float, count
 
 
 def find_highlight(
-    image: RadianceImage, camera: Camera, pose: Pose, ball: MirrorBall, number: int
+    image: RadianceImage,
+    camera: Camera,
+    pose: Pose,
+    ball: MirrorBall,
+    number: int,
+    near: np.ndarray | None = None,
+    within: float = 5.0,
 ) -> Highlight | None:
-    """The brightest small blob inside the ball's outline that a lamp above the board can cause; None if there is none.
+    """The brightest small blob inside the ball's outline that a lamp above the board can cause; None if there is
+    none. Reflections of the board, the patch and the sample are larger, dimmer, or mirror rays that go down.
 
-    Reflections of the board, the patch and the sample are larger, dimmer, or mirror rays that go down.
+    With ``near`` (2,) only pixels ``within`` so many of it are searched.
     """
     limb = outline(camera, pose, ball.center, ball.radius * _INSIDE)
     x0, y0 = np.floor(limb.min(0)).astype(int) - 4
@@ -62,11 +69,15 @@ def find_highlight(
     saturated = image.saturated[y0:y1, x0:x1]
     inside = _polygon_mask(limb - [x0, y0], level.shape)
     upward = _sees_upward(camera, pose, ball, (x0, y0), level.shape)
-    best = _brightest_blob(level, saturated, inside & upward, float(inside.sum()))
+    allowed = inside & upward
+    if near is not None:
+        y, x = np.mgrid[y0:y1, x0:x1]
+        allowed = inside & (np.hypot(x - near[0], y - near[1]) < within)
+    best = _brightest_blob(level, saturated, allowed, float(inside.sum()))
     if best is None:
         return None
     pixel, sigma, peak, area, clipped = best
-    return Highlight(number, pixel + [x0, y0], sigma, peak, area, clipped)
+    return Highlight(number, pixel + np.array([x0, y0]), sigma, peak, area, clipped)
 
 
 def _planes(image: RadianceImage) -> tuple[np.ndarray, ...]:

@@ -20,7 +20,8 @@ MODELS: dict[str, int] = {
     "k1 k2 p1 p2 k3": 0,
     "rational": cv2.CALIB_RATIONAL_MODEL,
 }
-_FOLDS = 8
+_FOLDS = 5
+_MOST = 16  # photos that judge the models; all of them then fit the chosen one
 _SAME = 1.01  # a held-out residual within this factor of the best counts as equal: the simpler model is taken
 _FEWEST = 6  # corners a photo needs
 
@@ -47,9 +48,10 @@ def fit_camera(views: list[Corners], size: tuple[int, int]) -> CameraFit | None:
     if not good:
         return None
     scores = {}
+    judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
     names = list(MODELS) if len(good) >= 4 else ["none", "k1", "k1 k2"][: len(good)]
     for name in names:
-        scores[name] = _held_out(good, size, MODELS[name])
+        scores[name] = _held_out(judges, size, MODELS[name])
     least = min(scores.values())
     model = next(n for n, s in scores.items() if s <= least * _SAME) if np.isfinite(least) else "none"
     flags = MODELS[model]
@@ -85,3 +87,23 @@ def _held_out(views: list[Corners], size: tuple[int, int], flags: int) -> float:
             miss = camera.project(fit.pose, views[k].points) - views[k].pixels
             squares.append((miss[fit.inlier] ** 2).sum(1))
     return float(np.sqrt(np.concatenate(squares).mean()))
+
+
+def quick_camera(views: list[Corners], size: tuple[int, int]) -> Camera | None:
+    """A camera good enough to lay the print over the photos: two radial terms, a few photos."""
+    good = [v for v in views if len(v) >= _FEWEST]
+    if not good:
+        return None
+    judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
+    flags = MODELS["k1 k2"] if len(judges) >= 3 else MODELS["none"]
+    if len(judges) < 3:
+        flags |= cv2.CALIB_FIX_PRINCIPAL_POINT | cv2.CALIB_FIX_ASPECT_RATIO
+    return _calibrate(judges, size, flags)[1]
+
+
+def free_terms(flags: int) -> tuple[int, ...]:
+    """Indices into OpenCV's distortion vector that ``flags`` of ``MODELS`` leave free."""
+    free = [k for k, bit in ((0, cv2.CALIB_FIX_K1), (1, cv2.CALIB_FIX_K2)) if not flags & bit]
+    free += [] if flags & cv2.CALIB_ZERO_TANGENT_DIST else [2, 3]
+    free += [] if flags & cv2.CALIB_FIX_K3 else [4]
+    return tuple(free + ([5, 6, 7] if flags & cv2.CALIB_RATIONAL_MODEL else []))

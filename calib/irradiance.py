@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from calib.camera import Camera, Pose
-from calib.setup import Light
+from calib.setup import Light, ViewSetup
 from capture.photoset import WhitePatch
 from capture.radiance import RadianceImage
 
@@ -74,3 +74,24 @@ def _strength(
         return PatchReading(None, None, "the patch is unevenly lit: shadowed or partly hidden")
     error = 1.2533 * spread / np.sqrt(len(y)) + 0.003 * middle
     return PatchReading(middle, error)
+
+
+def find_strengths(photoset, reader, settled, usable, notes) -> list[ViewSetup]:
+    """Strength of every view's lamp."""
+    views = []
+    for sight, light in usable:
+        image = reader(sight.view)
+        if image is None:
+            continue
+        channels = image.value.shape[2]
+        readings = [read_patch(image, settled.camera, sight.pose, light, p) for p in photoset.white_patches]
+        good = [r for r in readings if r.strength is not None]
+        if good:
+            strength, error, source = good[0].strength, good[0].error, "white patch"
+        else:
+            lamp = settled.lamps[sight.light]
+            given = np.asarray(lamp.entry.intensity if lamp.entry is not None else (1.0,), float)
+            strength = np.broadcast_to(given, (channels,)).copy()
+            error, source = 0.1 * strength, "intensity"
+        views.append(ViewSetup(sight.view.name, light, sight.pose, strength, error, source, sight.pose_rms))
+    return views

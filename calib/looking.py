@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from calib.board import Corners, find_corners
+import numpy as np
+
+from calib.board import Corners, board_points, find_corners
+from calib.camera import Camera
+from calib.masks import things_mask
+from calib.paper import draw_print
+from calib.pose import fit_pose
+from calib.register import refined_corners
 from calib.tone import detection_image, fine_image, gray, without_fireflies
 from capture.errors import InputError
 from capture.photoset import PhotoSet, View
@@ -16,6 +23,7 @@ ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
 Progress = Callable[[str, int, int], None]
 
 _CACHE_BYTES = 1_200_000_000
+_GROW = 3  # pixels kept clear around whatever stands on the board
 
 
 class Reader:
@@ -74,3 +82,30 @@ def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str
             seen.append(Seen(view, corners, (image.value.shape[1], image.value.shape[0])))
         progress(label, k + 1, len(views))
     return seen
+
+
+def look_closer(reader: Reader, camera: Camera, seen: list[Seen], progress: Progress) -> list[Seen]:
+    """The corners of each view again, placed by the whole print around them, those that do not fit left out."""
+    board = reader.photoset.board
+    pattern = draw_print(board) if board is not None else None
+    if pattern is None:
+        return seen
+    every = board_points(board) if board.kind == "charuco" else None
+    closer = []
+    for k, one in enumerate(seen):
+        fit = fit_pose(camera, one.corners) if one.corners is not None else None
+        image = reader(one.view)
+        if fit is None or image is None or every is None:
+            closer.append(one)
+            continue
+        usable = ~image.saturated & np.isfinite(image.value).all(axis=2)
+        if one.view.photos[0].role != "calibration":
+            shape = usable.shape
+            usable &= ~things_mask(reader.photoset, camera, fit.pose, shape, _GROW)
+        level = gray(image)
+        corners = refined_corners(
+            pattern, camera, fit.pose, level, usable, every, float(board.square_length), one.corners
+        )
+        closer.append(replace(one, corners=corners))
+        progress("placing the corners", k + 1, len(seen))
+    return closer

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-_STEPS = 30
+_STEPS = 12
 
 
-def mirrored_point(center: np.ndarray, radius: float, eye: np.ndarray, light: np.ndarray) -> np.ndarray:
+def mirrored_point(
+    center: np.ndarray, radius: float | np.ndarray, eye: np.ndarray, light: np.ndarray
+) -> np.ndarray:
     """Point(s) of a ball where ``light`` is seen from ``eye``, (..., 3).
 
     The normal there halves the angle between the directions to both (Alhazen's problem), found by fixed-point steps,
@@ -17,13 +19,16 @@ def mirrored_point(center: np.ndarray, radius: float, eye: np.ndarray, light: np
     for _ in range(_STEPS):
         point = center + radius * normal
         step = _unit(_unit(eye - point) + _unit(light - point))
-        if np.max(np.abs(step - normal), initial=0.0) < 1e-14:
-            break
+        done = np.max(np.abs(step - normal), initial=0.0) < 1e-15
         normal = step
+        if done:
+            break
     return center + radius * normal
 
 
-def mirrored_direction(center: np.ndarray, radius: float, eye: np.ndarray, toward: np.ndarray) -> np.ndarray:
+def mirrored_direction(
+    center: np.ndarray, radius: float | np.ndarray, eye: np.ndarray, toward: np.ndarray
+) -> np.ndarray:
     """As :func:`mirrored_point` for a light infinitely far in unit direction ``toward``."""
     normal = _unit(_unit(eye - center) + toward)
     for _ in range(_STEPS):

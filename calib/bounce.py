@@ -1,0 +1,69 @@
+"""Light that the sample ball throws onto the board, for a lamp of unit strength: a diffuse and a glossy part."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from calib.reflect import mirrored_point
+
+_FACETS = 160
+_GRID = 22  # nodes along the board's longer side
+_F0 = 0.04  # of the glossy part
+
+
+def bounce_columns(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
+    """Irradiance (n, 2) on the board at ``points`` (n, 3): from a white diffuse ball, and from a mirror ball
+    with Schlick's reflectance. Worked out on a coarse grid, since both are smooth, and interpolated."""
+    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    step = (high - low).max() / (_GRID - 1)
+    count = np.ceil((high - low) / step).astype(int) + 1
+    x, y = np.meshgrid(
+        low[0] + step * np.arange(count[0]), low[1] + step * np.arange(count[1]), indexing="ij"
+    )
+    nodes = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    place = ((points[:, :2] - low) / step).T
+    planes = (diffuse_bounce(nodes, light, center, radius), glossy_bounce(nodes, light, center, radius))
+    return np.column_stack(
+        [map_coordinates(p.reshape(x.shape), place, order=1, mode="nearest") for p in planes]
+    )
+
+
+def diffuse_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
+    """From a Lambertian ball of albedo 1, (n,): a sum over facets of equal area, each lit by the lamp."""
+    normal = _fibonacci(_FACETS)
+    place = center + radius * normal
+    offset = light - place
+    lit = np.clip(np.einsum("ij,ij->i", offset, normal), 0, None) / (offset**2).sum(1) ** 1.5
+    path = points[:, None] - place
+    area = 4 * np.pi * radius**2 / _FACETS
+    squared = np.maximum((path**2).sum(2), area)  # the sum is coarse where a point all but touches the ball
+    leaving = np.clip(np.einsum("nij,ij->ni", path, normal), 0, None)
+    arriving = np.clip(-path[..., 2], 0, None)
+    return (leaving * arriving / squared**2) @ lit * area / np.pi
+
+
+def glossy_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
+    """From a mirror ball, (n,): the lamp's virtual images in the two principal sections (Coddington's equations)."""
+    place = mirrored_point(center, radius, points, light)
+    normal = (place - center) / radius
+    path = points - place
+    far = np.linalg.norm(path, axis=1)
+    cosine = np.einsum("ij,ij->i", path, normal) / far
+    reach = np.linalg.norm(light - place, axis=1)
+    seen = (cosine > 1e-3) & (path[:, 2] < 0)
+    cosine = np.clip(cosine, 1e-3, 1.0)
+    tangential = 1 / (1 / reach + 2 / (radius * cosine))
+    sagittal = 1 / (1 / reach + 2 * cosine / radius)
+    spread = tangential * sagittal / ((tangential + far) * (sagittal + far) * reach**2)
+    mirror = _F0 + (1 - _F0) * (1 - cosine) ** 5
+    return np.where(seen, mirror * spread * -path[:, 2] / far, 0.0)
+
+
+def _fibonacci(count: int) -> np.ndarray:
+    """Nearly even unit vectors, (count, 3)."""
+    step = np.arange(count) + 0.5
+    z = 1 - 2 * step / count
+    turn = step * np.pi * (1 + np.sqrt(5))
+    flat = np.sqrt(1 - z**2)
+    return np.column_stack([flat * np.cos(turn), flat * np.sin(turn), z])

@@ -1,0 +1,27 @@
+"""What is to be told at the end of a calibration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from calib.setup import LeftOut
+
+
+@dataclass(slots=True)
+class Notes:
+    """Gathered on the way by every stage."""
+
+    left_out: list[LeftOut] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    residuals: dict[str, object] = field(default_factory=dict)  # plain JSON values
+
+    def leave_out(self, name: str, reason: str) -> None:
+        self.left_out.append(LeftOut(name, reason))
+        self.warnings.append(f"{name}: left out, {reason}")
+
+    def reasons(self) -> str:
+        """The first few reasons in one line."""
+        return (
+            "; ".join(f"{o.name}: {o.reason}" for o in self.left_out[:3])
+            or "none has a light that can be found"
+        )

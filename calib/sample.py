@@ -1,0 +1,143 @@
+"""Where the sample is: a ball by its limb in the photos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import least_squares
+
+from calib.camera import Camera, Pose
+from calib.highlights import outline
+from calib.reflect import hit_sphere
+
+_AROUND = 240  # places along the limb
+_STEP = 0.25  # pixels between samples across it
+_SOFT = 0.7  # pixels, the scale of the edge filter
+_NEAR = 1.5  # pixels within which the limb is looked for once it is roughly known
+_MISPLACED = 0.03  # of the radius: how far off the manifest may place the ball
+_TRUSTED_RADIUS = 0.004  # of the radius
+_LOOSE = 0.15  # pixels, scale beyond which an edge counts less
+
+
+@dataclass(frozen=True, slots=True)
+class Limb:
+    """Points of a ball's limb in one photo."""
+
+    pixels: np.ndarray  # (n, 2)
+    sigma: np.ndarray  # (n,) pixels, across the limb
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+
+def find_limb(
+    level: np.ndarray,
+    usable: np.ndarray,
+    camera: Camera,
+    pose: Pose,
+    center: np.ndarray,
+    radius: float,
+    within: float,
+) -> Limb:
+    """Edges across the expected limb, at most ``within`` pixels off it.
+
+    ``level`` (h, w) float32 is linear radiance. Where several edges lie in reach the strongest counts, if it stands
+    well above what the ball's own shading does.
+    """
+    limb = outline(camera, pose, center, radius, _AROUND)
+    outer = outline(camera, pose, center, radius * 1.02, _AROUND)
+    normal = outer - limb
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    reach = within + 4 * _SOFT
+    along = np.arange(-reach, reach + _STEP / 2, _STEP)
+    place = (limb[:, None] + along[:, None] * normal[:, None]).astype(np.float32)
+    profile = cv2.remap(level, place[..., 0], place[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    bad = cv2.remap(
+        (~usable).astype(np.float32), place[..., 0], place[..., 1], cv2.INTER_LINEAR, borderValue=1.0
+    )
+    slope = gaussian_filter1d(profile.astype(float), _SOFT / _STEP, axis=1, order=1)
+    strength = np.abs(slope)
+    strength[:, np.abs(along) > within] = 0.0
+    best = np.argmax(strength, axis=1)
+    rows = np.arange(len(limb))
+    inner = (best > 0) & (best < len(along) - 1)
+    left, peak, right = (strength[rows, np.clip(best + k, 0, len(along) - 1)] for k in (-1, 0, 1))
+    bend = np.where(left - 2 * peak + right < 0, left - 2 * peak + right, -1.0)
+    offset = along[best] + _STEP * np.clip(0.5 * (left - right) / bend, -0.5, 0.5)
+    rest = np.median(np.abs(slope), axis=1) + 1e-30
+    contrast = peak / (profile.max(1) - profile.min(1) + 1e-30)
+    clear = inner & (peak > 5 * rest) & (contrast > 0.02) & (bad.max(1) == 0)
+    clear &= peak > 0.02 * np.percentile(peak, 90)
+    edge = limb + offset[:, None] * normal
+    return Limb(edge[clear], 0.1 + 0.3 * (rest / peak)[clear])
+
+
+def limb_residual(
+    camera: Camera, pose: Pose, pixels: np.ndarray, center: np.ndarray, radius: float
+) -> np.ndarray:
+    """How far (n,) in pixels limb points lie outside the cone that touches the ball."""
+    rays = camera.rays(pixels)
+    return cone_residual(rays, pose.apply(np.asarray(center, float)), radius, focal(camera))
+
+
+def cone_residual(rays: np.ndarray, axis: np.ndarray, radius: float, focal_length: float) -> np.ndarray:
+    """The same from unit rays and the ball's centre, both in the camera frame."""
+    distance = np.linalg.norm(axis)
+    angle = np.arccos(np.clip(rays @ (axis / distance), -1.0, 1.0))
+    return focal_length * (angle - np.arcsin(radius / distance))
+
+
+def cone_derivatives(
+    rays: np.ndarray, axis: np.ndarray, radius: float, focal_length: float
+) -> tuple[np.ndarray, float]:
+    """Derivatives of :func:`cone_residual` by the centre (n, 3) and by the radius."""
+    distance = np.linalg.norm(axis)
+    toward = axis / distance
+    cosine = rays @ toward
+    sine = np.sqrt(np.maximum(1 - cosine**2, 1e-18))
+    touch = np.sqrt(distance**2 - radius**2)
+    by_center = (
+        -(rays - cosine[:, None] * toward) / (distance * sine[:, None]) + radius / (distance * touch) * toward
+    )
+    return focal_length * by_center, -focal_length / touch
+
+
+def focal(camera: Camera) -> float:
+    """Geometric mean of both focal lengths, pixels."""
+    return float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
+
+
+def place_ball(
+    camera: Camera, poses: list[Pose], limbs: list[Limb], center: np.ndarray, radius: float
+) -> tuple[np.ndarray, float]:
+    """Centre (3,) and radius of a ball from its limbs and the manifest's values."""
+    start = np.append(np.asarray(center, float), radius)
+    prior = np.append(np.full(3, _MISPLACED * radius), _TRUSTED_RADIUS * radius)
+    rays = [camera.rays(limb.pixels) for limb in limbs]
+
+    def residual(values: np.ndarray) -> np.ndarray:
+        parts = [
+            cone_residual(r, pose.apply(values[:3]), values[3], focal(camera)) / (limb.sigma * (1 + _LOOSE))
+            for r, pose, limb in zip(rays, poses, limbs, strict=True)
+        ]
+        # a robust loss on the limbs, none on the prior, which is written as the square root of its loss
+        return np.concatenate([*[_soften(p) for p in parts], (values - start) / prior])
+
+    found = least_squares(residual, start, x_scale=prior).x
+    return found[:3], float(found[3])
+
+
+def _soften(residual: np.ndarray) -> np.ndarray:
+    """Cauchy's loss as a residual: its square grows like a logarithm."""
+    scale = 3.0
+    return np.sign(residual) * scale * np.sqrt(np.log1p((residual / scale) ** 2))
+
+
+def hidden_by(
+    pose: Pose, camera: Camera, pixels: np.ndarray, center: np.ndarray, radius: float
+) -> np.ndarray:
+    """Whether pixels (n, 2) look onto a ball, (n,) bool."""
+    return np.isfinite(hit_sphere(pose.center, camera.world_rays(pose, pixels), center, radius)[:, 0])

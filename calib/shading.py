@@ -1,0 +1,238 @@
+"""The lamp's place from how it lights the board: falloff, angle, and the shadows of balls of known place.
+
+On a flat diffuse print the radiance is rho S z / r^3 (z the lamp's height), so the pattern of light over the board
+tells where the lamp is. Light that the sample throws onto the board is modelled and its amount fitted along.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.bounce import bounce_columns
+from calib.occlusion import direct, lit_fraction
+from calib.paper import PaperSamples
+
+LOCAL = 7  # x, y, z, log strength of white, diffuse bounce, glossy bounce, even light
+SHARED = 5  # sample x, y, z, log lamp radius, log of black over white
+_FLOOR = 0.003  # relative error of the model at one place
+_SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
+_BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
+_TUKEY = 5.0
+_STEPS = 15
+_PRIOR = np.array([0.3, 1.0, 0.0])  # diffuse bounce, glossy bounce, even light
+_PRIOR_SIGMA = np.array([0.3, 1.0, 0.01])
+_STEP = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5, 1e-5, 1e-3, 1e-3, 1e-3, 1e-3, 1e-5])
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """A ball that throws a shadow."""
+
+    center: np.ndarray  # (3,)
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What stands on the board, as far as it changes the board's light."""
+
+    polished: tuple[Ball, ...]
+    sample: Ball | None  # a plane sample throws no light and no shadow on the board
+    lamp_radius: float
+    black: float  # radiance of black print over white
+    blur: float  # of a shadow's edge by lens and pixels, length on the board
+
+    def moved(self, shared: np.ndarray) -> Scene:
+        """The scene with ``shared`` (SHARED,) in place of its own values."""
+        sample = None if self.sample is None else Ball(shared[:3], self.sample.radius)
+        return replace(
+            self, sample=sample, lamp_radius=float(np.exp(shared[3])), black=float(np.exp(shared[4]))
+        )
+
+    @property
+    def shared(self) -> np.ndarray:
+        """(SHARED,) values that all views have in common; inverse of :meth:`moved`."""
+        center = np.zeros(3) if self.sample is None else self.sample.center
+        return np.append(center, [np.log(self.lamp_radius), np.log(self.black)])
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One view's paper in gray."""
+
+    samples: PaperSamples
+    level: np.ndarray  # (n,) radiance
+    noise: np.ndarray  # (n,) its variance
+
+
+@dataclass(frozen=True, slots=True)
+class ShadingFit:
+    """One view's shading: the lamp, and what it says about it and what it shares with the other views."""
+
+    local: np.ndarray  # (LOCAL,)
+    normal: np.ndarray  # (LOCAL + SHARED,) * 2 information matrix, deflated for errors common to a square
+    gradient: np.ndarray  # (LOCAL + SHARED,) of half the weighted squares, likewise
+    rms: float  # relative to the direct light, of the samples believed
+    believed: float  # share of the samples
+    cost: float  # mean robust loss
+
+    @property
+    def place(self) -> np.ndarray:
+        return self.local[:3]
+
+    def covariance(self) -> np.ndarray:
+        """(3, 3) of the place with the shared values held."""
+        return np.linalg.inv(self.normal[:LOCAL, :LOCAL])[:3, :3]
+
+
+@dataclass(frozen=True, slots=True)
+class _Weighing:
+    """Errors expected at the present values, held while a step is tried, so that costs compare."""
+
+    sigma: np.ndarray  # (n,)
+    bound: float  # Tukey's, in sigmas
+    thrown: np.ndarray  # (n, 2) the sample's bounce
+
+
+def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
+    """Share of the lamp visible from board points (n, 3), (n,)."""
+    balls = scene.polished + (() if scene.sample is None else (scene.sample,))
+    table = np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
+    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, table, scene.blur)
+
+
+def _model(reading: Reading, values: np.ndarray, scene: Scene, thrown: np.ndarray) -> np.ndarray:
+    """Radiance (n,) at ``values`` (LOCAL + SHARED,); ``thrown`` is so smooth in them that it is held."""
+    points, scene = reading.samples.points, scene.moved(values[LOCAL:])
+    straight = direct(points, values[:3])
+    tone = np.where(reading.samples.white, 1.0, scene.black) * np.exp(values[3])
+    even = values[6] * float(np.median(straight))
+    return tone * (straight * lit(points, values[:3], scene) + thrown @ values[4:6] + even)
+
+
+def _weigh(reading: Reading, values: np.ndarray, scene: Scene) -> _Weighing:
+    points, scene = reading.samples.points, scene.moved(values[LOCAL:])
+    thrown = np.zeros((len(points), 2))
+    if scene.sample is not None:
+        thrown = bounce_columns(points, values[:3], scene.sample.center, scene.sample.radius)
+    tone = np.where(reading.samples.white, 1.0, scene.black) * np.exp(values[3])
+    bare = tone * direct(points, values[:3])
+    shaded = lit(points, values[:3], scene) < 0.99
+    floor = np.where(shaded, _SHADOW_FLOOR, _FLOOR) * bare
+    crowd = len(points) / max(len(np.unique(reading.samples.square)), 1)
+    indirect = tone * (thrown @ np.clip(values[4:6], _PRIOR[:2] / 2, 2 * _PRIOR[:2]))
+    sigma = np.sqrt(reading.noise + floor**2 + crowd * (_BOUNCE_ERROR * indirect) ** 2)
+    residual = (reading.level - _model(reading, values, scene, thrown)) / sigma
+    return _Weighing(sigma, _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0), thrown)
+
+
+def _residual(reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing) -> np.ndarray:
+    return (reading.level - _model(reading, values, scene, weighing.thrown)) / weighing.sigma
+
+
+def _cost(residual: np.ndarray, values: np.ndarray, bound: float) -> float:
+    """Half the sum of Tukey's loss and of the priors."""
+    inside = np.clip((residual / bound) ** 2, 0, 1)
+    prior = (values[4:LOCAL] - _PRIOR) / _PRIOR_SIGMA
+    return float(bound**2 / 6 * np.sum(1 - (1 - inside) ** 3) + 0.5 * prior @ prior)
+
+
+def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = _STEPS) -> ShadingFit:
+    """Fit one view's lamp from ``start``: a place (3,), or the local values (LOCAL,) of an earlier fit.
+
+    Levenberg-Marquardt with Tukey's weights on the local values; the shared ones stay and get derivatives.
+    """
+    local = start if len(start) == LOCAL else start_values(reading, scene, start)
+    values = np.concatenate([local, scene.shared])
+    damping = 1e-3
+    for _ in range(steps):
+        weighing = _weigh(reading, values, scene)
+        residual = _residual(reading, values, scene, weighing)
+        cost = _cost(residual, values, weighing.bound)
+        normal, slope, _ = _normal(reading, values, scene, weighing, residual, LOCAL)
+        moved = _step(reading, values, scene, weighing, normal, slope, cost, damping)
+        if moved is None:
+            break
+        step, damping = moved
+        values[:LOCAL] += step
+        if step @ normal @ step < 1e-3:
+            break
+    return _finish(reading, values, scene)
+
+
+def _step(
+    reading: Reading,
+    values: np.ndarray,
+    scene: Scene,
+    weighing: _Weighing,
+    normal: np.ndarray,
+    slope: np.ndarray,
+    cost: float,
+    damping: float,
+) -> tuple[np.ndarray, float] | None:
+    """A damped step (LOCAL,) that lowers the cost, and the next damping; None if there is none."""
+    while damping < 1e8:
+        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -slope)
+        tried = values.copy()
+        tried[:LOCAL] += step
+        if tried[2] > 0:
+            after = _cost(_residual(reading, tried, scene, weighing), tried, weighing.bound)
+            if after <= cost:
+                return step, max(damping / 8, 1e-9)
+        damping *= 8
+    return None
+
+
+def start_values(reading: Reading, scene: Scene, place: np.ndarray) -> np.ndarray:
+    """(LOCAL,) values at a light's place: the strength as the median over what is lit."""
+    values = np.concatenate([place, [0.0], _PRIOR, scene.shared])
+    points = reading.samples.points
+    model = direct(points, place) * np.where(reading.samples.white, 1.0, scene.black)
+    chosen = (lit(points, place, scene) > 0.9) & (model > 0)
+    strength = float(np.median(reading.level[chosen] / model[chosen])) if chosen.any() else 1.0
+    values[3] = np.log(max(strength, 1e-300))
+    return values[:LOCAL]
+
+
+def _normal(
+    reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing, residual: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Normal matrix and slope of the first ``count`` values, and the weighted score of each sample."""
+    base = _model(reading, values, scene, weighing.thrown)
+    step = _STEP.copy()
+    step[:3] *= np.linalg.norm(values[:3])
+    design = np.empty((len(base), count))
+    for k in range(count):
+        moved = values.copy()
+        moved[k] += step[k]
+        design[:, k] = (_model(reading, moved, scene, weighing.thrown) - base) / (step[k] * weighing.sigma)
+    weight = (1 - np.clip((residual / weighing.bound) ** 2, 0, 1)) ** 2
+    score = design * weight[:, None]
+    normal, slope = score.T @ design, -score.T @ residual
+    for k in range(4, LOCAL):
+        normal[k, k] += _PRIOR_SIGMA[k - 4] ** -2.0
+        slope[k] += (values[k] - _PRIOR[k - 4]) * _PRIOR_SIGMA[k - 4] ** -2.0
+    return normal, slope, score
+
+
+def _finish(reading: Reading, values: np.ndarray, scene: Scene) -> ShadingFit:
+    weighing = _weigh(reading, values, scene)
+    residual = _residual(reading, values, scene, weighing)
+    normal, slope, score = _normal(reading, values, scene, weighing, residual, LOCAL + SHARED)
+    inflation = _inflation(normal[:4, :4], score[:, :4] * residual[:, None], reading.samples.square)
+    inlier = np.abs(residual) < 0.7 * weighing.bound
+    tone = np.where(reading.samples.white, 1.0, scene.moved(values[LOCAL:]).black) * np.exp(values[3])
+    bare = tone * direct(reading.samples.points, values[:3])
+    relative = (residual * weighing.sigma / np.maximum(bare, 1e-300))[inlier]
+    rms = float(np.sqrt(np.mean(relative**2))) if inlier.any() else float("nan")
+    cost = _cost(residual, values, weighing.bound) / len(residual)
+    return ShadingFit(values[:LOCAL], normal / inflation, slope / inflation, rms, float(inlier.mean()), cost)
+
+
+def _inflation(normal: np.ndarray, each: np.ndarray, square: np.ndarray) -> float:
+    """How much larger the variance is than for independent samples: squares' summed scores against theirs."""
+    summed = np.zeros((int(square.max()) + 1, each.shape[1]))
+    np.add.at(summed, square, each)
+    return max(float(np.trace(np.linalg.pinv(normal) @ (summed.T @ summed)) / each.shape[1]), 1.0)

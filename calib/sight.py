@@ -1,0 +1,57 @@
+"""What is known of one photo while the set is being calibrated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from calib.board import Corners
+from calib.camera import Pose
+from calib.highlights import Highlight
+from calib.sample import Limb
+from calib.shading import Reading
+from capture.errors import InputError
+from capture.photoset import LightEntry, PhotoSet, View
+
+
+@dataclass(slots=True)
+class Sight:
+    """One sample or probe view. Filled in step by step by the stages of calibration, and by nothing else."""
+
+    view: View
+    light: str  # id
+    corners: Corners | None
+    pose: Pose
+    pose_block: str  # shared by the views of a fixed camera
+    pose_rms: float = float("nan")
+    highlights: list[Highlight] = field(default_factory=list)
+    limb: Limb | None = None
+    reading: Reading | None = None
+    shading: np.ndarray | None = None  # local values of the latest shading fit
+
+    @property
+    def probe(self) -> bool:
+        return self.view.photos[0].role == "probe"
+
+
+def light_entry(photoset: PhotoSet, view: View) -> LightEntry | None:
+    """The manifest's entry of a view's light; a view that names none has the only light there is."""
+    if view.light is None and len(photoset.lights) == 1:
+        return photoset.lights[0]
+    return next((e for e in photoset.lights if e.id == view.light), None)
+
+
+def light_id(photoset: PhotoSet, view: View) -> str:
+    """The light's id; a view without one has a light of its own, called after the view."""
+    entry = light_entry(photoset, view)
+    if entry is not None:
+        return entry.id
+    return view.light or view.name
+
+
+def channel_names(count: int) -> tuple[str, ...]:
+    """Names of a picture's channels in file order."""
+    if count < 1:
+        raise InputError("photo", "has no channels")
+    return {1: ("Y",), 3: ("R", "G", "B")}.get(count, tuple(f"C{k}" for k in range(count)))

@@ -1,0 +1,99 @@
+"""First guesses of a lamp's place, from mirrored rays or from the board's shading alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from calib.lights import MirroredRay, meet
+from calib.paper import PaperSamples
+from calib.occlusion import direct
+from calib.shading import Reading, Scene, ShadingFit, fit_shading, lit
+
+_RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
+_HEIGHTS = (12.0, 25.0, 40.0, 58.0, 78.0)  # degrees above the board
+_AROUND = 12
+_COARSE = 700  # samples for trying many places
+_MIDDLING = 3000  # samples for a first fit
+_TOLERANCE = 0.1  # relative misfit counted as no fit at all
+
+
+def thinned(reading: Reading, count: int) -> Reading:
+    """About ``count`` of the samples, evenly taken."""
+    step = max(1, len(reading.level) // count)
+    mask = np.zeros(len(reading.level), bool)
+    mask[::step] = True
+    return Reading(reading.samples.keep(mask), reading.level[mask], reading.noise[mask])
+
+
+def local_noise(samples: PaperSamples, level: np.ndarray) -> float:
+    """Relative noise from one sample to the next of the same square and tone: what the stated variance may miss."""
+    close = (np.diff(samples.square) == 0) & (np.diff(samples.white.astype(int)) == 0)
+    close &= np.abs(np.diff(samples.points[:, 1])) < 1e-9
+    pair = np.maximum(level[1:] + level[:-1], 1e-300) / 2
+    relative = np.abs(np.diff(level))[close] / pair[close]
+    bright = pair[close] > 0.3 * np.median(pair[close]) if close.any() else close
+    return float(1.4826 * np.median(relative[bright]) / np.sqrt(2)) if bright.any() else 0.01
+
+
+def black_over_white(readings: list[Reading]) -> float:
+    """Radiance of black print over white, from squares that show both; the median over squares and views."""
+    ratios = []
+    for reading in readings:
+        for square in np.unique(reading.samples.square):
+            here = reading.samples.square == square
+            white, black = here & reading.samples.white, here & ~reading.samples.white
+            if white.sum() > 5 and black.sum() > 5:
+                ratios.append(np.median(reading.level[black]) / max(np.median(reading.level[white]), 1e-300))
+    return float(np.clip(np.median(ratios), 1e-3, 0.9)) if ratios else 0.05
+
+
+def first_fit(
+    reading: Reading, scene: Scene, rays: list[MirroredRay], middle: np.ndarray, diagonal: float
+) -> ShadingFit:
+    """The best of the fits started where the rays, or a scan of the sky, make the shading agree."""
+    coarse, fine = thinned(reading, _COARSE), thinned(reading, _MIDDLING)
+    wide = replace(scene, lamp_radius=2 * scene.lamp_radius)
+    places = ray_places(rays, diagonal)
+    fits = [fit_shading(fine, scene, p) for p in _best(places, coarse, wide, 2)]
+    if not fits or min(misfit(coarse, scene, f.place) for f in fits) > 0.25:
+        fits += [fit_shading(fine, scene, p) for p in _best(sky_places(middle, diagonal), coarse, wide, 3)]
+    return min(fits, key=lambda f: misfit(fine, scene, f.place))
+
+
+def ray_places(rays: list[MirroredRay], diagonal: float) -> list[np.ndarray]:
+    """Where the rays meet, and places along each of them."""
+    places = [r.origin + k * diagonal * r.direction for r in rays for k in _RANGES]
+    if len(rays) > 1:
+        met = meet(rays, "point", diagonal)
+        places.append(met.place)
+    return [p for p in places if p[2] > 0.02 * diagonal]
+
+
+def sky_places(middle: np.ndarray, diagonal: float) -> list[np.ndarray]:
+    """Places over the board, all around it and at several distances."""
+    places = []
+    for height in np.radians(_HEIGHTS):
+        for turn in np.arange(_AROUND) * 2 * np.pi / _AROUND:
+            toward = np.array([np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)])
+            places += [middle + k * diagonal * toward for k in _RANGES[1:4]]
+    return places
+
+
+def misfit(reading: Reading, scene: Scene, place: np.ndarray) -> float:
+    """Between 0 and 1: how badly falloff and shadows agree with a lamp at ``place``, its strength fitted."""
+    points = reading.samples.points
+    bare = direct(points, place) * np.where(reading.samples.white, 1.0, scene.black)
+    share = lit(points, place, scene)
+    bright = (share > 0.9) & (bare > 0)
+    if bright.sum() < 0.1 * len(points):
+        return 1.0
+    bare = bare * np.median(reading.level[bright] / bare[bright])
+    off = (reading.level - bare * share) / (_TOLERANCE * np.maximum(bare, 1e-300))
+    return float(np.mean(np.minimum(off**2, 1.0)))
+
+
+def _best(places: list[np.ndarray], reading: Reading, scene: Scene, count: int) -> list[np.ndarray]:
+    scores = [misfit(reading, scene, p) for p in places]
+    return [places[k] for k in np.argsort(scores)[:count]]
