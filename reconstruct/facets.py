@@ -19,12 +19,10 @@ from functools import lru_cache
 import numba
 import numpy as np
 
+from reconstruct.icosahedron import AZIMUTHS, FIFTH, FINEST, corner_planes, faces, fifth, unit, vertices
 from reconstruct.rows import over_rows
 
-FINEST = 7
-_RING = np.sqrt(0.2)  # height of the upper ring of vertices
-_FIFTH = 2 * np.pi / 5
-_COS, _SIN = np.cos(_FIFTH * np.arange(5)), np.sin(_FIFTH * np.arange(5))
+__all__ = ["FINEST", "facet_count", "vertices"]
 
 
 def facet_count(level: int) -> int:
@@ -34,123 +32,67 @@ def facet_count(level: int) -> int:
     return 10 * 4**level
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+# A direction is turned by its fifth's azimuth, then reflected to v >= 0: the planes of the first step, by name
+_BELOW, _SIDE = np.cross(faces()[0, 2], faces()[0, 1]), np.cross(faces()[0, 2], faces()[1, 1])
+_POLE_CORNER, _, _CAP_CORNER = corner_planes(faces()[:1])[0]
+_BELT_CORNER = corner_planes(faces()[1:2])[0, 2]
+_TURN = np.column_stack([np.cos(AZIMUTHS), np.sin(AZIMUTHS)])
+_EDGE = np.array([[np.cos(k * FIFTH), np.sin(k * FIFTH)] for k in (1, 2)])
+# Planes between sisters, one row of nine a node, levels 1 to FINEST - 1 after one another. Above a million bytes
+# the compiler would no longer keep its work between runs.
+_PLANES = np.concatenate([corner_planes(fifth(k)).reshape(-1, 9) for k in range(1, FINEST)])
+_FIRST = np.cumsum([0, 0, *[len(fifth(k)) for k in range(1, FINEST - 1)]])
+_CHILD = np.array([3, 0, 1, 0, 2, 0, 1, 0])  # by bits: beyond the plane at corner 0, 1, 2
 
 
-def _split(triangles: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) corners to (4 n, 3, 3) of the children, each triangle's four in order."""
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    ab, bc, ca = _unit(a + b), _unit(b + c), _unit(c + a)
-    children = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.stack([np.stack(child, 1) for child in children], 1).reshape(-1, 3, 3)
+def _first_children() -> np.ndarray:
+    """Node at level 1 by bits: in the belt; at the pole, or beside the belt's face; at a corner; v > 0."""
+    nodes = np.empty(16, int)
+    for bits in range(16):
+        belt, top, corner, positive = (bits >> k & 1 for k in range(4))
+        first = (1 if belt else 0) if top else (2 if positive else 1 - belt) if corner else 3
+        nodes[bits] = 4 * belt + first
+    return nodes
 
 
-def _ring(azimuth: float, height: float) -> np.ndarray:
-    radius = np.sqrt(1 - height**2)
-    return np.array([radius * np.cos(azimuth), radius * np.sin(azimuth), height])
-
-
-@lru_cache(maxsize=16)
-def _sector(level: int) -> np.ndarray:
-    """(2 * 4^level, 3, 3) corners of cap 0 and belt 0 at ``level`` >= 1."""
-    if level > 1:
-        return _split(_sector(level - 1))
-    pole, v0, v1 = np.array([0.0, 0.0, 1.0]), _ring(0, _RING), _ring(_FIFTH, _RING)
-    w_before, w0 = _ring(-_FIFTH / 2, -_RING), _ring(_FIFTH / 2, -_RING)
-    cap, down, up = _split(np.stack([[pole, v0, v1], [v0, w0, v1], [v0, w_before, w0]]))[
-        np.arange(12).reshape(3, 4)
-    ]
-    belt = np.stack([down[0], up[0], down[2], down[3]])
-    corners = np.concatenate([cap, belt])
-    corners[np.abs(corners) < 1e-15] = 0.0  # midpoints on the horizon, and v0 on the x axis
-    return corners
-
-
-@lru_cache(maxsize=16)
-def vertices(level: int) -> np.ndarray:
-    """(f, 3, 3) unit corners of every facet, anticlockwise seen from outside; level 1 to 7."""
-    if facet_count(level) == 10:
-        raise ValueError("facets of level 0 are not triangles; 1 to 7 are")
-    sector = _sector(level).reshape(2, 4**level, 3, 3)
-    turn = np.zeros((5, 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = _COS
-    turn[:, 0, 1], turn[:, 1, 0], turn[:, 2, 2] = -_SIN, _SIN, 1.0
-    corners = np.einsum("kxy,tfcy->tkfcx", turn, sector).reshape(-1, 3, 3)
-    corners.setflags(write=False)
-    return corners
-
-
-def _corner_planes(triangles: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) normals of planes that cut off the three corner children; positive on their side."""
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    ab, bc, ca = _unit(a + b), _unit(b + c), _unit(c + a)
-    return np.stack([np.cross(ab, ca), np.cross(bc, ab), np.cross(ca, bc)], 1)
-
-
-def _descent() -> tuple[np.ndarray, np.ndarray]:
-    """Planes of the sector's nodes, levels 1 to FINEST - 1 one after another, and each level's first row."""
-    planes = [_corner_planes(_sector(level)) for level in range(1, FINEST)]
-    first = np.cumsum([0, 0, *map(len, planes)])
-    return np.concatenate(planes), first
-
-
-def _root_planes() -> np.ndarray:
-    """(8, 3) below the cap; left, right of the belt's face; the cap's corners; that face's corners."""
-    pole, v0, v1 = np.array([0.0, 0.0, 1.0]), _ring(0, _RING), _ring(_FIFTH, _RING)
-    w0 = _ring(_FIFTH / 2, -_RING)
-    sides = np.stack([np.cross(v1, v0), np.cross(w0, v0), np.cross(v1, w0)])
-    cap, down = _corner_planes(np.stack([[pole, v0, v1], [v0, w0, v1]]))
-    return np.concatenate([sides, cap, down[[0, 2]]])
-
-
-_PLANES, _FIRST = _descent()
-_ROOTS = _root_planes()
-
-
+_ROOT = _first_children()
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def _plane(row, x, y, z):
-    return _ROOTS[row, 0] * x + _ROOTS[row, 1] * y + _ROOTS[row, 2] * z
 
 
 @_jit
 def facet_of(x, y, z, level):
-    """Facet of one direction (any length), -1 if it is below the horizon, zero or not finite. For compiled
-    loops.
+    """Facet of one direction (any length); -1 below the horizon, for zero and for what is not finite.
 
-    The direction is turned into the sector of cap 0 and tested there, level by level, against the planes
-    between sisters. Choices are selections rather than branches, which random directions would mispredict.
+    For compiled loops. The direction is turned into one fifth of the icosahedron and tested there, level by
+    level, against the planes between sisters. Choices are made by arithmetic, since a processor would
+    mispredict branches.
     """
     squared = x * x + y * y + z * z
     if not (z >= 0.0 and squared > 0.0 and squared < np.inf):
         return -1
-    past1, past2 = _COS[1] * y >= _SIN[1] * x, _COS[2] * y >= _SIN[2] * x
-    past3, past4 = _COS[3] * y >= _SIN[3] * x, _COS[4] * y >= _SIN[4] * x
-    fifth = (2 if past2 else 1 if past1 else 0) if y >= 0.0 else (4 if past4 else 3 if past3 else 2)
-    u, v = _COS[fifth] * x + _SIN[fifth] * y, _COS[fifth] * y - _SIN[fifth] * x
-    belt, left, right = _plane(0, u, v, z) > 0.0, _plane(1, u, v, z) > 0.0, _plane(2, u, v, z) > 0.0
-    if belt and right:  # the corner at v_1 of the next face: turn once more, into the next sector
-        fifth, left = (fifth + 1 if fifth < 4 else 0), True
-        u, v = _COS[1] * u + _SIN[1] * v, _COS[1] * v - _SIN[1] * u
+    past = int(_EDGE[0, 0] * abs(y) >= _EDGE[0, 1] * x) + int(_EDGE[1, 0] * abs(y) >= _EDGE[1, 1] * x)
+    part = past if y >= 0.0 else 4 - past
+    u, v = _TURN[part, 0] * x + _TURN[part, 1] * y, _TURN[part, 0] * y - _TURN[part, 1] * x
+    across, positive = abs(v), int(v > 0.0)
+    belt = int(_BELOW[0] * u + _BELOW[2] * z > 0.0)
+    beside = int(_SIDE[0] * u + _SIDE[1] * across + _SIDE[2] * z > 0.0)
+    pole = int(_POLE_CORNER[0] * u + _POLE_CORNER[2] * z > 0.0)
+    at_cap = int(_CAP_CORNER[0] * u + _CAP_CORNER[1] * across + _CAP_CORNER[2] * z > 0.0)
+    at_belt = int(_BELT_CORNER[0] * u + _BELT_CORNER[1] * across + _BELT_CORNER[2] * z > 0.0)
+    top, corner = (beside, at_belt) if belt else (pole, at_cap)
+    node = _ROOT[belt + 2 * top + 4 * corner + 8 * positive]
+    part += belt & beside & positive  # the corner at v_1 is the next fifth's
+    part = 0 if part == 5 else part
     if level == 0:
-        return fifth + 5 if belt else fifth
-    if belt:
-        child = 1 if left else 0 if _plane(6, u, v, z) > 0.0 else 2 if _plane(7, u, v, z) > 0.0 else 3
-    else:
-        a, b, c = _plane(3, u, v, z), _plane(4, u, v, z), _plane(5, u, v, z)
-        child = 0 if a > 0.0 else 1 if b > 0.0 else 2 if c > 0.0 else 3
-    node = child + 4 if belt else child
+        return part + 5 * belt
+    u, v = _TURN[part, 0] * x + _TURN[part, 1] * y, _TURN[part, 0] * y - _TURN[part, 1] * x
     for depth in range(1, level):
-        p = _PLANES[_FIRST[depth] + node]
-        a = p[0, 0] * u + p[0, 1] * v + p[0, 2] * z
-        b = p[1, 0] * u + p[1, 1] * v + p[1, 2] * z
-        c = p[2, 0] * u + p[2, 1] * v + p[2, 2] * z
-        node = 4 * node + (0 if a > 0.0 else 1 if b > 0.0 else 2 if c > 0.0 else 3)
-    size = 4**level
-    return (fifth + 4) * size + node if belt else fifth * size + node
+        row = _FIRST[depth] + node
+        a = _PLANES[row, 0] * u + _PLANES[row, 1] * v + _PLANES[row, 2] * z
+        b = _PLANES[row, 3] * u + _PLANES[row, 4] * v + _PLANES[row, 5] * z
+        c = _PLANES[row, 6] * u + _PLANES[row, 7] * v + _PLANES[row, 8] * z
+        node = 4 * node + _CHILD[int(a > 0.0) + 2 * int(b > 0.0) + 4 * int(c > 0.0)]
+    return ((part + 4 * belt) << (2 * level)) + node
 
 
 @_jit
@@ -212,7 +154,7 @@ def mean_directions(level: int) -> np.ndarray:
 
 def barycentres(level: int) -> np.ndarray:
     """(f, 3) unit vectors of the facets' barycentres. ``facet_index`` takes them to 0, 1, 2 ..."""
-    return _unit(mean_directions(level))
+    return unit(mean_directions(level))
 
 
 @lru_cache(maxsize=16)
@@ -227,7 +169,7 @@ def neighbours(level: int) -> np.ndarray:
         belts = np.column_stack([(k + 1) % 5 + 5, (k - 1) % 5 + 5, k])
         return np.concatenate([caps, belts]).astype(np.int32)
     corners = vertices(level)
-    middles = _unit(corners + np.roll(corners, -1, 1)).reshape(-1, 3)
+    middles = unit(corners + np.roll(corners, -1, 1)).reshape(-1, 3)
     keys = np.round(middles * 2**24).astype(
         np.int64
     )  # midpoints of distinct edges differ by far more than 2^-24
