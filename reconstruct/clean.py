@@ -79,7 +79,9 @@ def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
 
 def _scales(cells: Cells, added: np.ndarray, reference: Model, view_errors: np.ndarray) -> ViewScales:
     deviation = error_model(cells, added)
-    fitted = search_lobes(cells, deviation, reference.basis, PILOT_PRIOR, reference.lobes, free=0)
+    fitted = search_lobes(
+        cells, deviation, reference.basis, PILOT_PRIOR, reference.lobes, free=0, refine=False
+    )
     predicted = cells.value - fitted.residual
     return view_scales(cells, predicted, deviation * fitted.scale, fitted.weight, view_errors)
 

@@ -98,7 +98,7 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
 def _select(work: Cleaned, options: FitOptions) -> tuple[Candidate, Candidate]:
     """The chosen candidate and the best, all weighed with the likeliest pilot's robust weights."""
     cells, pilot = work.cells, work.reference.model
-    again = search_lobes(cells, work.deviation, pilot.basis, PILOT_PRIOR, pilot.lobes, free=0)
+    again = search_lobes(cells, work.deviation, pilot.basis, PILOT_PRIOR, pilot.lobes, free=0, refine=False)
     weight = again.weight / (work.deviation * again.scale) ** 2
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
     return choose(try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted))

@@ -20,7 +20,7 @@ from reconstruct.solve import Factors, FoldedDesign, Statistics, solve
 
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
 ROUNDS = 4  # of reweighting
-SEARCH_CELLS = 12000  # more do not move the shapes
+SEARCH_CELLS = 6000  # more do not move the shapes
 COARSE, FINE = 0.15, 0.03  # first steps of the search, in logarithms of the shapes
 TOLERANCE = 1e-3  # of the logarithms
 
@@ -44,10 +44,12 @@ def search_lobes(
     start: LobeSet,
     *,
     free: int | None = None,
+    refine: bool = True,
 ) -> Fitted:
     """The fit of ``basis`` and lobes of the families of ``start``; the last ``free`` lobes start anew.
 
-    ``deviation`` (n, c) is the error model. With no lobes this is a robust linear fit.
+    ``deviation`` (n, c) is the error model. With no lobes, or if their shapes are not to be refined, this is a robust
+    linear fit.
     """
     design = basis.design(cells)
     penalty = prior.precision(basis.degree(), level(cells))
@@ -58,7 +60,8 @@ def search_lobes(
         profile = Profile(cells, design, weight / (deviation * scale) ** 2, penalty)
         if turn == 0 and free:
             best = _best_start(profile, start, free)
-        best = descend(profile, best, COARSE if turn == 0 else FINE)
+        if refine:
+            best = descend(profile, best, COARSE if turn == 0 and free else FINE)
         fitted = Model(basis, *profile.model_parts(best))
         residual = cells.value - _predict(cells, design, fitted)
         scale = residual_scale(residual / deviation)
@@ -68,7 +71,7 @@ def search_lobes(
 
 def thinned(cells: Cells, deviation: np.ndarray) -> tuple[Cells, np.ndarray]:
     """At most about :data:`SEARCH_CELLS` cells, evenly taken."""
-    step = max(1, len(cells) // SEARCH_CELLS)
+    step = -(-len(cells) // SEARCH_CELLS)
     return cells.take(np.arange(0, len(cells), step)), deviation[::step]
 
 

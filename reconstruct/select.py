@@ -16,7 +16,7 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.model import LobeSet
 from reconstruct.robust import level
-from reconstruct.solve import Factors, FoldedDesign, Statistics, solve
+from reconstruct.solve import Factors, FoldedDesign, Statistics, solve_each
 
 FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
@@ -77,15 +77,6 @@ def _blocks(cells: Cells) -> np.ndarray:
     return (np.floor(low / BLOCK) * 64 + np.floor(high / BLOCK)) * 64 + around
 
 
-def losses(folds: Statistics, rest: Statistics, factors: Factors, upper: np.ndarray) -> np.ndarray:
-    """(f,) mean weighted squared residual a cell and channel of each fold, predicted from the others.
-
-    ``rest`` is ``folds.without_each()`` and ``factors`` those of its modes' block.
-    """
-    channels = folds.square.shape[1]
-    return folds.residual(solve(rest, factors, upper)).sum(1) / (np.maximum(folds.cells, 1) * channels)
-
-
 def try_all(
     cells: Cells, weight: np.ndarray, symmetry: str, orders: Sequence[int], lobes: Sequence[LobeSet]
 ) -> list[Candidate]:
@@ -95,6 +86,7 @@ def try_all(
     for one in lobes:
         fixed, columns = one.columns(cells)
         sums.append(folded.statistics(cells.value - fixed[:, None], columns))
+    uppers = [one.upper_bounds() for one in lobes]
     tried = []
     for order in orders:
         basis = Basis(symmetry, order)
@@ -103,9 +95,15 @@ def try_all(
         for prior in PRIORS if order else PRIORS[:1]:
             penalty = prior.precision(basis.degree(), level(cells))
             factors = Factors(rests[0].modes_gram, penalty)
-            for one, part, rest in zip(lobes, parts, rests, strict=True):
-                tried.append(Candidate(order, prior, one, losses(part, rest, factors, one.upper_bounds())))
+            solutions = solve_each(rests, factors, uppers)
+            for one, part, solution in zip(lobes, parts, solutions, strict=True):
+                tried.append(Candidate(order, prior, one, _loss(part, solution)))
     return tried
+
+
+def _loss(folds: Statistics, solution: np.ndarray) -> np.ndarray:
+    """(f,) mean weighted squared residual a cell and channel of each fold."""
+    return folds.residual(solution).sum(1) / (np.maximum(folds.cells, 1) * folds.square.shape[1])
 
 
 def choose(candidates: list[Candidate]) -> tuple[Candidate, Candidate]:

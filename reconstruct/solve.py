@@ -8,11 +8,13 @@ coefficients, bounded and without penalty.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+KKT_SLACK = 1e-10  # of the largest moment: rounding
 RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix solvable
 
 
@@ -137,14 +139,28 @@ def solve(statistics: Statistics, factors: Factors, upper: np.ndarray) -> np.nda
     ``factors`` are those of the modes' own block under the same penalty; lobe coefficients stay in [0, ``upper``]
     (q,). The modes are eliminated first (Schur's complement), so that bounds cost a problem of q unknowns.
     """
+    return solve_each((statistics,), factors, (upper,))[0]
+
+
+def solve_each(
+    several: Sequence[Statistics], factors: Factors, uppers: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """:func:`solve` for several sets of lobes over the same modes, which are eliminated for all of them at once."""
+    m = several[0].modes
+    right = [np.concatenate([one.moment[..., :m, None], one.gram[..., :m, m:]], axis=-1) for one in several]
+    ends = np.cumsum([part.shape[-1] for part in right])
+    eliminated = np.split(factors(np.concatenate(right, axis=-1)), ends[:-1], axis=-1)
+    return [_with_lobes(*rest) for rest in zip(several, eliminated, uppers, strict=True)]
+
+
+def _with_lobes(statistics: Statistics, eliminated: np.ndarray, upper: np.ndarray) -> np.ndarray:
     m = statistics.modes
-    cross = statistics.gram[..., :m, m:]
-    reduced = factors(np.concatenate([statistics.moment[..., :m, None], cross], axis=-1))
-    free, across = reduced[..., 0], reduced[..., 1:]
-    lobe_gram = statistics.gram[..., m:, m:] - np.einsum("fcmq,fcmp->fcqp", cross, across)
-    lobe_moment = statistics.moment[..., m:] - np.einsum("fcmq,fcm->fcq", cross, free)
-    lobe = _bounded_all(lobe_gram, lobe_moment, upper)
-    return np.concatenate([free - np.einsum("fcmq,fcq->fcm", across, lobe), lobe], axis=-1)
+    free, across = eliminated[..., 0], eliminated[..., 1:]
+    below = np.swapaxes(statistics.gram[..., :m, m:], -1, -2)
+    gram = statistics.gram[..., m:, m:] - below @ across
+    moment = statistics.moment[..., m:] - (below @ free[..., None])[..., 0]
+    lobe = _bounded_all(gram, moment, upper)
+    return np.concatenate([free - (across @ lobe[..., None])[..., 0], lobe], axis=-1)
 
 
 def _bounded_all(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
@@ -163,23 +179,28 @@ def _bounded_all(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.
 
 
 def _bounded(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """The x in [0, upper] of least x^T gram x - 2 x^T moment, by trying every set of active bounds."""
-    best, least = np.zeros_like(moment), 0.0
-    for pattern in itertools.product(
-        *((_FREE, _LOW, _HIGH) if np.isfinite(u) else (_FREE, _LOW) for u in upper)
-    ):
-        state = np.array(pattern)
-        x = np.zeros_like(moment)
-        x[state == _HIGH] = upper[state == _HIGH]
-        free = state == _FREE
-        if free.any():
-            x[free] = np.linalg.solve(
-                gram[np.ix_(free, free)], moment[free] - gram[np.ix_(free, ~free)] @ x[~free]
-            )
-        value = x @ gram @ x - 2.0 * x @ moment
-        if (x >= 0.0).all() and (x <= upper).all() and value < least:
-            best, least = x, value
-    return best
+    """The x in [0, upper] of least x^T gram x - 2 x^T moment: the set of active bounds that meets the conditions of
+    Karush, Kuhn and Tucker, fewest bounds first. There are at most a few lobe coefficients."""
+    q = len(upper)
+    choices = [(_FREE, _LOW, _HIGH) if np.isfinite(u) else (_FREE, _LOW) for u in upper]
+    for pattern in sorted(itertools.product(*choices), key=lambda states: q - states.count(_FREE)):
+        free = [k for k in range(q) if pattern[k] == _FREE]
+        x = np.array([upper[k] if pattern[k] == _HIGH else 0.0 for k in range(q)])
+        if free:
+            right = moment[free] - gram[free] @ x
+            x[free] = np.linalg.solve(gram[free][:, free], right)
+        uphill = gram @ x - moment
+        slack = KKT_SLACK * np.abs(moment).max()
+        if all(
+            0.0 <= x[k] <= upper[k]
+            if s == _FREE
+            else uphill[k] >= -slack
+            if s == _LOW
+            else uphill[k] <= slack
+            for k, s in enumerate(pattern)
+        ):
+            return x
+    return np.clip(x, 0.0, upper)
 
 
 _FREE, _LOW, _HIGH = range(3)
