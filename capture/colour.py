@@ -8,6 +8,7 @@ channels.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -18,7 +19,6 @@ from capture.reader import RadianceReader
 
 CHART = "ColorChecker24 - After November 2014"
 ROWS, COLUMNS = 4, 6
-FIRST_GRAY = 18  # patch of the last, gray row
 PATCH_SHARE = 0.4  # of a patch's width that is averaged
 WHITE_PERCENTILES = (99.9, 99.0, 95.0)  # what the detector is shown as white
 WORST_COST = 0.03  # of OpenCV's detector; wrong charts cost more
@@ -99,49 +99,53 @@ def correct(measured: np.ndarray) -> ColourCorrection:
     """
     if not np.isfinite(measured).all():
         raise ValueError("some patch of the chart has no valid pixel")
-    grid = measured.reshape(ROWS, COLUMNS, 3)
-    found = [fit_matrix(turned.reshape(-1, 3)) for turned in (grid, grid[::-1, ::-1])]
-    best = min(found, key=lambda correction: correction.delta_e.mean())
-    if not best.delta_e.mean() <= WORST_DELTA_E:
-        raise ValueError(f"the patches fit no ColorChecker (mean Delta E 2000 {best.delta_e.mean():.1f})")
-    return best
-
-
-def fit_matrix(measured: np.ndarray) -> ColourCorrection:
-    """White and offset by the gray row, then the matrix, from patches (24, 3) in the chart's order."""
     reference = reference_xyz()
-    everything = np.arange(len(measured))
-    white, offset = gray_line(measured, reference, everything >= 0)
-    balanced = (measured - offset) / white
-    matrix = solve_matrix(balanced, reference)
-    left_out = np.empty(len(measured))
-    for k in everything:
-        others = everything != k
-        one_white, one_offset = gray_line(measured, reference, others)
-        seen = (measured - one_offset) / one_white
-        predicted = seen[k] @ solve_matrix(seen[others], reference[others]).T
-        left_out[k] = delta_e_2000(predicted, reference[k])
-    return ColourCorrection(matrix, white, offset, delta_e_2000(balanced @ matrix.T, reference), left_out)
+    found = []
+    for patches in (measured, measured[::-1]):
+        solution = solve(patches, reference)
+        found.append((float(delta_e_2000(predict(solution, patches), reference).mean()), patches, solution))
+    mean, patches, solution = min(found, key=lambda entry: entry[0])
+    if not mean <= WORST_DELTA_E:
+        raise ValueError(f"the patches fit no ColorChecker (mean Delta E 2000 {mean:.1f})")
+    return correction_of(solution, patches, reference)
 
 
-def gray_line(measured: np.ndarray, reference: np.ndarray, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """White and offset (3,) each: the gray patches as ``white * Y + offset``, residuals relative to Y."""
-    gray = used & (np.arange(len(measured)) >= FIRST_GRAY)
-    luminance = reference[gray, 1:2]
-    design = np.hstack([np.ones_like(luminance), 1 / luminance])
-    white, offset = np.linalg.lstsq(design, measured[gray] / luminance, rcond=None)[0]
-    return white, offset
+def correction_of(solution: np.ndarray, patches: np.ndarray, reference: np.ndarray) -> ColourCorrection:
+    """The result in terms of white, with its errors on the patches and on those left out one by one."""
+    left_out = np.empty(len(patches))
+    for k in range(len(patches)):
+        others = np.arange(len(patches)) != k
+        without = solve(patches[others], reference[others], solution)
+        left_out[k] = delta_e_2000(predict(without, patches[k]), reference[k])
+    white = np.linalg.solve(solution[:, :3], white_xyz())
+    return ColourCorrection(
+        solution[:, :3] * white,
+        white,
+        solution[:, 3],
+        delta_e_2000(predict(solution, patches), reference),
+        left_out,
+    )
 
 
-def solve_matrix(balanced: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """(3, 3) that takes white-balanced RGB (n, 3) to XYZ (n, 3) with the least squared Delta E 1976."""
-    start = np.linalg.lstsq(balanced, reference, rcond=None)[0].T
-    target = lab(reference)
+def predict(solution: np.ndarray, rgb: np.ndarray) -> np.ndarray:
+    """XYZ (..., 3) by a solution (3, 4): matrix and, in camera RGB, offset."""
+    return (rgb - solution[:, 3]) @ solution[:, :3].T
+
+
+def solve(rgb: np.ndarray, reference: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
+    """Matrix and offset (3, 4) that take RGB (n, 3) to XYZ (n, 3) with the least squared Delta E 1976."""
+    if start is None:
+        design = np.column_stack([rgb, np.ones(len(rgb))])
+        affine = np.linalg.lstsq(design, reference, rcond=None)[0].T
+        start = np.column_stack([affine[:, :3], -np.linalg.solve(affine[:, :3], affine[:, 3])])
+    target, scale = lab(reference), np.abs(start)
+    scale[:, 3] = np.abs(rgb).mean(axis=0)
 
     def residual(entries: np.ndarray) -> np.ndarray:
-        return (lab(balanced @ entries.reshape(3, 3).T) - target).ravel()
+        return (lab(predict(entries.reshape(3, 4), rgb)) - target).ravel()
 
-    return least_squares(residual, start.ravel(), method="lm").x.reshape(3, 3)
+    found = least_squares(residual, start.ravel(), x_scale=np.maximum(scale, 1e-9).ravel())
+    return found.x.reshape(3, 4)
 
 
 def lab(xyz: np.ndarray) -> np.ndarray:
@@ -159,6 +163,7 @@ def delta_e_2000(xyz: np.ndarray, reference: np.ndarray) -> np.ndarray:
     return colour.delta_E(lab(xyz), lab(reference), method="CIE 2000")
 
 
+@cache
 def reference_xyz() -> np.ndarray:
     """XYZ (24, 3) of the chart under D50, white's Y is 1."""
     import colour
@@ -166,6 +171,7 @@ def reference_xyz() -> np.ndarray:
     return colour.xyY_to_XYZ(np.array(list(colour.CCS_COLOURCHECKERS[CHART].data.values())))
 
 
+@cache
 def white_xyz() -> np.ndarray:
     """XYZ of D50, Y = 1, from the chart's chromaticity of white."""
     import colour
