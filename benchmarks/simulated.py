@@ -1,0 +1,121 @@
+"""Facet tables of a known BRDF without any pictures: the fit's own faults, apart from those of everything before it.
+
+A set is what a camera and a lamp would see of a ball or a plane: directions at every pixel, photon noise, an error of
+scale a view, and a few pixels that are spoiled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.directions import canonical
+from reconstruct.facets import facet_index
+from reconstruct.table import FacetTable, accumulate, add_tables
+from synthetic.plan import spiral
+from synthetic.reflectance import Reflectance
+
+GRAZING = np.cos(np.radians(85.0))  # pixels beyond are not used, as in the reduction of photos
+CHANNELS = ("R", "G", "B")
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How a set is taken; lengths in units of the ball's radius or of half the plane's width."""
+
+    shape: str = "ball"  # "ball" | "plane"
+    views: int = 18
+    pixels: int = 6000  # of the sample, in each view
+    level: int = 3
+    camera: str = "fixed"  # "fixed" | "moving"
+    camera_distance: float = 20.0
+    lamp_distance: float = 16.0
+    lamp_elevation: tuple[float, float] = (18.0, 80.0)  # degrees
+    camera_elevation: tuple[float, float] = (25.0, 84.0)  # degrees; their mean where fixed
+    electrons: float = 20000.0  # at full scale, which a white surface that faces the lamp reaches
+    view_error: float = 0.003  # relative, of each view's scale
+    spoiled: float = 0.01  # share of the pixels
+    spoiled_by: float = 0.5  # relative size of what spoils them
+    isotropic: bool = True  # pairs are turned to one incident azimuth
+
+
+def simulate(brdf: Reflectance, plan: Plan = Plan(), *, seed: int = 0) -> FacetTable:
+    """The facet table of a set; the same seed gives the same table."""
+    rng = np.random.default_rng(seed)
+    cameras, lamps = _places(plan, rng)
+    scale = 1.0 + plan.view_error * rng.normal(size=plan.views)
+    return add_tables(
+        [_view(brdf, plan, f"s{k:03d}", cameras[k], lamps[k], scale[k], rng) for k in range(plan.views)]
+    )
+
+
+def _places(plan: Plan, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Places (v, 3) of camera and lamp."""
+    turn = rng.uniform(0.0, 2.0 * np.pi, 2)
+    lamps = spiral(plan.views, plan.lamp_elevation, start=turn[0]) * plan.lamp_distance
+    if plan.camera == "moving":
+        cameras = spiral(plan.views, plan.camera_elevation, start=turn[1])[rng.permutation(plan.views)]
+    else:
+        slope = np.radians(np.mean(plan.camera_elevation))
+        cameras = np.tile([np.cos(slope), 0.0, np.sin(slope)], (plan.views, 1))
+    return cameras * plan.camera_distance, lamps
+
+
+def _points(plan: Plan, camera: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Points and normals (n, 3) that the camera sees, evenly spread over the picture of the sample."""
+    x, y = rng.uniform(-1.0, 1.0, (2, plan.pixels))
+    if plan.shape == "plane":
+        return np.column_stack([x, y, np.zeros_like(x)]), np.tile([0.0, 0.0, 1.0], (plan.pixels, 1))
+    inside = x * x + y * y < 0.98
+    x, y = x[inside], y[inside]
+    forward = camera / np.linalg.norm(camera)
+    right = np.cross([0.0, 0.0, 1.0], forward)
+    right /= np.linalg.norm(right)
+    up = np.cross(forward, right)
+    normal = x[:, None] * right + y[:, None] * up + np.sqrt(1.0 - x * x - y * y)[:, None] * forward
+    return normal, normal
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _view(brdf, plan, name, camera, lamp, scale, rng) -> FacetTable:
+    point, normal = _points(plan, camera, rng)
+    toward, back = _unit(lamp - point), _unit(camera - point)
+    cos_i = np.einsum("ij,ij->i", toward, normal)
+    seen = (cos_i > GRAZING) & (np.einsum("ij,ij->i", back, normal) > GRAZING)
+    point, toward, back, normal, cos_i = (a[seen] for a in (point, toward, back, normal, cos_i))
+    turned = canonical(toward, back, normal)
+    falloff = plan.lamp_distance**2 / np.sum((lamp - point) ** 2, axis=1)
+    irradiance = np.pi * cos_i * falloff
+    value, variance = _measured(
+        brdf(*turned) if plan.shape == "ball" else brdf(toward, back), irradiance, scale, plan, rng
+    )
+    incident, exit = turned if plan.isotropic or plan.shape == "ball" else (toward, back)
+    typical = np.median(irradiance * variance.mean(1))
+    return accumulate(
+        level=plan.level,
+        channels=CHANNELS[: value.shape[1]],
+        name=name,
+        isotropic=plan.isotropic or plan.shape == "ball",
+        facet_i=facet_index(incident, plan.level),
+        facet_r=facet_index(exit, plan.level),
+        incident=incident,
+        exit=exit,
+        place=point,
+        omega=irradiance / typical,
+        value=value,
+        variance=variance,
+    )
+
+
+def _measured(true: np.ndarray, irradiance: np.ndarray, scale: float, plan: Plan, rng):
+    """Values and variances (n, c) of pixels as a sensor would give them."""
+    signal = np.maximum(true * irradiance[:, None], 1e-6)
+    deviation = np.sqrt(signal / plan.electrons + (4.0 / plan.electrons) ** 2)
+    noisy = signal + deviation * rng.normal(size=signal.shape)
+    spoiled = rng.uniform(size=len(signal)) < plan.spoiled
+    noisy[spoiled] *= 1.0 + plan.spoiled_by * np.abs(rng.normal(size=(spoiled.sum(), 1)))
+    return noisy * scale / irradiance[:, None], (deviation / irradiance[:, None]) ** 2
