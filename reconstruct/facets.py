@@ -22,7 +22,17 @@ import numpy as np
 from reconstruct.icosahedron import AZIMUTHS, FIFTH, FINEST, corner_planes, faces, fifth, unit, vertices
 from reconstruct.rows import over_rows
 
-__all__ = ["FINEST", "facet_count", "vertices"]
+__all__ = [
+    "FINEST",
+    "barycentres",
+    "facet_count",
+    "facet_index",
+    "facet_of",
+    "mean_directions",
+    "neighbours",
+    "solid_angles",
+    "vertices",
+]
 
 
 def facet_count(level: int) -> int:

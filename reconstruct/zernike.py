@@ -83,7 +83,7 @@ def radial_sequence(order: int, rho: np.ndarray) -> np.ndarray:
     value.
     """
     rho = np.asarray(rho, float)
-    return _sequence(order, rho, (1.0 - rho) * (1.0 + rho)).reshape(-1, *rho.shape)
+    return _sequence(order, rho, (1.0 - rho) * (1.0 + rho)).reshape(radial_count(order), *rho.shape)
 
 
 def radial(n: int, l: int, rho: np.ndarray) -> np.ndarray:
@@ -96,7 +96,7 @@ def elevation_sequence(order: int, theta: np.ndarray) -> np.ndarray:
     """Theta_n^l(theta) for every n <= order: (t, ...) as :func:`radial_sequence` orders them; radians."""
     theta = np.asarray(theta, float)
     table = _sequence(order, np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta))
-    return (table * elevation_norms(order)[:, None]).reshape(-1, *theta.shape)
+    return (table * elevation_norms(order)[:, None]).reshape(radial_count(order), *theta.shape)
 
 
 def elevation_norms(order: int) -> np.ndarray:
@@ -112,7 +112,7 @@ def elevation_slopes(order: int, theta: np.ndarray) -> np.ndarray:
     theta = np.asarray(theta, float)
     r = recurrence(order)
     rho, drho = np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta / 2) / np.sqrt(2.0)
-    value = _sequence(order, rho, np.cos(theta)).reshape(-1, *theta.shape)
+    value = _sequence(order, rho, np.cos(theta)).reshape(radial_count(order), *theta.shape)
     slope, sin, z = np.zeros_like(value), np.sin(theta), 1 - 2 * np.cos(theta)
     for t in range(1, len(r.n)):
         p, pp = r.before[t], r.before2[t]
