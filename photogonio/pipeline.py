@@ -23,11 +23,13 @@ from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos
 from photogonio.store import default_store
 from photogonio.stream import reduce_photos
+from photogonio.surroundings import stray_light
 from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.kernel import compiled_before
 from reconstruct.measured import UNBINNED, read_samples, samples_table
+from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable, load_table, save_table
 
 
@@ -79,7 +81,16 @@ def process(
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
     table = _take_channels(table, options)
     watch.lap("reduce")
-    fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=_view_errors(setup, table))
+    stray = stray_light(
+        radiance,
+        setup,
+        table,
+        workers=options.threads(),
+        progress=lambda done, total: reporter.progress("reading the surroundings", done, total),
+    )
+    watch.lap("surroundings")
+    errors = _view_errors(setup, table)
+    fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=errors, stray=stray)
     watch.lap("fit")
     provenance = _provenance("process", photoset, options)
     result = Result(
@@ -227,12 +238,17 @@ def _fitted(
     reporter: Reporter,
     *,
     view_errors: np.ndarray | None = None,
+    stray: StrayLight | None = None,
 ) -> FitResult:
     asked = FitOptions(
         order=options.order, symmetry=symmetry, lobes=options.lobes, absolute=scale == "absolute"
     )
     found = fit_table(
-        table, asked, view_errors=view_errors, progress=lambda stage: reporter.say(f"fitting: {stage}")
+        table,
+        asked,
+        view_errors=view_errors,
+        stray=stray,
+        progress=lambda stage: reporter.say(f"fitting: {stage}"),
     )
     for choice in page.fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
