@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -46,14 +47,10 @@ def render(
     *,
     extra: tuple[Extra, ...] = (),
     detail: Detail = Detail(),
-    corners: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Radiance (h, w, c). ``extra``: what the sample sends out besides the lamps' direct light.
-
-    ``corners``: :func:`plane_corners` of the camera, where they are at hand.
-    """
+    """Radiance (h, w, c). ``extra``: what the sample sends out besides the lamps' direct light."""
     width, height = camera.size
-    corners = plane_corners(camera) if corners is None else corners
+    corners = plane_corners(camera)
     kind, edge, near = sort_pixels(world, pose, corners)
     smooth = ~edge & ~near
     image = np.zeros((height * width, len(world.ambient)))
@@ -77,11 +74,19 @@ def gauss_points(count: int) -> np.ndarray:
 
 
 def plane_corners(camera: Camera) -> np.ndarray:
-    """Places (h+1, w+1, 2) on the plane z = 1 of the camera that the pixels' corners see."""
-    width, height = camera.size
+    """Places (h+1, w+1, 2) on the plane z = 1 of the camera that the pixels' corners see; read-only."""
+    return _plane_corners(camera.matrix.tobytes(), camera.distortion.tobytes(), camera.size)
+
+
+@lru_cache(maxsize=4)  # undoing the lens costs as much as a tenth of a picture, and a set has one camera
+def _plane_corners(matrix: bytes, distortion: bytes, size: tuple[int, int]) -> np.ndarray:
+    camera = Camera(np.frombuffer(matrix).reshape(3, 3), np.frombuffer(distortion), size)
+    width, height = size
     x, y = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
     rays = camera.rays(np.stack([x.ravel(), y.ravel()], axis=-1))
-    return (rays[:, :2] / rays[:, 2:]).reshape(height + 1, width + 1, 2)
+    corners = np.ascontiguousarray(rays[:, :2] / rays[:, 2:]).reshape(height + 1, width + 1, 2)
+    corners.setflags(write=False)
+    return corners
 
 
 def sort_pixels(world: World, pose: Pose, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
