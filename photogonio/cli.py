@@ -47,7 +47,7 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> int:
         if isinstance(error, BrokenPipeError):
             raise
         return _fail(reporter, str(error), _FAILED)
-    return _DONE
+    return _FAILED if reporter.failed else _DONE
 
 
 def _fail(reporter: Reporter, message: str, status: int) -> int:

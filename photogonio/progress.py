@@ -15,6 +15,7 @@ class Reporter:
     def __init__(self, *, quiet: bool = False, json: bool = False):
         self.quiet = quiet
         self.warnings: list[str] = []
+        self.failed = False  # the command did its work, and what it found is a failure
         self._out = sys.stderr if json else sys.stdout
         self._bar = None
         self._label = ""

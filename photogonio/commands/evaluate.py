@@ -1,0 +1,118 @@
+"""``photogonio evaluate``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from capture.errors import InputError
+from photogonio import __version__
+from photogonio.battery import Outcome, run_battery
+from photogonio.evaluate import Score, evaluate_scene, load_scenes, rendered, score_table
+from photogonio.history import load_scores, regressions
+from photogonio.outputs import staged_folder, to_json
+from photogonio.progress import Reporter
+from photogonio.provenance import canonical_command
+from photogonio.store import code_key
+from photogonio.tradeoff import Point, open_bench, tradeoff_figure, tradeoff_lines, tradeoffs
+from reconstruct.report import picture_bytes
+from synthetic.scene import Scene
+
+
+def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    out, workers = Path(args.out), args.workers or os.cpu_count() or 1
+    sets = Path(args.cache) if args.cache else out / "sets"
+    former = load_scores(Path(args.against)) if args.against else None
+    if out.is_file():
+        raise InputError(out, "is a file; expected a folder to write to")
+    if args.hard:
+        return _finish(args, reporter, outcomes=run_battery(sets, workers=workers, reporter=reporter))
+    scenes = load_scenes(args.scenes, quick=args.quick)
+    for scene in scenes:
+        rendered(scene, sets, workers=workers, reporter=reporter)
+    scores = []
+    for done, scene in enumerate(scenes):
+        reporter.progress("evaluating scenes", done, len(scenes))
+        scores.append(evaluate_scene(scene, sets, workers=workers, reporter=reporter))
+    reporter.clear()
+    reporter.say(score_table(scores))
+    points = _tradeoff(scenes[-1], scores[-1], sets, workers, reporter)
+    numbers = _finish(args, reporter, scores=scores, points=points)
+    if former is not None:
+        numbers["regressions"] = regressions(former, numbers["scenes"])
+        for line in numbers["regressions"]:
+            reporter.warn(line)
+        reporter.say(f"{len(numbers['regressions'])} regressions against {args.against}")
+        reporter.failed = bool(numbers["regressions"])
+    return numbers
+
+
+def _tradeoff(scene: Scene, score: Score, sets: Path, workers: int, reporter: Reporter) -> list[Point]:
+    bench = open_bench(rendered(scene, sets, workers=workers, reporter=reporter), score)
+    points = tradeoffs(
+        bench,
+        score.result.table.level,
+        lambda done, total: reporter.progress(f"turning the knobs on {scene.name}", done, total),
+    )
+    reporter.say(f"error against time on {scene.name}:")
+    for line in tradeoff_lines(points):
+        reporter.say("  " + line)
+    return points
+
+
+def _finish(
+    args: argparse.Namespace,
+    reporter: Reporter,
+    *,
+    scores: list[Score] = (),
+    points: list[Point] = (),
+    outcomes: list[Outcome] = (),
+) -> dict[str, object]:
+    options = {"quick": args.quick or None, "hard": args.hard or None}
+    rows = [score.to_dict() for score in scores]
+    numbers: dict[str, object] = {
+        "source": {
+            "program": "photogonio",
+            "version": __version__,
+            "command": canonical_command("evaluate", " ".join(args.scenes) or "suite", options),
+            "inputs": {"program text": code_key()}
+            | {score.scene: "; ".join(score.result.provenance.inputs.values()) for score in scores},
+        },
+        "scenes": rows,
+        "tradeoff": [{name: getattr(point, name) for name in point.__slots__} for point in points],
+        "battery": [outcome.to_dict() for outcome in outcomes],
+    }
+    name = "hard" if outcomes else "evaluate"
+    with staged_folder(Path(args.out)) as stage:
+        (stage / f"{name}.json").write_text(to_json(numbers), encoding="utf-8")
+        table = rows or [outcome.to_dict() for outcome in outcomes]
+        (stage / f"{name}.csv").write_text(_csv(table), encoding="utf-8")
+        if points:
+            figure = tradeoff_figure(points, f"error against time on {scores[-1].scene}")
+            (stage / "tradeoff.png").write_bytes(picture_bytes(figure))
+    if outcomes:
+        passed = sum(outcome.passed for outcome in outcomes)
+        reporter.say(f"{passed} of {len(outcomes)} hard cases pass")
+        reporter.failed = passed < len(outcomes)
+    reporter.say(f"written to {args.out}: {name}.json, {name}.csv" + (", tradeoff.png" if points else ""))
+    return numbers
+
+
+def _csv(rows: list[dict[str, object]]) -> str:
+    """Rows as CSV; a list is joined by blanks."""
+    import csv
+    import io
+
+    from photogonio.outputs import plain
+
+    text = io.StringIO()
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        flat = {name: plain(value) for name, value in row.items()}
+        writer.writerow(
+            {name: " ".join(map(str, v)) if isinstance(v, list) else v for name, v in flat.items()}
+        )
+    return text.getvalue()

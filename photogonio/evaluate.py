@@ -1,0 +1,164 @@
+"""Scenes whose answer is known, measured: synthesize, process, compare; what it cost and how close it came."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+import synthetic
+from capture.errors import InputError
+from photogonio.compare import Comparison, compare
+from photogonio.memory import peak_megabytes, reset_peak
+from photogonio.options import Options
+from photogonio.pipeline import Result, process
+from photogonio.progress import Reporter, Stopwatch
+from photogonio.reflectances import Known, load_known
+from photogonio.store import key_of
+from photogonio.truth import TRUTH, CalibrationError, calibration_error, load_truth
+from reconstruct.brdf import Brdf
+from synthetic.photoset import synthesize
+from synthetic.scene import Scene, load_scene
+
+SUITE = (
+    "matte-ball",
+    "oren-nayar-ball",
+    "minnaert-ball",
+    "example",
+    "torrance-sparrow-ball",
+    "blinn-phong-ball",
+    "plastic-ball",
+    "glossy-ball",
+    "metal-ball",
+    "retro-ball",
+    "oren-nayar-plane",
+    "plastic-plane",
+    "brushed-plane",
+)
+QUICK = ("matte-ball", "example", "plastic-ball", "oren-nayar-ball")
+INNER, OUTER = np.radians(70.0), np.radians(80.0)  # masks: what all errors are quoted at, and the field's
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One scene, measured."""
+
+    scene: str
+    inner: Comparison  # both angles below 70 degrees
+    outer: Comparison  # below 80
+    calibration: CalibrationError
+    result: Result
+    seconds: dict[str, float]  # by stage
+    megabytes: float  # peak of the process while this scene was processed; NaN where the system does not tell
+
+    @property
+    def error(self) -> float:
+        """Relative L2 below 70 degrees of the worst channel."""
+        return float(self.inner.measures["relative_l2"].max())
+
+    def to_dict(self) -> dict[str, object]:
+        brdf = self.result.brdf
+        outer = {name: values.max() for name, values in self.outer.measures.items()}
+        return {
+            "scene": self.scene,
+            "error_70": self.error,
+            "error_70_channels": self.inner.measures["relative_l2"],
+            **{f"{name}_80": value for name, value in outer.items()},
+            **(self.outer.appearance.to_dict() if self.outer.appearance else {}),
+            **{f"calibration_{name}": value for name, value in self.calibration.to_dict().items()},
+            "order": brdf.order,
+            "lobes": len(brdf.lobes),
+            "roughness": [lobe.roughness for lobe in brdf.lobes],
+            "symmetry": brdf.symmetry,
+            "level": self.result.table.level,
+            "photos_used": len(self.result.setup.views),
+            "photos_left_out": len(self.result.left_out),
+            **{f"seconds_{name}": value for name, value in self.seconds.items()},
+            "seconds": sum(self.seconds.values()),
+            "megabytes": self.megabytes,
+        }
+
+
+def evaluate_scene(scene: Scene, sets: Path, *, workers: int, reporter: Reporter) -> Score:
+    """Render (or take from ``sets``), process with everything automatic, and compare with the truth."""
+    folder = rendered(scene, sets, workers=workers, reporter=reporter)
+    reset_peak()
+    watch = Stopwatch()
+    result = process(folder, None, Options(workers=workers), Reporter(quiet=True))
+    watch.lap("process")
+    truth = load_known(folder / TRUTH)
+    inner, outer = (against(result.brdf, truth, mask) for mask in (INNER, OUTER))
+    return Score(
+        scene=scene.name,
+        inner=inner,
+        outer=outer,
+        calibration=calibration_error(result.setup, load_truth(folder)),
+        result=result,
+        seconds=dict(result.seconds),
+        megabytes=peak_megabytes(),
+    )
+
+
+def against(brdf: Brdf, truth: Known, mask: float) -> Comparison:
+    """A fit compared with the truth; on a relative scale, after one factor a channel."""
+    known = Known("fit", brdf.channels, isotropic=brdf.symmetry == "isotropic", evaluate=brdf)
+    return compare(known, truth, mask=mask, scale=brdf.scale == "relative")
+
+
+def rendered(scene: Scene, sets: Path, *, workers: int, reporter: Reporter) -> Path:
+    """The scene's photo set in ``sets``, rendered unless it is there; a changed scene or renderer is a new set."""
+    folder = sets / f"{scene.name}-{key_of(scene, renderer_key())[:12]}"
+    if not (folder / TRUTH).is_file():
+        reporter.say(f"rendering {scene.name}")
+        synthesize(
+            scene,
+            folder,
+            workers,
+            lambda done, total: reporter.progress(f"rendering {scene.name}", done, total),
+        )
+    return folder
+
+
+@lru_cache(maxsize=1)
+def renderer_key() -> str:
+    """A hash of the program text that renders."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(synthetic.__file__).parent.glob("*.py")):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def load_scenes(names: Sequence[str], *, quick: bool) -> list[Scene]:
+    """The scenes named, or the suite (quick: a part of it).
+
+    Raises:
+        InputError: an unknown scene, or one named twice.
+    """
+    chosen = tuple(names) or (QUICK if quick else SUITE)
+    if len(set(chosen)) != len(chosen):
+        raise InputError("evaluate", "a scene is named twice")
+    return [load_scene(name) for name in chosen]
+
+
+def score_table(scores: Sequence[Score]) -> str:
+    """The scores as text, a line a scene."""
+    head = (
+        f"{'scene':24}{'< 70':>8}{'< 80':>8}{'albedo':>8}{'light':>8}{'scale':>8}"
+        f"{'order':>7}{'lobes':>7}{'calib.':>8}{'reduce':>8}{'fit':>8}{'MB':>7}"
+    )
+    units = f"{'':24}{'%':>8}{'%':>8}{'error':>8}{'deg':>8}{'%':>8}{'':>14}{'s':>8}{'s':>8}{'s':>8}"
+    return "\n".join([head, units, *(_line(score) for score in scores)])
+
+
+def _line(score: Score) -> str:
+    outer, seconds, brdf = score.outer.measures, score.seconds, score.result.brdf
+    times = "".join(f"{seconds.get(name, float('nan')):8.2f}" for name in ("calibrate", "reduce", "fit"))
+    return (
+        f"{score.scene:24}{100 * score.error:8.2f}{100 * outer['relative_l2'].max():8.2f}"
+        f"{outer['albedo_error'].max():8.4f}{score.calibration.light:8.3f}"
+        f"{100 * score.calibration.strength:8.2f}{brdf.order:7d}{len(brdf.lobes):7d}{times}{score.megabytes:7.0f}"
+    )

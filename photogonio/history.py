@@ -1,0 +1,45 @@
+"""An earlier evaluation beside a new one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from capture.errors import InputError
+
+WORSE = 1.1  # of the former error
+LEAST = 0.001  # relative error: smaller changes are nobody's loss
+SLOWER = 1.5  # of the former time
+LEAST_SECONDS = 1.0
+
+
+def load_scores(path: Path) -> dict[str, Mapping[str, object]]:
+    """The scenes of an ``evaluate.json``, by name.
+
+    Raises:
+        InputError: it is none.
+    """
+    try:
+        scenes = json.loads(path.read_text(encoding="utf-8"))["scenes"]
+        return {row["scene"]: row for row in scenes}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(path, f"is no evaluate.json ({error})") from None
+
+
+def regressions(
+    former: Mapping[str, Mapping[str, object]], rows: Sequence[Mapping[str, object]]
+) -> list[str]:
+    """What has become worse, a line each; scenes that only one of the two has are passed over."""
+    lines = []
+    for row in rows:
+        old = former.get(row["scene"])
+        if old is None:
+            continue
+        error, before = row["error_70"], old["error_70"]
+        if error > max(WORSE * before, before + LEAST):
+            lines.append(f"{row['scene']}: error {100 * before:.2f} % before, {100 * error:.2f} % now")
+        seconds, took = row["seconds"], old["seconds"]
+        if seconds > max(SLOWER * took, took + LEAST_SECONDS):
+            lines.append(f"{row['scene']}: {took:.1f} s before, {seconds:.1f} s now")
+    return lines
