@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import cv2
 import numpy as np
@@ -64,7 +65,7 @@ def dictionary(value: object, where: str) -> str:
     return value
 
 
-def build_board(values: dict[str, object], where: str) -> Board:
+def build_board(values: dict[str, Any], where: str) -> Board:
     kind = values["kind"]
     check_kind(values, where, table="board", key="kind")
     corners = values.pop("marker", ())
@@ -84,7 +85,7 @@ def build_board(values: dict[str, object], where: str) -> Board:
     return board
 
 
-def check_kind(values: dict[str, object], where: str, *, table: str, key: str) -> None:
+def check_kind(values: dict[str, Any], where: str, *, table: str, key: str) -> None:
     """The keys that the chosen kind needs are there; those that belong to other kinds are not."""
     kinds, chosen = KINDS[table], values[key]
     for name, required in kinds[chosen].items():
@@ -96,7 +97,7 @@ def check_kind(values: dict[str, object], where: str, *, table: str, key: str) -
             raise InputError(f"{where} {name}", f'does not apply with {key} = "{chosen}"')
 
 
-def build_sample(values: dict[str, object], where: str) -> tuple[Sphere | Plane, str]:
+def build_sample(values: dict[str, Any], where: str) -> tuple[Sphere | Plane, str]:
     check_kind(values, where, table="sample", key="shape")
     shape, symmetry = values.pop("shape"), values.pop("symmetry", "auto")
     return (Sphere if shape == "sphere" else Plane)(**values), symmetry
@@ -140,14 +141,14 @@ def rotation(value: object, where: str) -> np.ndarray:
     return u @ vt
 
 
-def build_camera(values: dict[str, object], where: str) -> CameraEntry:
+def build_camera(values: dict[str, Any], where: str) -> CameraEntry:
     for one, other in (("rotation", "translation"), ("translation", "rotation"), ("distortion", "matrix")):
         if one in values and other not in values:
             raise InputError(where, f"{one} needs {other}")
     return CameraEntry(**values)
 
 
-def build_radiometry(values: dict[str, object], where: str) -> Radiometry:
+def build_radiometry(values: dict[str, Any], where: str) -> Radiometry:
     radiometry = Radiometry(**values)
     if (radiometry.encoding == "gamma") != (radiometry.gamma is not None):
         raise InputError(where, 'encoding = "gamma" and the key gamma go together')
@@ -159,7 +160,7 @@ def build_radiometry(values: dict[str, object], where: str) -> Radiometry:
     return radiometry
 
 
-def build_light(values: dict[str, object], where: str) -> LightEntry:
+def build_light(values: dict[str, Any], where: str) -> LightEntry:
     if "kind" in values:
         check_kind(values, where, table="light", key="kind")
     if "position" in values and "direction" in values:
@@ -172,14 +173,14 @@ def build_light(values: dict[str, object], where: str) -> LightEntry:
     return LightEntry(**values)
 
 
-def lamp_markers(value: object, where: str) -> dict[str, object]:
+def lamp_markers(value: object, where: str) -> dict[str, Any]:
     if not isinstance(value, dict) or "ids" not in value:
         raise InputError(where, f"expected a table with ids, found {shown(value)}")
     listed(integer(low=0))(value["ids"], f"{where} ids")
     return value
 
 
-def light_with_markers(values: dict[str, object], where: str) -> LightEntry:
+def light_with_markers(values: dict[str, Any], where: str) -> LightEntry:
     markers = dict(values.pop("markers", {}))
     ids = tuple(markers.pop("ids", ()))
     return build_light({**values, "marker_ids": ids, "markers": markers}, where)

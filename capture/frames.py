@@ -47,7 +47,17 @@ class Dark:
         return cut(self.bias, region) + np.float32(time) * cut(self.rate, region)
 
 
-def mean_signal(signals: Sequence[Signal]) -> tuple[np.ndarray, np.ndarray]:
+class Measured(Protocol):
+    """A signal, or a radiance."""
+
+    @property
+    def value(self) -> np.ndarray: ...
+
+    @property
+    def variance(self) -> np.ndarray: ...
+
+
+def mean_signal(signals: Sequence[Measured]) -> tuple[np.ndarray, np.ndarray]:
     """Mean and variance of the mean, (h, w, c) float32 each."""
     value = np.mean([signal.value for signal in signals], axis=0, dtype=np.float32)
     variance = np.sum([signal.variance for signal in signals], axis=0, dtype=np.float32)
@@ -63,8 +73,8 @@ def dark_of(signals: Sequence[Signal], exposures: Sequence[Exposure], *, black_k
     """
     value, variance = mean_signal(signals)
     bias, rate = value, None
-    times = [exposure.exposure_time for exposure in exposures]
-    if None not in times:
+    times = [exposure.exposure_time for exposure in exposures if exposure.exposure_time is not None]
+    if len(times) == len(exposures):
         spread = np.array(times, np.float32) - np.float32(np.mean(times))
         if np.ptp(times) > SAME_TIME * max(times):
             rate = sum(t * signal.value for t, signal in zip(spread, signals, strict=True)) / (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path, PureWindowsPath
+from typing import Any
 
 from capture.entries import MANIFEST_KEYS
 from capture.errors import InputError
@@ -43,7 +44,7 @@ def load_photoset(folder: str | Path) -> PhotoSet:
     return photoset
 
 
-def parse(folder: Path, path: Path) -> dict[str, object]:
+def parse(folder: Path, path: Path) -> dict[str, Any]:
     """The file's TOML, with a way out for a folder that has none."""
     if not folder.is_dir():
         raise InputError(folder, "no such folder")

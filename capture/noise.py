@@ -152,5 +152,5 @@ def gather(planes: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Block
         level.append(found[0])
         variance.append(found[1])
         quantisation.append(block_statistics(codes, good)[0])
-    joined = [np.concatenate(parts) for parts in (level, variance, quantisation)]
-    return Blocks(*joined, np.ones(len(joined[0])))
+    level, variance, quantisation = map(np.concatenate, (level, variance, quantisation))
+    return Blocks(level, variance, quantisation, np.ones(len(level)))

@@ -48,7 +48,14 @@ def prepare(photoset: PhotoSet, *, camera: Rays | None = None) -> RadianceReader
     encoding, notes = encoding_of(photoset, images[0], exposures)
     sensor = sensor_of(photoset, images, encoding)
     reader = RadianceReader(
-        photoset, images[0].channels, size, sensor, exposures, fields, notes=(*notes, sensor_note(sensor))
+        photoset=photoset,
+        channels=images[0].channels,
+        size=size,
+        sensor=sensor,
+        exposures=exposures,
+        fields=fields,
+        notes=(*notes, sensor_note(sensor)),
+        warnings=doubts(photoset, images[0], sensor),
     )
     reader = replace(reader, dark=dark_frame(reader))
     reader = replace(reader, ambient=ambient_light(reader))
@@ -132,6 +139,25 @@ def sensor_of(photoset: PhotoSet, images: Sequence[Image], encoding: Encoding) -
     return sensor if noise else replace(sensor, noise=noise_of(sensor, images))
 
 
+def doubts(photoset: PhotoSet, image: Image, sensor: Sensor) -> tuple[str, ...]:
+    """What may be wrong with the set and cannot be told from it."""
+    found = []
+    if image.lossy and sensor.encoding.kind == "linear":
+        found.append(
+            'the photos are JPEG and read as linear; set [radiometry] encoding = "srgb" if a camera wrote them'
+        )
+    loose = any(photo.role == "ambient" and photo.light is None for photo in photoset.photos)
+    still = photoset.camera.fixed or photoset.camera.rotation is not None
+    if loose and not still and len(photoset.views("sample")) > 1:
+        found.append(
+            "ambient photos name no light and [camera] fixed is not set: they are subtracted from all photos"
+            " as if the camera had not moved"
+        )
+    if sensor.noise.source == "assumed":
+        found.append("the photos are too small or too full to measure their noise; a usual one is assumed")
+    return tuple(found)
+
+
 def sensor_note(sensor: Sensor) -> str:
     """What was found of the noise, in words."""
     noise = sensor.noise
@@ -165,7 +191,7 @@ def encoding_of(
 
 def exposure_series(photoset: PhotoSet, exposures: Mapping[str, Exposure]) -> list[Series]:
     """Up to SERIES brackets as 8-bit codes, thinned out."""
-    series = []
+    series: list[Series] = []
     for role in ("sample", "probe", "calibration"):
         for view in photoset.views(role):
             if len(view.photos) > 1 and len(series) < SERIES:

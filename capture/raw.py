@@ -56,8 +56,8 @@ def superpixels(raw: rawpy.RawPy) -> RawPixels:
         black = raw.black_level_per_channel[colours[y, x]]
         pixels[..., c] += (plane.astype(np.float32) - np.float32(black)) / sites[c]
         saturated |= plane >= white
-    black = float(np.mean(raw.black_level_per_channel))
-    return RawPixels(pixels, white - black, black, saturated, channels, tuple(sites))
+    mean = float(np.mean(raw.black_level_per_channel))
+    return RawPixels(pixels, white - mean, mean, saturated, channels, tuple(sites))
 
 
 def demosaiced(raw: rawpy.RawPy, method: str) -> RawPixels:

@@ -42,6 +42,7 @@ class RadianceReader:
     gain: np.ndarray | None = None  # (h, w, c or 1) float32 against vignetting
     ambient: Mapping[str | None, RadianceImage] = field(default_factory=dict)  # by light
     notes: tuple[str, ...] = ()  # what was found of the sensor, in words
+    warnings: tuple[str, ...] = ()  # what a person should look at
 
     def read(self, view: View, roi: Region | None = None) -> RadianceImage:
         """Radiance of a view, or of its region ``[x0, x1) x [y0, y1)``.
@@ -98,9 +99,7 @@ class RadianceReader:
             raise InputError(self.photoset.folder / photo.file, what)
         return exposure.only(self.fields).factor
 
-    def bracket_factors(
-        self, view: View, signals: Sequence[Signal], factors: Sequence[float]
-    ) -> Sequence[float]:
+    def bracket_factors(self, view: View, signals: Sequence[Signal], factors: Sequence[float]) -> list[float]:
         """Exposures of a bracket, the stated ones corrected by what the whole photos show."""
         path = self.photoset.folder / view.name
         if not self.fields:

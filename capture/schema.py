@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from capture.errors import InputError
 
-Rule = Callable[[object, str], object]
+Rule = Callable[[object, str], Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +27,7 @@ class Key:
     required: bool = False
 
 
-def read_table(table: object, keys: Mapping[str, Key], where: str) -> dict[str, object]:
+def read_table(table: object, keys: Mapping[str, Key], where: str) -> dict[str, Any]:
     """The converted values of a table's keys; unknown and missing ones are refused.
 
     ``where`` names the file and the table, such as ``set/photoset.toml: [sample]``.
@@ -42,9 +43,10 @@ def read_table(table: object, keys: Mapping[str, Key], where: str) -> dict[str, 
     return {name: keys[name].rule(value, f"{where} {name}") for name, value in table.items()}
 
 
-def did_you_mean(name: str, known: object) -> str:
+def did_you_mean(name: str, known: Iterable[str]) -> str:
     """``; did you mean 'x'?`` where some known name is near, else the known names."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    known = list(known)
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     return f"; did you mean {near[0]!r}?" if near else f"; known here: {', '.join(known)}"
 
 
@@ -167,12 +169,12 @@ def per_channel(*, above: float = 0.0, high: float = math.inf) -> Rule:
     return rule
 
 
-def table(keys: Mapping[str, Key], build: Callable[[dict[str, object], str], object]) -> Rule:
+def table(keys: Mapping[str, Key], build: Callable[[dict[str, Any], str], object]) -> Rule:
     """A sub-table, read by its keys and built by ``build(values, where)``."""
     return lambda value, where: build(read_table(value, keys, where), where)
 
 
-def tables(keys: Mapping[str, Key], build: Callable[[dict[str, object], str], object]) -> Rule:
+def tables(keys: Mapping[str, Key], build: Callable[[dict[str, Any], str], object]) -> Rule:
     """An array of tables, as a tuple."""
 
     def rule(value: object, where: str) -> tuple[object, ...]:

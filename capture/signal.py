@@ -94,6 +94,8 @@ def float_steps(value: np.ndarray) -> np.ndarray:
 def look_up(pixels: np.ndarray, value: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Both tables (codes, c) at the codes of pixels (h, w, c)."""
     shape = pixels.shape
+    if pixels.dtype == np.uint8:
+        return tuple(cv2.LUT(pixels, table[:, None]).reshape(shape) for table in (value, variance))
     found = np.empty(shape, np.float32), np.empty(shape, np.float32)
     for c in range(shape[2]):
         found[0][..., c] = value[:, c][pixels[..., c]]

@@ -130,6 +130,23 @@ def test_ambient_of_another_light_is_not_subtracted(make, light):
         assert np.abs(value(photoset, reader, number) - light).max() < 3 * STEP16
 
 
+def test_doubts_are_said(make, light, tmp_path, files):
+    ambient = ("c.png", "ambient", light * 0.1, {})
+    photos = [("a.png", "sample", light, {}), ("b.png", "sample", light, {})]
+    _, reader = make([*photos, ambient])
+    assert not any("ambient" in warning for warning in reader.warnings)  # the camera's pose is given
+    head = (tmp_path / "photoset.toml").read_text()
+    moving = "\n".join(line for line in head.splitlines() if not line.startswith(("rotation", "translation")))
+    board = '[board]\nkind = "charuco"\ndictionary = "DICT_4X4_50"\nsquares = [5, 5]\nsquare_length = 2\n'
+    (tmp_path / "photoset.toml").write_text(moving.replace("[camera]", board + "marker_length = 1\n[camera]"))
+    assert any("ambient" in warning for warning in prepare(load_photoset(tmp_path)).warnings)
+    files["oiio"](tmp_path / "j.jpg", (light * 255).astype(np.uint8), "uint8")
+    for encoding, count in (("linear", 1), ("srgb", 0)):
+        extra = f'[radiometry]\nencoding = "{encoding}"'
+        jpeg = load_photoset(files["manifest"](tmp_path, [{"file": "j.jpg", "role": "sample"}], extra))
+        assert sum("JPEG" in warning for warning in prepare(jpeg).warnings) == count
+
+
 def test_cos4_divides_by_the_fourth_power(make, light):
     class Wide:
         size = SHAPE[::-1]
