@@ -186,7 +186,7 @@ def _calibrated(photoset: PhotoSet, reporter: Reporter) -> tuple[Setup, Radiance
         setup = _found(photoset, radiance, reporter)
     for note in radiance.notes:
         reporter.say(note)
-    for warning in setup.warnings:
+    for warning in (*radiance.warnings, *setup.warnings):
         reporter.warn(warning)
     setup = replace(setup, residuals=setup.residuals | {"radiometry": list(radiance.notes)})
     used, total = len(setup.views), len(photoset.views("sample"))
@@ -250,6 +250,8 @@ def _fitted(
         stray=stray,
         progress=lambda stage: reporter.say(f"fitting: {stage}"),
     )
+    if symmetry not in ("auto", found.brdf.symmetry):
+        raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
     for choice in page.fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
     return found
