@@ -14,7 +14,8 @@ from scipy.ndimage import map_coordinates, spline_filter
 from synthetic.brdf import directions
 from synthetic.reflectance import Reflectance
 from synthetic.render import Extra, sample_normals, tangent_frames
-from synthetic.trace import World, floor_radiance
+from synthetic.room import World
+from synthetic.trace import floor_radiance
 
 RIM = np.radians(100.0)  # the map reaches beyond the half of the ball that a viewer sees
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from calib.camera import Camera, Pose
-from synthetic.trace import BALL, World, nearest, see_lamp
+from synthetic.light import see_lamp
+from synthetic.room import BALL, World
+from synthetic.trace import nearest
 
 LIMB = 48  # corners of the polygon that stands for the lamp's outline
 SHOWN_RADIUS = 0.005  # angular radius that a point lamp is given in its mirror image, radians

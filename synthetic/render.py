@@ -15,8 +15,10 @@ import numpy as np
 
 from calib.camera import Camera, Pose
 from synthetic.highlight import add_highlights
+from synthetic.light import see_lamp
 from synthetic.reflectance import Reflectance
-from synthetic.trace import BALL, SAMPLE, World, label_rays, see_lamp
+from synthetic.room import BALL, SAMPLE, World
+from synthetic.trace import label_rays
 from synthetic.trace import shade_pixels as trace_pixels
 
 Extra = Callable[

@@ -8,11 +8,12 @@ import numpy as np
 
 from synthetic.brdf import make_brdf
 from synthetic.files import read_brdf
+from synthetic.parts import PatchScene
 from synthetic.pattern import print_of
 from synthetic.plan import Lamp, Shot, exposure_factor
 from synthetic.reflectance import Reflectance
-from synthetic.scene import PatchScene, Scene
-from synthetic.trace import World
+from synthetic.room import World
+from synthetic.scene import Scene
 
 CHANNELS = 3
 

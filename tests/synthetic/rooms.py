@@ -4,7 +4,7 @@ import numpy as np
 
 from calib.camera import Camera, Pose
 from synthetic.pattern import print_of
-from synthetic.trace import World
+from synthetic.room import World
 
 
 def room(

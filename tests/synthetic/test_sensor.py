@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synthetic.parts import CameraScene, SensorScene
 from synthetic.plan import camera_of
-from synthetic.scene import CameraScene, Scene, SensorScene
+from synthetic.scene import Scene
 from synthetic.sensor import cos4, demosaic, encode, expose
 from tests.synthetic.rooms import camera
 

@@ -1,0 +1,146 @@
+"""The parts of a scene and their defaults: sample, board, balls, patches, camera, lamps, sensor, faults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from capture.photoset import Board
+
+Point = tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SampleScene:
+    """The sample as the manifest says; ``offset`` is where it truly stands from there."""
+
+    shape: str = "sphere"  # "sphere" | "plane"
+    center: Point = (90.0, 70.0, 25.0)
+    radius: float = 25.0
+    outline: tuple[Point, ...] = ((55.0, 42.0), (125.0, 42.0), (125.0, 98.0), (55.0, 98.0))
+    height: float = 0.5
+    symmetry: str = "auto"
+    offset: Point = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class BoardScene:
+    kind: str = "charuco"
+    dictionary: str = "DICT_5X5_250"
+    squares: tuple[int, ...] | None = (9, 7)
+    square_length: float | None = 20.0
+    markers: tuple[int, ...] | None = None
+    marker_length: float | None = 15.0
+    marker_separation: float | None = None
+    first_id: int = 0
+    legacy_pattern: bool = False
+    print_scale: float = 1.0  # true lengths of the print over those that the manifest gives
+    paper: float = 0.82  # reflectances
+    ink: float = 0.04
+    table: float = 0.05
+    table_radius: float = 900.0  # 0: no table
+
+    def nominal(self) -> Board:
+        """The board as the manifest gives it."""
+        return Board(
+            kind=self.kind,
+            dictionary=self.dictionary,
+            squares=self.squares if self.kind == "charuco" else None,
+            square_length=self.square_length if self.kind == "charuco" else None,
+            markers=self.markers,
+            marker_length=self.marker_length,
+            marker_separation=self.marker_separation,
+            first_id=self.first_id,
+            legacy_pattern=self.legacy_pattern,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class BallScene:
+    center: Point
+    radius: float
+    reflectance: float = 0.85
+
+
+@dataclass(frozen=True, slots=True)
+class PatchScene:
+    outline: tuple[Point, ...]
+    height: float = 0.3
+    reflectance: Point = (0.9,)  # as the manifest says
+    true_reflectance: Point | None = None  # where it is not so
+
+
+@dataclass(frozen=True, slots=True)
+class CameraScene:
+    size: tuple[int, ...] = (600, 400)
+    focal: float = 1350.0  # pixels
+    aspect: float = 1.0  # focal length down over across
+    center: Point = (6.3, -4.7)  # principal point from the middle of the picture, pixels
+    distortion: Point = (-0.13, 0.09, 0.0006, -0.0004, 0.0)
+    distance: Point = (620.0, 620.0)  # from the sample, least and most
+    elevation: Point = (52.0, 52.0)  # degrees above the board, least and most
+    azimuth: float = -90.0  # degrees from x; of the first place
+    motion: str = "fixed"  # "fixed" | "moving" | "turntable"
+    calibration: int = 6  # photos of the bare board
+    given: bool = False  # the manifest gives matrix and distortion
+    vignetting: str = "none"  # "none" | "cos4"
+    defocus: float = 0.5  # standard deviation of the blur, pixels
+
+
+@dataclass(frozen=True, slots=True)
+class LampScene:
+    count: int = 12
+    kind: str = "point"  # "point" | "directional"
+    radius: float = 7.0  # of the glowing ball; in degrees if directional
+    distance: Point = (350.0, 500.0)  # from the sample, least and most
+    elevation: Point = (12.0, 85.0)  # degrees above the board, least and most
+    spread: str = "around"  # "around" | "plane": all in the vertical plane of the camera
+    places: tuple[Point, ...] = ()  # instead: positions (directions if directional) one by one
+    color: Point = (1.0, 1.0, 1.0)
+    attached_at: Point | None = None  # a lamp on the camera, in the camera's frame; one id for all photos
+    given: bool = False  # the manifest gives places and intensities
+
+
+@dataclass(frozen=True, slots=True)
+class SensorScene:
+    bits: int = 16
+    encoding: str = "linear"  # "linear" | "srgb" | "gamma"
+    gamma: float = 2.2
+    format: str = "png"  # "png" | "tiff"
+    level: float = 0.55  # what a 90 % white would give, facing the lamp at its mean distance
+    exposure_time: float = 0.02
+    f_number: float | None = None
+    iso: float | None = None
+    brackets: Point = ()  # factors on the exposure time: one photo each
+    gain_electrons: float | None = 20000.0  # electrons at full scale; 0: no noise at all
+    read_noise_electrons: float = 5.0
+    declare_noise: bool = False  # the manifest gives gain and read noise
+    dark_current: float = 0.0  # electrons per second
+    hot_pixels: float = (
+        0.0  # fraction of pixels, each with a dark current of its own up to full scale per photo
+    )
+    fireflies: float = 0.0  # fraction of pixels set to a random bright value, anew in each photo
+    bayer: bool = False  # one colour a pixel (RGGB), the others interpolated
+    black_level: float = 0.0
+    ambient: float = 0.0  # the room's even light, over the lamp's on a white facing it
+    dark_photos: int = 0
+    ambient_photo: bool = False
+    flat_photo: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class RenderScene:
+    bounce: bool = True
+    sample: int = 2  # points along a pixel's side: on the sample, beside an edge, on an edge
+    near: int = 3
+    edge: int = 8
+
+
+@dataclass(frozen=True, slots=True)
+class FaultScene:
+    """What is wrong with the set, by places in its row of sample views from 0."""
+
+    moved_after: int | None = None  # the sample stands elsewhere in all later views
+    moved_by: Point = (0.0, 0.0, 0.0)
+    swapped: tuple[tuple[int, ...], ...] = ()  # pairs of views whose light ids are exchanged
+    two_lamps: tuple[int, ...] = ()  # views lit by the next view's lamp too
+    missing: tuple[int, ...] = ()  # views that are not there
