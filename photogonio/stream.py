@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from calib.setup import LeftOut, Setup, ViewSetup
 from capture.errors import InputError
@@ -146,10 +146,11 @@ class _Job:
 
 def _shared_key(reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions) -> str:
     """Of all that bears on any view's table."""
-    # photos, exposures and folder bear on single views, or on none; notes are words
-    bare = replace(reader, photoset=None, exposures={}, notes=())
+    # exposures bear on single views; folder, notes and warnings on none
+    frames = (reader.dark, reader.gain, reader.ambient)
+    sensor = (reader.channels, reader.size, reader.sensor, reader.fields, reader.photoset.radiometry)
     place = (setup.camera, setup.sample, setup.channels)
-    return key_of(code_key(), bare, reader.photoset.radiometry, place, level, options)
+    return key_of(code_key(), sensor, frames, place, level, options)
 
 
 def _with_border(region: tuple[int, int, int, int], size: tuple[int, int]) -> tuple[int, int, int, int]:
