@@ -15,8 +15,9 @@ Auto = int | None  # None: chosen automatically
 
 LEVELS = (1, 4)  # that "auto" chooses among
 _HIGHEST = 6  # facets of 0.8 degrees; finer ones have hardly a pixel each
-_CELL_PIXELS = 10  # aimed at; fewer than three in a cell are mostly edge
+_CELL_PIXELS = 3  # on the mean; a finer level would leave most cells with an edge pixel or two
 _CELLS = 17.5  # about, that one photo of a ball fills at level 0; four times as many a level
+_MOST_CELLS = 2e6  # of all photos, to fit in memory and in seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ def asked_symmetry(photoset: PhotoSet, options: Options) -> str:
 
 
 def choose_level(setup: Setup, options: Options) -> Choice:
-    """The facets' level: as asked, else the finest whose cells hold about ten pixels of a photo.
+    """The facets' level: as asked, else the finest whose cells hold a few pixels of a photo each.
 
     Raises:
         InputError: a level beyond what facets can do.
@@ -79,12 +80,20 @@ def choose_level(setup: Setup, options: Options) -> Choice:
             raise InputError(f"--level {options.level}", f"expected a level from 1 to {_HIGHEST}")
         return Choice("facet level", str(options.level), "asked for")
     pixels = sorted(_sample_pixels(setup))[len(setup.views) // 2]
-    finest = int(math.log(max(pixels, 1.0) / (_CELL_PIXELS * _CELLS), 4))
-    level = min(max(finest, LEVELS[0]), LEVELS[1])
+    by_pixels = _finest(pixels / _CELL_PIXELS)
+    level = min(by_pixels, _finest(_MOST_CELLS / len(setup.views)))
     reason = (
-        f"about {_round(pixels)} pixels of the sample a photo; facets are {51.2 / 2**level:.1f} degrees wide"
+        f"facets of {51.2 / 2**level:.1f} degrees suit about {_round(pixels)} pixels of the sample a photo"
     )
+    if level < by_pixels:
+        reason = f"facets of {51.2 / 2**level:.1f} degrees keep the table of {len(setup.views)} photos small"
     return Choice("facet level", str(level), reason)
+
+
+def _finest(cells: float) -> int:
+    """The finest level, of those that auto takes, at which one photo fills at most so many cells."""
+    finest = int(math.log(max(cells / _CELLS, 1.0), 4))
+    return min(max(finest, LEVELS[0]), LEVELS[1])
 
 
 def _sample_pixels(setup: Setup) -> list[float]:

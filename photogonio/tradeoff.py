@@ -36,7 +36,7 @@ class Point:
 
     knob: str
     setting: str
-    seconds: float  # reading excluded, reducing and fitting included
+    seconds: float  # of processor time, other programs do not count; reduce and fit, without reading
     error: float  # relative L2 below 70 degrees, worst channel
     auto: bool = False  # what auto takes
     knee: bool = False
@@ -109,12 +109,12 @@ def tradeoffs(bench: Bench, level: int, tell: Callable[[int, int], None]) -> lis
     bench.error(table)  # once unmeasured: compilation and caches are not the knobs' doing
     points = []
     for done, (knob, setting, auto, run) in enumerate(settings, 1):
-        start = time.perf_counter()
+        start = time.process_time()
         try:
             error = run()
         except InputError:
             error = float("nan")
-        points.append(Point(knob, setting, time.perf_counter() - start, error, auto))
+        points.append(Point(knob, setting, time.process_time() - start, error, auto))
         tell(done, len(settings))
     return mark_knees([point for point in points if np.isfinite(point.error)])
 
@@ -213,7 +213,7 @@ def tradeoff_figure(points: Sequence[Point], title: str) -> Figure:
     figure.suptitle(title, fontsize=11)
     for ax, knob in zip(np.atleast_1d(figure.subplots(1, len(knobs), sharey=True)), knobs, strict=True):
         mine = [point for point in points if point.knob == knob]
-        ax.set(xscale="log", yscale="log", xlabel="seconds, reduce and fit")
+        ax.set(xscale="log", yscale="log", xlabel="processor seconds, reduce and fit")
         ax.set_title(knob, fontsize=10)
         ax.plot([p.seconds for p in mine], [100 * p.error for p in mine], "o", color="#3d4f66", markersize=5)
         for point in mine:
