@@ -68,17 +68,55 @@ class Statistics:
         )
 
 
-class FoldedDesign:
-    """The modes' design matrix with its weights and folds; its own Gram matrices are formed once."""
+@dataclass(frozen=True, slots=True)
+class Common:
+    """Errors that the cells of a unit (a view) share, beside their own: independent multiples of a pattern.
 
-    def __init__(self, design: np.ndarray, weight: np.ndarray, fold: np.ndarray):
+    The residuals of unit u have covariance diag(1 / weight) + pattern pattern^T, whose inverse differs from
+    diag(weight) by one outer product (Sherman and Morrison 1950).
+    """
+
+    unit: np.ndarray  # (n,) integers 0 .. u - 1; a unit lies in one fold
+    pattern: np.ndarray  # (n, c) one standard deviation of the shared error
+
+    def take(self, keep: np.ndarray) -> Common:
+        return Common(self.unit[keep], self.pattern[keep])
+
+    def shared(self, residual: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """(n, c) the likeliest share of ``residual`` (n, c) that is the units' common error."""
+        scaled = weight * self.pattern
+        share = self.sums(scaled * residual) / (1.0 + self.sums(scaled * self.pattern))
+        return self.pattern * share[self.unit]
+
+    def sums(self, rows: np.ndarray) -> np.ndarray:
+        """(u, k) sums of ``rows`` (n, k) over the cells of each unit."""
+        units = self.unit.max(initial=-1) + 1
+        return np.stack([np.bincount(self.unit, column, units) for column in rows.T], axis=1)
+
+
+class FoldedDesign:
+    """The modes' design matrix with its weights and folds; its own Gram matrices are formed once.
+
+    With a :class:`Common` error all sums are those of generalised least squares, each unit's rows weighed by its
+    whole inverse covariance.
+    """
+
+    def __init__(
+        self, design: np.ndarray, weight: np.ndarray, fold: np.ndarray, common: Common | None = None
+    ):
         """``design`` (n, m), ``weight`` (n, c), ``fold`` (n,) integers 0 .. f - 1."""
         order = np.argsort(fold, kind="stable")
         self._rows = order
         self._design = design[order]
         self._weight = weight[order]
         self._bounds = np.searchsorted(fold[order], np.arange(fold.max(initial=0) + 2))
+        self._common = common.take(order) if common is not None else None
         self._gram = np.stack([self._fold_gram(s) for s in self._slices()])
+        if self._common is not None:
+            self._unit_fold = np.zeros(self._common.unit.max(initial=-1) + 1, int)
+            self._unit_fold[self._common.unit] = fold[order]
+            self._modes_along = self._along(self._design)
+            self._gram -= self._products(self._modes_along, self._modes_along)
 
     def _slices(self) -> list[slice]:
         return [slice(a, b) for a, b in zip(self._bounds[:-1], self._bounds[1:], strict=True)]
@@ -86,6 +124,22 @@ class FoldedDesign:
     def _fold_gram(self, rows: slice) -> np.ndarray:
         x = self._design[rows]
         return np.stack([(x * w[:, None]).T @ x for w in self._weight[rows].T])
+
+    def _along(self, rows: np.ndarray) -> np.ndarray:
+        """(u, c, k) parts of ``rows`` (n, k) or (n, c, k) along each unit's pattern, scaled for the outer products."""
+        scaled = self._weight * self._common.pattern
+        size = np.sqrt(1.0 + self._common.sums(scaled * self._common.pattern))
+        columns = [
+            self._common.sums(scaled[:, c, None] * (rows[:, c] if rows.ndim == 3 else rows))
+            for c in range(scaled.shape[1])
+        ]
+        return np.stack(columns, axis=1) / size[..., None]
+
+    def _products(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """(f, c, k, k') sums over the units of each fold of outer products."""
+        total = np.zeros((len(self._bounds) - 1, *left.shape[1:], right.shape[-1]))
+        np.add.at(total, self._unit_fold, left[..., :, None] * right[..., None, :])
+        return total
 
     @property
     def modes_gram(self) -> np.ndarray:
@@ -108,9 +162,21 @@ class FoldedDesign:
             moment[f, :, :m] = (x.T @ (w * y)).T
             moment[f, :, m:] = np.einsum("nq,nc->cq", lobe, w * y)
             for k in range(q):
-                gram[f, :, :m, m + k] = gram[f, :, m + k, :m] = (x.T @ (w * lobe[:, k, None])).T
+                gram[f, :, :m, m + k] = (x.T @ (w * lobe[:, k, None])).T
             gram[f, :, m:, m:] = np.einsum("nq,nc,np->cqp", lobe, w, lobe)
+        if self._common is not None:
+            self._take_away_shared(target, columns, gram, moment, square)
+        gram[..., m:, :m] = np.swapaxes(gram[..., :m, m:], -1, -2)
         return Statistics(gram, moment, square, np.diff(self._bounds), m)
+
+    def _take_away_shared(self, target, columns, gram, moment, square) -> None:
+        m = self._design.shape[1]
+        lobes, values = self._along(columns), self._along(target[..., None])
+        gram[..., :m, m:] -= self._products(self._modes_along, lobes)
+        gram[..., m:, m:] -= self._products(lobes, lobes)
+        moment[..., :m] -= self._products(self._modes_along, values)[..., 0]
+        moment[..., m:] -= self._products(lobes, values)[..., 0]
+        square -= self._products(values, values)[..., 0, 0]
 
 
 class Factors:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from reconstruct.solve import Factors, FoldedDesign, solve
+from reconstruct.solve import Common, Factors, FoldedDesign, solve
 
 EXACT = 1e-9  # relative; normal equations of condition about 1e3 lose this much of double precision
 
@@ -89,3 +89,25 @@ def test_modes_that_the_data_cannot_tell_apart_stay_bounded():
     sums = FoldedDesign(design, weight, np.zeros(80, int)).statistics(3.0 * one, np.empty((80, 0)))
     found = solve(sums, Factors(sums.modes_gram, np.full((1, 2), 1e-6)), np.empty(0))[0, 0]
     np.testing.assert_allclose(found, 1.5, rtol=1e-6)
+
+
+def test_common_errors_weigh_a_unit_by_its_whole_inverse_covariance():
+    design, columns, weight, fold, target = problem(5, n=200)
+    rng = np.random.default_rng(6)
+    unit = 3 * fold + rng.integers(0, 3, 200)  # three units in each fold
+    common = Common(unit, rng.normal(size=(200, 2)))
+    sums = FoldedDesign(design, weight, fold, common).statistics(target, columns)
+    full = np.hstack([design, columns])
+    for f in range(4):
+        rows = fold == f
+        for c in range(2):
+            same = unit[rows, None] == unit[None, rows]
+            along = common.pattern[rows, c]
+            inverse = np.linalg.inv(np.diag(1 / weight[rows, c]) + same * np.outer(along, along))
+            x, y = full[rows], target[rows, c]
+            np.testing.assert_allclose(sums.gram[f, c], x.T @ inverse @ x, rtol=EXACT, atol=EXACT * 100)
+            np.testing.assert_allclose(sums.moment[f, c], x.T @ inverse @ y, rtol=EXACT, atol=EXACT * 100)
+            assert sums.square[f, c] == pytest.approx(y @ inverse @ y, rel=EXACT)
+            # what is left of the residual is weighed as if it were independent
+            left = (target - common.shared(target, weight))[rows, c]
+            np.testing.assert_allclose(x.T @ (weight[rows, c] * left), sums.moment[f, c], atol=EXACT * 100)
