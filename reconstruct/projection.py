@@ -88,7 +88,7 @@ def _settings(order: int, step: int) -> dict[str, int]:
     """Of the isotropic rules."""
     if step < 2:
         return {"points": 4 + 6 * step, "more": order, "level": 0}
-    return {"points": 4 + step, "more": order, "level": 3 * step - 3}
+    return {"points": 4 + step, "more": order, "level": 2 * step - 2}
 
 
 def _isotropic_cost(order: int, step: int) -> int:
