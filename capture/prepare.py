@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from capture.clipping import clip_code
+from capture.corrections import ambient_light, dark_frame, flat_field, vignetting
 from capture.encoding import Encoding
 from capture.errors import InputError
 from capture.exposure import Exposure, combine
-from capture.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
+from capture.frames import Rays
 from capture.images import Header, Image, read_header, read_image
 from capture.noise import NoiseModel, estimate_noise, given_noise
-from capture.photoset import MANIFEST, Photo, PhotoSet, View
+from capture.photoset import MANIFEST, PhotoSet, View
 from capture.radiance import RadianceImage
 from capture.reader import RadianceReader
 from capture.response import Series, recover_response
@@ -27,7 +28,6 @@ LOOKED_AT_PIXELS = 1_500_000  # of a photo, in evenly spaced bands of rows
 SERIES = 3  # brackets that a response curve is recovered from
 ASSUMED_ELECTRONS = 20000.0  # at white level, where no photo tells
 ASSUMED_READ = 5.0
-TOO_FULL = 0.01  # share of saturated pixels that spoils a dark or flat frame
 
 
 def prepare(photoset: PhotoSet, *, camera: Rays | None = None) -> RadianceReader:
@@ -57,9 +57,13 @@ def prepare(photoset: PhotoSet, *, camera: Rays | None = None) -> RadianceReader
         notes=(*notes, sensor_note(sensor)),
         warnings=doubts(photoset, images[0], sensor),
     )
-    reader = replace(reader, dark=dark_frame(reader))
-    reader = replace(reader, ambient=ambient_light(reader))
-    return replace(reader, gain=vignetting(reader, camera))
+    dark, unread = dark_frame(reader)
+    reader = replace(reader, dark=dark, warnings=reader.warnings + unread)
+    ambient, unread = ambient_light(reader)
+    reader = replace(reader, ambient=ambient, warnings=reader.warnings + unread)
+    flat, unread = flat_field(reader)
+    gain = vignetting(reader, camera) if flat is None else flat
+    return replace(reader, gain=gain, warnings=reader.warnings + unread)
 
 
 def read_radiance(
@@ -221,50 +225,3 @@ def noise_of(sensor: Sensor, images: Sequence[Image]) -> NoiseModel:
             usable &= (image.pixels > 0).all(axis=2)  # cut off at 0, noise looks smaller
         photos.append((value, np.broadcast_to(quantisation, value.shape), usable))
     return estimate_noise(photos) or assumed_noise(len(images[0].channels))
-
-
-def dark_frame(reader: RadianceReader) -> Dark | None:
-    photos = photos_of(reader.photoset, "dark")
-    if not photos:
-        return None
-    signals = [reader.signal(photo) for photo in photos]
-    for photo, signal in zip(photos, signals, strict=True):
-        if signal.saturated.mean() > TOO_FULL:
-            raise InputError(reader.photoset.folder / photo.file, "a dark frame, but much of it is saturated")
-    black_known = reader.photoset.radiometry.black_level is not None or reader.sensor.encoding.black > 0
-    return dark_of(signals, [reader.exposures[photo.file] for photo in photos], black_known=black_known)
-
-
-def ambient_light(reader: RadianceReader) -> dict[str | None, RadianceImage]:
-    """Mean radiance of the ambient photos by the light that they name; None: for all other views."""
-    by_light: dict[str | None, list[RadianceImage]] = {}
-    for view in reader.photoset.views("ambient"):
-        by_light.setdefault(view.light, []).append(reader.exposed(view))
-    return {light: mean_image(images) for light, images in by_light.items()}
-
-
-def mean_image(images: Sequence[RadianceImage]) -> RadianceImage:
-    value, variance = mean_signal(images)
-    full = np.logical_or.reduce([image.saturated for image in images])
-    return RadianceImage(value, variance, ~full, full)
-
-
-def vignetting(reader: RadianceReader, camera: Rays | None) -> np.ndarray | None:
-    """What radiance is multiplied by, (h, w, c or 1), or None."""
-    photoset = reader.photoset
-    if photoset.radiometry.vignetting == "cos4":
-        return cos4_gain(camera) if camera is not None else None
-    if photoset.radiometry.vignetting == "none":
-        return None
-    flats = [reader.exposed(view) for view in photoset.views("flat")]
-    for view, flat in zip(photoset.views("flat"), flats, strict=True):
-        if flat.saturated.mean() > TOO_FULL:
-            raise InputError(photoset.folder / view.name, "a flat field, but much of it is saturated")
-    try:
-        return flat_gain(*mean_signal(flats))
-    except ValueError as error:
-        raise InputError(photoset.folder / photoset.views("flat")[0].name, str(error)) from error
-
-
-def photos_of(photoset: PhotoSet, role: str) -> tuple[Photo, ...]:
-    return tuple(photo for photo in photoset.photos if photo.role == role)

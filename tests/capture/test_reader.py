@@ -298,6 +298,20 @@ def test_saturated_frames_are_refused(make, light, role, extra, said):
         make([("a.png", "sample", light, {}), ("frame.png", role, np.ones_like(light), {})], extra)
 
 
+@pytest.mark.parametrize("role", ["dark", "ambient", "flat"])
+def test_one_bad_frame_among_others_is_left_out_and_named(make, light, tmp_path, role):
+    """What remains is used: the result is that of the good frame alone."""
+    level = {"dark": 0.01, "ambient": 0.1, "flat": 0.6}[role]
+    frames = [("a.png", "sample", light, {}), ("b.png", role, np.full_like(light, level), {})]
+    extra = '[radiometry]\nvignetting = "flat"' if role == "flat" else ""
+    photoset, reader = make(frames, extra)
+    expected = value(photoset, reader)
+    (tmp_path / "c.png").write_bytes((tmp_path / "b.png").read_bytes()[:200])
+    photoset, reader = make([*frames, ("c.png", role, None, {})], extra)
+    assert any("left out" in warning and "c.png: truncated" in warning for warning in reader.warnings)
+    assert np.array_equal(value(photoset, reader), expected)
+
+
 def test_useless_exposures_are_told(make, light):
     photoset, reader = make(
         [
