@@ -9,6 +9,8 @@ from reconstruct.modes import QUANTITIES, isotropic_norms
 from reconstruct.quadrature import azimuth_rule, elevation_rule
 from reconstruct.zernike import zernike_count, zernike_index, zernike_sequence
 
+POINTS = 10  # a panel: 1e-7 for what is smooth in panels of a quarter of its width
+
 
 def cosine_moments(order: int, power: int) -> np.ndarray:
     """(j,) integrals of Z_j cos(theta)^power over the hemisphere, power 0 or 1, in closed form.
@@ -63,15 +65,15 @@ def albedo_by_quadrature(value, theta_i, finest: float) -> np.ndarray:
     """(..., c) directional albedo of ``value(theta_i, theta_r, dphi) -> (..., c)``, whatever its form.
 
     ``finest`` (radians) is the width of its narrowest feature, a peak in the mirror or retro-direction or at grazing
-    angles: panels of eight Gauss points close in on those to a quarter of it.
+    angles: panels of POINTS Gauss points close in on those to a quarter of it.
     """
     theta_i = np.asarray(theta_i, float)
     level = max(2, int(np.ceil(np.log2(4 / finest))))
-    half, share = azimuth_rule(8, level=level)
+    half, share = azimuth_rule(POINTS, level=level)
     dphi, weight = np.concatenate([half, -half]), np.concatenate([share, share])
     rows = []
     for angle in theta_i.ravel():
-        theta_r, inner = elevation_rule(8, level=level, peak=angle)
+        theta_r, inner = elevation_rule(POINTS, level=level, peak=angle)
         given = value(angle, theta_r[:, None], dphi[None, :])
         rows.append(np.einsum("r,p,rpc->c", inner * np.cos(theta_r), weight, given, optimize=True))
     return np.stack(rows).reshape(*theta_i.shape, -1)
