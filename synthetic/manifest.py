@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib.camera import Camera
+from synthetic.parts import BoardScene
 from synthetic.plan import Shot, lamp_intensity
 from synthetic.scene import Scene
 
@@ -21,7 +22,7 @@ def manifest_of(scene: Scene, camera: Camera, shots: tuple[Shot, ...]) -> dict[s
         "photo": [photo_table(scene, shot) for shot in shots],
     }
     if scene.board is not None:
-        found["board"] = board_table(scene)
+        found["board"] = board_table(scene.board)
     if scene.mirror_ball:
         found["mirror_ball"] = [{"center": list(b.center), "radius": b.radius} for b in scene.mirror_ball]
     if scene.white_patch:
@@ -43,13 +44,15 @@ def sample_table(scene: Scene) -> dict[str, object]:
     return {"shape": "plane", "outline": outline, "height": s.height, "symmetry": s.symmetry}
 
 
-def board_table(scene: Scene) -> dict[str, object]:
-    b = scene.board
-    names = {"charuco": ("squares", "square_length"), "aruco-grid": ("markers", "marker_separation")}[b.kind]
-    found = {"kind": b.kind, "dictionary": b.dictionary, "marker_length": b.marker_length}
-    for name in names:
-        value = getattr(b, name)
-        found[name] = list(value) if isinstance(value, tuple) else value
+def board_table(b: BoardScene) -> dict[str, object]:
+    found: dict[str, object] = {"kind": b.kind, "dictionary": b.dictionary}
+    if b.kind == "markers":
+        return found | {"marker": [{"id": m.id, "corners": [list(p) for p in m.corners]} for m in b.marker]}
+    found["marker_length"] = b.marker_length
+    if b.kind == "charuco" and b.squares is not None:
+        found |= {"squares": list(b.squares), "square_length": b.square_length}
+    elif b.markers is not None:
+        found |= {"markers": list(b.markers), "marker_separation": b.marker_separation}
     optional = {"first_id": b.first_id, "legacy_pattern": b.legacy_pattern}
     return found | {k: v for k, v in optional.items() if v}
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from capture.photoset import Board
 
 Point = tuple[float, ...]
@@ -23,14 +25,23 @@ class SampleScene:
 
 
 @dataclass(frozen=True, slots=True)
+class MarkerScene:
+    """A loose marker flat on the page, its corners clockwise from the top left."""
+
+    id: int
+    corners: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class BoardScene:
-    kind: str = "charuco"
+    kind: str = "charuco"  # "charuco" | "aruco-grid" | "markers"
     dictionary: str = "DICT_5X5_250"
     squares: tuple[int, ...] | None = (9, 7)
     square_length: float | None = 20.0
     markers: tuple[int, ...] | None = None
     marker_length: float | None = 15.0
     marker_separation: float | None = None
+    marker: tuple[MarkerScene, ...] = ()  # loose ones
     first_id: int = 0
     legacy_pattern: bool = False
     print_scale: float = 1.0  # true lengths of the print over those that the manifest gives
@@ -51,6 +62,7 @@ class BoardScene:
             marker_separation=self.marker_separation,
             first_id=self.first_id,
             legacy_pattern=self.legacy_pattern,
+            marker_corners=tuple((m.id, np.array(m.corners, float)) for m in self.marker),
         )
 
 

@@ -1,6 +1,7 @@
 """Whole sets: readable by the manifest's own reader, true to their truth, the same for any number of workers."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -11,6 +12,7 @@ from capture.errors import InputError
 from capture.manifest import load_photoset
 from synthetic.brdf import make_brdf, on_grid
 from synthetic.hard import changed, hard_case, hard_names
+from synthetic.parts import BoardScene, MarkerScene
 from synthetic.photoset import synthesize
 from synthetic.scene import built_in, load_scene
 
@@ -77,6 +79,46 @@ def test_board_corners_lie_where_the_truth_says(example):
         # OpenCV's corners err by some hundredths of a pixel; half a pixel would be a shifted convention
         assert len(ids) > 12 and np.abs(np.median(error, axis=0)).max() < 0.05
         assert np.sqrt(np.median(error**2)) < 0.08
+
+
+@pytest.mark.parametrize("kind", ["aruco-grid", "markers"])
+def test_other_boards_are_seen_too(kind, tmp_path):
+    """Every marker of a grid, or loose ones turned on the page, found where the truth puts its corners."""
+    turn, quad = np.array([[0.8, -0.6], [0.6, 0.8]]), np.array([[-12, 12], [12, 12], [12, -12], [-12, -12.0]])
+    loose = {5: np.array([30.0, 30.0]) + quad, 9: np.array([120.0, 90.0]) + quad @ turn.T}
+    grid = {
+        r * 4 + c: np.array([20 + 40 * c, 100 - 40 * r]) + quad * 15 / 12 for r in range(3) for c in range(4)
+    }
+    corners = grid if kind == "aruco-grid" else loose
+    board = BoardScene(
+        kind=kind, dictionary="DICT_4X4_50", squares=None, square_length=None,
+        markers=(4, 3) if kind == "aruco-grid" else None,
+        marker_length=30.0, marker_separation=10.0 if kind == "aruco-grid" else None,
+        marker=tuple(MarkerScene(k, tuple((*p, 0.0) for p in quad)) for k, quad in loose.items()),
+    )  # fmt: skip
+    if kind == "aruco-grid":
+        corners = {k: quad - [5.0, 5.0] for k, quad in corners.items()}
+    scene = changed(load_scene("example"), lamp={"count": 1}, camera={"calibration": 1})
+    folder = synthesize(replace(scene, board=board), tmp_path / "set")
+    assert load_photoset(folder).board.kind == kind
+    truth = json.loads((folder / "truth.json").read_text())
+    camera = Camera(
+        *(np.array(truth["camera"][k]) for k in ("matrix", "distortion")), tuple(truth["camera"]["size"])
+    )
+    (photo,) = (p for p in truth["photos"] if p["role"] == "calibration")
+    image = cv2.imread(str(folder / photo["file"]), cv2.IMREAD_UNCHANGED).mean(axis=-1) / 65535
+    seen = np.clip(255 * np.sqrt(image / 0.6), 0, 255).astype(np.uint8)
+    fine = cv2.aruco.DetectorParameters()
+    fine.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), fine)
+    quads, ids, _ = detector.detectMarkers(seen)
+    pose = Pose(np.array(photo["rotation"]), np.array(photo["translation"]))
+    seen_ids = set(ids.ravel().tolist())  # a corner of the page may be out of the picture
+    assert seen_ids <= set(corners) and len(seen_ids) >= min(len(corners), 9)
+    for found, k in zip(quads, ids.ravel(), strict=True):
+        expected = camera.project(pose, np.column_stack([corners[k], np.zeros(4)]))
+        error = found.reshape(4, 2) - expected  # single corners are drawn inward by blur and tone, all alike
+        assert np.abs(error.mean(axis=0)).max() < 0.15 and np.abs(error).max() < 0.8
 
 
 def test_white_patch_has_the_radiance_that_the_truth_implies(example):
