@@ -24,6 +24,7 @@ NEAR, FAR = 3.2, 10.0  # how far they reach from its foot, of its radius
 SUBCELLS = 5  # points a side that are read in a cell
 LEAST_READ = 0.4  # share of a cell's points that must be readable
 MARGIN = 1.08  # silhouettes are taken as larger
+SPREAD = 2.0  # cells over which neighbours' reflectance is averaged, so that black and white squares mix
 LIT = 0.95  # share of the lamp's disc from which a cell's reflectance may be read
 
 
@@ -60,10 +61,7 @@ def completed(surrounds: Sequence[Surround | None]) -> tuple[Surround | None, ..
     known = [one for one in surrounds if one is not None]
     if not known:
         return tuple(surrounds)
-    reflected = np.stack([_reflectance(one) for one in known])
-    factor = _median(reflected)
-    factor = np.where(np.isfinite(factor), factor, _median(factor))
-    factor = np.where(np.isfinite(factor), factor, 0.0)  # nothing of the surroundings is seen in any photo
+    factor = _spread(_median(np.stack([_reflectance(one) for one in known])), known[0].points)
     filled = [None if one is None else _filled(one, factor) for one in surrounds]
     return tuple(filled)
 
@@ -77,6 +75,24 @@ def _reflectance(one: Surround) -> np.ndarray:
     """Radiance over the lamp's irradiance (m, c), NaN where not seen in full light."""
     usable = (one.lit >= LIT)[:, None] & (one.lamp > 0.0)
     return np.divide(one.radiance, one.lamp, out=np.full_like(one.radiance, np.nan), where=usable)
+
+
+def _spread(factor: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Reflectances (m, c) with those that no photo shows filled in by their neighbours' mean; 0 if there are none."""
+    seen = np.isfinite(factor).all(1)
+    if not seen.any():
+        return np.zeros_like(factor)
+    apart = np.linalg.norm(points[~seen, None, :2] - points[None, seen, :2], axis=-1)
+    nearest = apart.min(1, keepdims=True)
+    share = np.exp(-0.5 * (apart / (nearest + SPREAD * _pitch(points))) ** 2)
+    factor = factor.copy()
+    factor[~seen] = share @ factor[seen] / share.sum(1, keepdims=True)
+    return factor
+
+
+def _pitch(points: np.ndarray) -> float:
+    """Distance of the closest cells."""
+    return float(np.min(np.diff(np.unique(points[:, 0]))))
 
 
 def _median(values: np.ndarray) -> np.ndarray:
