@@ -37,9 +37,9 @@ class Merged:
 def trimmed(signals: Sequence[Signal], factors: Sequence[float]) -> list[float]:
     """Exposures as the photos themselves show them: 1/15 s on a camera's dial is 1/16 s, and 1/60 is 1/64.
 
-    The step between neighbours is the ratio of their sums over pixels well exposed in both. Stated steps within
-    NOMINAL of that are kept; the mean of the logarithms is kept in any case. Raises ValueError if a step is so far
-    off that the statement must be wrong.
+    The step between neighbours is the ratio of their sums over pixels well exposed in both. Stated steps
+    within NOMINAL of that are kept; the mean of the logarithms is kept in any case. Raises ValueError if a
+    step is so far off that the statement must be wrong.
     """
     order = np.argsort(factors, kind="stable")
     logs = np.log(np.asarray(factors, float))

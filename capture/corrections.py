@@ -1,4 +1,6 @@
-"""A set's own dark, ambient and flat frames, and what follows from them; unusable ones are left out and named."""
+"""A set's own dark, ambient and flat frames, and what follows from them; unusable ones are left out and
+named.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +70,9 @@ def flat_field(reader: RadianceReader) -> tuple[np.ndarray | None, Warnings]:
 
 
 def vignetting(reader: RadianceReader, camera: Rays | None) -> np.ndarray | None:
-    """What radiance is multiplied by, (h, w, 1), where the manifest asks for cos^4; None without the camera."""
+    """What radiance is multiplied by, (h, w, 1), where the manifest asks for cos^4; None without the
+    camera.
+    """
     asked = reader.photoset.radiometry.vignetting == "cos4"
     return cos4_gain(camera) if asked and camera is not None else None
 
@@ -78,7 +82,8 @@ def usable(
 ) -> tuple[list[tuple[View, Read]], Warnings]:
     """What can be read of some views, and why others cannot.
 
-    ``full`` is what is said of a saturated one, if that matters. Raises the first view's InputError if none is left.
+    ``full`` is what is said of a saturated one, if that matters. Raises the first view's InputError if none
+    is left.
     """
     kept: list[tuple[View, Read]] = []
     faults: list[InputError] = []

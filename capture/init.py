@@ -33,8 +33,8 @@ BY_LIGHT = {"sample", "probe", "ambient"}
 
 
 def manifest_text(folder: Path) -> str:
-    """The whole photoset.toml for a folder's photos: its own, if it names no photo yet, with the photos added;
-    else that of the A4 target, with a word on what to check.
+    """The whole photoset.toml for a folder's photos: its own, if it names no photo yet, with the photos
+    added; else that of the A4 target, with a word on what to check.
 
     Raises InputError if there are no photos, if one cannot be read, or if the file names photos already.
     """
@@ -58,8 +58,8 @@ def manifest_text(folder: Path) -> str:
 def list_photos(folder: Path) -> list[Photo]:
     """All photos below a folder, in order of their paths, with role, light or bracket, and exposure.
 
-    A folder inside a role's folder is a bracket if no two of its photos have the same exposure time, else a light:
-    ``sample/L01/a.jpg``. Of a RAW file and a JPEG of one name the RAW is taken.
+    A folder inside a role's folder is a bracket if no two of its photos have the same exposure time, else a
+    light: ``sample/L01/a.jpg``. Of a RAW file and a JPEG of one name the RAW is taken.
     """
     if not folder.is_dir():
         raise InputError(folder, "no such folder")

@@ -88,8 +88,8 @@ class Blocks:
 def envelope(blocks: Blocks, expected: np.ndarray) -> Blocks:
     """Bins of equal numbers of blocks, by level, each with the variance of its calm ones.
 
-    The quantile is taken of the ratio to the ``expected`` variances (n,), so that a bin's spread of levels does
-    not widen it.
+    The quantile is taken of the ratio to the ``expected`` variances (n,), so that a bin's spread of levels
+    does not widen it.
     """
     order = np.argsort(blocks.level, kind="stable")
     bins = np.array_split(order, max(1, min(BINS, len(order) // LEAST_BLOCKS)))

@@ -1,8 +1,9 @@
 """The response curve of a camera whose encoding is unknown, from exposure series of still scenes.
 
-Three candidates: Debevec & Malik, SIGGRAPH 1997, and Robertson et al., ICIP 1999, both as OpenCV has them, and a
-spline through the comparagram (Mann, "Comparametric equations", IEEE TIP 2000), which uses every pixel. The one
-that best predicts one exposure from another is taken, and refused if that is not good enough.
+Three candidates: Debevec & Malik, SIGGRAPH 1997, and Robertson et al., ICIP 1999, both as OpenCV has them,
+and a spline through the comparagram (Mann, "Comparametric equations", IEEE TIP 2000), which uses every
+pixel. The one that best predicts one exposure from another is taken, and refused if that is not good
+enough.
 """
 
 from __future__ import annotations
@@ -64,7 +65,9 @@ def recover_response(series: Sequence[Series]) -> Response:
 
 
 def neighbours(series: Series) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """Pairs of photos next to one another in exposure: the darker, the brighter, the logarithm of their ratio."""
+    """Pairs of photos next to one another in exposure: the darker, the brighter, the logarithm of their
+    ratio.
+    """
     order = np.argsort(series.exposures, kind="stable")
     pairs = []
     for a, b in pairwise(order):
@@ -75,10 +78,11 @@ def neighbours(series: Series) -> list[tuple[np.ndarray, np.ndarray, float]]:
 
 
 def comparagram(pairs: Sequence[tuple[np.ndarray, np.ndarray, float]], channel: int) -> np.ndarray:
-    """Entries (n, 4) of one channel: code in the darker photo, in the brighter one, log exposure step, pixels.
+    """Entries (n, 4) of one channel: code in the darker photo, in the brighter one, log exposure step,
+    pixels.
 
-    For each code of one photo the mean code of the same pixels in the other, in both directions, so that the noise
-    of neither biases the curve.
+    For each code of one photo the mean code of the same pixels in the other, in both directions, so that
+    the noise of neither biases the curve.
     """
     entries = []
     for dark, bright, step in pairs:
@@ -104,7 +108,8 @@ def spans(entries: np.ndarray) -> bool:
 
 
 def spline(series: Sequence[Series], entries: Sequence[np.ndarray]) -> np.ndarray:
-    """Logarithm of the signal as a cubic spline in the logarithm of the code, by least squares on the comparagram.
+    """Logarithm of the signal as a cubic spline in the logarithm of the code, by least squares on the
+    comparagram.
 
     The constant is free: the spline's coefficients are solved with the least norm.
     """
@@ -170,7 +175,8 @@ def normalised(table: np.ndarray) -> np.ndarray | None:
 
 
 def reciprocity_error(table: np.ndarray, entries: Sequence[np.ndarray]) -> float:
-    """Rms over the comparagram of the relative error of the brighter photo's signal predicted from the darker's.
+    """Rms over the comparagram of the relative error of the brighter photo's signal predicted from the
+    darker's.
 
     Entries weigh as the darker photo's code: one code's worth of error is more where codes are low.
     """
