@@ -14,11 +14,18 @@ import numpy as np
 from calib.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
-from reconstruct.obstacles import balls_beside, cone_of, patch_cones
+from reconstruct.obstacles import (
+    balls_beside,
+    bounding_ball,
+    cone_of,
+    may_cover,
+    may_shade,
+    patch_cones,
+)
 from reconstruct.table import LEFT_OUT
 
 # with a vertex at the pole, phi = 0 runs along facet edges; phi = 36 degrees is a mirror plane of the
-# icosahedron that crosses the facets' middles, so that folding dphi into [0, pi] maps facets onto facets
+# icosahedron that crosses the facets' middles, so that changing the sign of dphi maps facets onto facets
 CANONICAL_AZIMUTH = np.pi / 5.0
 
 USED = -1
@@ -48,7 +55,8 @@ class Scene:
     height: float  # of the plane
     outline: np.ndarray  # (n, 3) inward unit normals of the planes through the eye and the outline's edges
     margin: float  # radians
-    balls: np.ndarray  # (b, 4) centre and radius of the mirror balls around the sample
+    covering: np.ndarray  # (b, 4) centre and radius of the mirror balls that may cover the sample
+    shading: np.ndarray  # (b, 4) likewise, that may shade it
     patches: tuple[tuple[float, np.ndarray], ...]  # height, (n, 3) inward normals of each cone that covers
     near: bool  # point light
     place: np.ndarray  # (3,) light position, or unit vector toward it
@@ -77,6 +85,7 @@ def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> Scene:
     eye, light = view.pose.center, view.light
     sample = setup.sample
     spherical = isinstance(sample, Sphere)
+    balls, bounds = balls_beside(options.mirror_balls, sample), bounding_ball(sample)
     margin = options.margin / float(min(setup.camera.matrix[0, 0], setup.camera.matrix[1, 1]))
     return Scene(
         eye=eye,
@@ -85,7 +94,8 @@ def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> Scene:
         height=0.0 if spherical else sample.height,
         outline=np.zeros((0, 3)) if spherical else cone_of(eye, _corners(sample)),
         margin=margin,
-        balls=balls_beside(options.mirror_balls, sample),
+        covering=may_cover(balls, bounds, eye, margin),
+        shading=may_shade(balls, bounds, light, options.lamp_angle),
         patches=patch_cones(options.white_patches, sample, view),
         near=light.kind == "point",
         place=np.asarray(light.place, float),
@@ -179,7 +189,9 @@ def pairs_along(scene: Scene, rays: np.ndarray) -> Pairs:
 
 
 def canonical(toward: np.ndarray, back: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs turned about the normal to the canonical incident azimuth, dphi folded into [0, pi].
+    """Pairs turned about the normal to the canonical incident azimuth.
+
+    dphi keeps its sign: mirror twins lie in different places of the sample, where other stray light falls.
 
     ``toward`` and ``back`` are unit vectors (n, 3) to light and camera, ``normal`` (n, 3), in any one frame.
     Returns incident and exit, (n, 3), in the tangent frame.
@@ -192,7 +204,7 @@ def canonical(toward: np.ndarray, back: np.ndarray, normal: np.ndarray) -> tuple
     oblique = sin_i > 1e-9
     per = 1.0 / np.where(oblique, sin_i, 1.0)
     along = np.where(oblique, (np.einsum("ij,ij->i", toward, back) - cos_i * cos_r) * per, sin_r)
-    across = np.where(oblique, np.abs(np.einsum("ij,ij->i", normal, np.cross(toward, back))) * per, 0.0)
+    across = np.where(oblique, np.einsum("ij,ij->i", normal, np.cross(toward, back)) * per, 0.0)
     c, s = np.cos(CANONICAL_AZIMUTH), np.sin(CANONICAL_AZIMUTH)
     incident = np.column_stack([c * sin_i, s * sin_i, cos_i])
     return incident, np.column_stack([c * along - s * across, s * along + c * across, cos_r])
@@ -223,7 +235,7 @@ def _normals(scene: Scene, point: np.ndarray) -> np.ndarray:
 def _covered(scene: Scene, rays: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """Whether a mirror ball or a white patch stands before the sample, or within the margin of it."""
     out = np.zeros(len(rays), bool)
-    for ball in scene.balls:
+    for ball in scene.covering:
         axis = ball[:3] - scene.eye
         distance = np.linalg.norm(axis)
         reach = np.arcsin(min(ball[3] / distance, 1.0)) + scene.margin
@@ -246,7 +258,7 @@ def _shadowed(scene: Scene, point: np.ndarray, toward: np.ndarray, falloff: np.n
     out = np.zeros(len(point), bool)
     lamp = _lamp_sine(scene, falloff)
     reach = 1.0 / np.sqrt(falloff) if scene.near else np.full(len(point), np.inf)
-    for ball in scene.balls:
+    for ball in scene.shading:
         offset = ball[:3] - point
         along = np.einsum("ij,ij->i", offset, toward)
         miss2 = np.einsum("ij,ij->i", offset, offset) - along**2

@@ -30,17 +30,18 @@ class Rig(NamedTuple):
     rotation: tuple[float, ...]  # 9, row by row
     spherical: bool
     axis: tuple[float, float, float]  # sphere's centre less the eye
-    radius: float
+    curvature: float  # one over the sphere's radius; 0: a plane
     power: float  # squared distance from the eye to the sphere's centre, less the squared radius
     edge: float  # length along the ray at which its foot on the centre lies on the margin
     height: float  # of the plane
     outline: np.ndarray  # (n, 3)
     margin_sine: float
-    balls: np.ndarray  # (b, 6): centre less the eye, radius, distance, distance * cos(reach)
+    covering: np.ndarray  # (b, 5) balls: centre less the eye, nearest depth, product with a ray on the margin
+    shading: np.ndarray  # (b, 4) balls: centre, radius
     patch_heights: np.ndarray  # (p,)
     patch_ends: np.ndarray  # (p,) end of each in patch_normals
     patch_normals: np.ndarray  # (k, 3)
-    near: bool
+    near: float  # 1: a point light, 0: a directional one
     place: tuple[float, float, float]
     lamp_radius: float
     lamp_sine: float
@@ -68,10 +69,14 @@ class Row(NamedTuple):
     reason: np.ndarray  # (w,) int8, as in directions.Pairs
     ray: np.ndarray  # (3, w) unit, world
     point: np.ndarray  # (3, w)
+    normal: np.ndarray  # (3, w)
     incident: np.ndarray  # (3, w)
     exit: np.ndarray  # (3, w)
     depth: np.ndarray  # (w,) along the ray
+    side: np.ndarray  # (w,) positive where the ray meets the sample
+    falloff: np.ndarray  # (w,)
     geometry: np.ndarray  # (w,) cos * falloff
+    inverse: np.ndarray  # (w,) one over it
     key: np.ndarray  # (w,) int64 of the facet pair, -1 for a pixel left out
 
 
@@ -81,26 +86,27 @@ def rig_of(scene: Scene, *, omega: float) -> Rig:
     distance = float(np.sqrt(axis @ axis))
     radius = float(scene.sphere[3])
     edge = max(np.arcsin(min(radius / distance, 1.0)) - scene.margin, 0.0)
-    offset = scene.balls[:, :3] - scene.eye
+    offset = scene.covering[:, :3] - scene.eye
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-    reach = np.arcsin(np.minimum(scene.balls[:, 3] / away, 1.0)) + scene.margin
+    reach = np.arcsin(np.minimum(scene.covering[:, 3] / away, 1.0)) + scene.margin
     normals = [cone for _, cone in scene.patches]
     return Rig(
         eye=tuple(scene.eye.tolist()),
         rotation=tuple(scene.rotation.ravel().tolist()),
         spherical=radius > 0.0,
         axis=tuple(axis.tolist()),
-        radius=radius,
+        curvature=1.0 / radius if radius > 0.0 else 0.0,
         power=distance**2 - radius**2,
         edge=float(distance * np.cos(edge)),
         height=float(scene.height),
         outline=np.ascontiguousarray(scene.outline, float),
         margin_sine=float(np.sin(scene.margin)),
-        balls=np.column_stack([offset, scene.balls[:, 3], away, away * np.cos(reach)]),
+        covering=np.column_stack([offset, away - scene.covering[:, 3], away * np.cos(reach)]),
+        shading=np.ascontiguousarray(scene.shading),
         patch_heights=np.array([height for height, _ in scene.patches], float),
         patch_ends=np.cumsum([len(cone) for cone in normals], dtype=np.int64),
         patch_normals=np.concatenate([np.zeros((0, 3)), *normals]),
-        near=scene.near,
+        near=float(scene.near),
         place=tuple(scene.place.tolist()),
         lamp_radius=float(scene.lamp_radius),
         lamp_sine=float(np.sin(scene.lamp_angle)),
@@ -140,8 +146,10 @@ def _band(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Keys, sums and counts left out of one band. Arrays are made here, since numba is slow to compile that."""
     width, c = region[2] - region[0], frame.value.shape[2]
-    vectors = (np.zeros((3, width)) for _ in range(4))
-    row = Row(np.zeros(width, np.int8), *vectors, *np.zeros((2, width)), np.zeros(width, np.int64))
+    step = len(lens.weights)
+    wide = (width // step + 2) * step  # rays are made for whole cells of the lens's grid
+    vectors, numbers = (np.zeros((3, wide)) for _ in range(5)), np.zeros((5, wide))
+    row = Row(np.zeros(wide, np.int8), *vectors, *numbers, np.zeros(wide, np.int64))
     room = Cells(
         np.full(4 * FIRST_ROOM, -1, np.int32),
         np.zeros(FIRST_ROOM, np.int64),
@@ -149,7 +157,17 @@ def _band(
     )
     left_out = np.zeros(len(LEFT_OUT), np.int64)
     cells, used = reduce_rows(
-        rig, lens.nodes, lens.weights, frame, region, level, edges, row, room, 0, left_out
+        rig,
+        lens.nodes,
+        np.ascontiguousarray(lens.weights.T),
+        frame,
+        region,
+        level,
+        edges,
+        row,
+        room,
+        0,
+        left_out,
     )
     return cells.keys[:used], cells.sums[:used], left_out
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from calib.setup import ViewSetup
+from calib.setup import Light, ViewSetup
 from capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
 
 BALL_SLACK = 0.1  # a ball may stand off its place by this part of its radius: all balls are taken as larger
@@ -39,6 +39,38 @@ def _in_its_place(ball: MirrorBall, sample: Sphere | Plane) -> bool:
     outline = np.asarray(sample.outline, np.float32).reshape(-1, 1, 2)
     above = cv2.pointPolygonTest(outline, (float(ball.center[0]), float(ball.center[1])), False) >= 0
     return above and ball.radius + sample.height - ball.center[2] > OVERLAP * ball.radius
+
+
+def bounding_ball(sample: Sphere | Plane) -> np.ndarray:
+    """Centre and radius (4,) of a ball that holds the sample."""
+    if isinstance(sample, Sphere):
+        return np.array([*sample.center, sample.radius])
+    corners = np.column_stack([sample.outline, np.full(len(sample.outline), sample.height)])
+    middle = corners.mean(0)
+    return np.array([*middle, np.linalg.norm(corners - middle, axis=1).max()])
+
+
+def may_cover(balls: np.ndarray, sample: np.ndarray, eye: np.ndarray, margin: float) -> np.ndarray:
+    """Those of balls (b, 4) that may come before the ball ``sample`` (4,), or within ``margin`` radians of it."""
+    axis, axes = sample[:3] - eye, balls[:, :3] - eye
+    distance, distances = np.linalg.norm(axis), np.linalg.norm(axes, axis=1)
+    between = np.arccos(np.clip(axes @ axis / (distance * distances), -1.0, 1.0))
+    reach = np.arcsin(np.minimum(balls[:, 3] / distances, 1.0)) + np.arcsin(min(sample[3] / distance, 1.0))
+    return balls[between < reach + 2.0 * margin]
+
+
+def may_shade(balls: np.ndarray, sample: np.ndarray, light: Light, lamp_angle: float) -> np.ndarray:
+    """Those of balls (b, 4) that may come between the ball ``sample`` (4,) and some of the lamp.
+
+    All lines from the one to the other lie in a cylinder about their axis, as wide as the wider of them.
+    """
+    toward, _ = light.toward(sample[None, :3])
+    offset = balls[:, :3] - sample[:3]
+    along = offset @ toward[0]
+    miss = np.linalg.norm(offset - along[:, None] * toward[0], axis=1)
+    lamp = np.sin(lamp_angle) * (np.abs(along) + sample[3])
+    width = max(sample[3], light.radius if light.kind == "point" else 0.0)
+    return balls[(along > -(sample[3] + balls[:, 3])) & (miss < width + balls[:, 3] + lamp)]
 
 
 def patch_cones(

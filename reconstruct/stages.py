@@ -33,18 +33,23 @@ class Cells(NamedTuple):
 
 
 @_jit
-def reduce_rows(rig, nodes, weights, frame, region, level, edges, row, cells, used, left_out):
+def reduce_rows(rig, nodes, taps, frame, region, level, edges, row, cells, used, left_out):
     """The cells of the rows of a region, and how many are in use: stage by stage, one row of pixels at a time."""
-    x0, y0, _, y1 = region
+    x0, y0, x1, y1 = region
+    first = x0 // taps.shape[1] * taps.shape[1]  # the column at index 0 of a row
     for y in range(y0, y1):
-        _aim(rig.rotation, nodes, weights, y, x0, row.ray)
-        start, stop = _meet(rig, row)
+        v, shift = y - frame.top, first - frame.left
+        _aim(rig.rotation, nodes, taps, y, first, x1, row.ray)
+        start, stop = _meet(rig, row, x0 - first, x1 - first)
         _cover(rig, row, start, stop)
         _pair(rig, row, start, stop)
-        v = y - frame.top
-        _screen(frame.valid[v], frame.saturated[v], x0 - frame.left, row.reason, start, stop)
+        _judge(rig, row, start, stop)
+        if rig.isotropic:
+            _turn(row.ray, row.normal, row.geometry, row.inverse, row.incident, row.exit, start, stop)
+        _expose(row.falloff, row.geometry, row.inverse, start, stop)
+        _screen(frame.valid[v], frame.saturated[v], shift, row.reason, start, stop)
         _find(row, start, stop, edges, level)
-        cells, used = _gather(rig, frame, row, y, x0, start, stop, cells, used)
+        cells, used = _gather(rig, frame.value[v], frame.variance[v], shift, row, start, stop, cells, used)
         for x in range(start, stop):
             if row.reason[x] >= 0:
                 left_out[row.reason[x]] += 1
@@ -52,72 +57,91 @@ def reduce_rows(rig, nodes, weights, frame, region, level, edges, row, cells, us
 
 
 @_jit
-def _aim(rotation, nodes, weights, y, x0, ray):
-    """Unit world rays (3, w) of the pixels of a row, from the lens's nodes."""
-    step, r = len(weights), rotation
-    j, v = y // step, y % step
-    first = x0 // step
-    lines = np.zeros((2, (x0 + ray.shape[1]) // step + ORDER - first))
+def _aim(r, nodes, taps, y, first, last, ray):
+    """Unit world rays of the pixels of a row, columns ``first`` to ``last``, from the lens's nodes.
+
+    ``r`` is the pose's rotation, row by row; ``taps`` (6, step) are the lens's weights by node.
+    """
+    step = taps.shape[1]
+    j, v, i0 = y // step, y % step, first // step
+    count = (last - first + step - 1) // step
+    lines = np.zeros((2, count + ORDER - 1))
     for k in range(ORDER):
         for i in range(lines.shape[1]):
-            if first + i < nodes.shape[1]:
-                lines[0, i] += weights[v, k] * nodes[j + k, first + i, 0]
-                lines[1, i] += weights[v, k] * nodes[j + k, first + i, 1]
-    i, u = 0, x0 % step
-    for x in range(ray.shape[1]):
-        a, b = 0.0, 0.0
-        for k in range(ORDER):
-            a += weights[u, k] * lines[0, i + k]
-            b += weights[u, k] * lines[1, i + k]
+            lines[0, i] += taps[k, v] * nodes[j + k, i0 + i, 0]
+            lines[1, i] += taps[k, v] * nodes[j + k, i0 + i, 1]
+    for i in range(count):
+        for u in range(step):
+            a, b = 0.0, 0.0
+            for k in range(ORDER):
+                a += taps[k, u] * lines[0, i + k]
+                b += taps[k, u] * lines[1, i + k]
+            ray[0, i * step + u], ray[1, i * step + u] = a, b
+    for x in range(count * step):
+        a, b = ray[0, x], ray[1, x]
         dx, dy, dz = r[0] * a + r[3] * b + r[6], r[1] * a + r[4] * b + r[7], r[2] * a + r[5] * b + r[8]
         scale = 1.0 / np.sqrt(dx * dx + dy * dy + dz * dz)
         ray[0, x], ray[1, x], ray[2, x] = dx * scale, dy * scale, dz * scale
-        u += 1
-        if u == step:
-            i, u = i + 1, 0
 
 
 @_jit
-def _meet(rig, row):
-    """Depths at which the rays meet the sample, and the range of columns where they do."""
-    ray, depth, reason = row.ray, row.depth, row.reason
-    start, stop = len(depth), 0
-    axis, height = rig.axis, rig.height - rig.eye[2]
-    for x in range(len(depth)):
-        reason[x] = OUTSIDE
-        if rig.spherical:
-            b = ray[0, x] * axis[0] + ray[1, x] * axis[1] + ray[2, x] * axis[2]
-            rest = b * b - rig.power
-            if rest <= 0.0 or b <= 0.0:
-                continue
-            far, inner = b - np.sqrt(rest), b > rig.edge
-        else:
-            side = _side(rig.outline, 0, len(rig.outline), ray[0, x], ray[1, x], ray[2, x])
-            far, inner = height / ray[2, x], side > rig.margin_sine
-            if side <= 0.0 or not far > 0.0:
-                continue
-        depth[x] = far
-        reason[x] = USED if inner else _OUTLINE
-        start, stop = min(start, x), x + 1
+def _meet(rig, row, start, stop):
+    """Depths at which rays meet the sample, and the range within ``start`` to ``stop`` where they do."""
+    if rig.spherical:
+        _meet_sphere(row.ray, rig.axis, rig.power, rig.edge, row.depth, row.side, row.reason, start, stop)
+    else:
+        _sides(rig.outline, 0, len(rig.outline), row.ray, row.side, start, stop)
+        height = rig.height - rig.eye[2]
+        _meet_plane(row.ray, height, rig.margin_sine, row.depth, row.side, row.reason, start, stop)
+    while start < stop and row.side[start] <= 0.0:
+        start += 1
+    while stop > start and row.side[stop - 1] <= 0.0:
+        stop -= 1
+    for x in range(start, stop):
+        if row.side[x] <= 0.0:
+            row.reason[x] = OUTSIDE
     return start, stop
 
 
 @_jit
-def _side(normals, first, last, x, y, z):
-    """Least of the products of a ray with some of the normals: positive inside their cone."""
-    side = np.inf
+def _meet_sphere(ray, axis, power, edge, depth, side, reason, start, stop):
+    ax, ay, az = axis
+    for x in range(start, stop):
+        b = ray[0, x] * ax + ray[1, x] * ay + ray[2, x] * az
+        rest = b * b - power
+        side[x] = rest if b > 0.0 else -1.0
+        depth[x] = b - np.sqrt(max(rest, 0.0))
+        reason[x] = USED if b > edge else _OUTLINE
+
+
+@_jit
+def _meet_plane(ray, height, margin_sine, depth, side, reason, start, stop):
+    for x in range(start, stop):
+        far = height / ray[2, x]
+        depth[x] = far
+        reason[x] = USED if side[x] > margin_sine else _OUTLINE
+        side[x] = side[x] if far > 0.0 else -1.0
+
+
+@_jit
+def _sides(normals, first, last, ray, side, start, stop):
+    """Least of the products of each ray with some of the normals: positive inside their cone."""
+    for x in range(start, stop):
+        side[x] = np.inf
     for k in range(first, last):
-        side = min(side, normals[k, 0] * x + normals[k, 1] * y + normals[k, 2] * z)
-    return side
+        nx, ny, nz = normals[k, 0], normals[k, 1], normals[k, 2]
+        for x in range(start, stop):
+            product = nx * ray[0, x] + ny * ray[1, x] + nz * ray[2, x]
+            side[x] = product if product < side[x] else side[x]
 
 
 @_jit
 def _cover(rig, row, start, stop):
     """Leaves out what mirror balls and white patches cover."""
-    ray, depth, reason = row.ray, row.depth, row.reason
-    for k in range(len(rig.balls)):
-        bx, by, bz, edge = rig.balls[k, 0], rig.balls[k, 1], rig.balls[k, 2], rig.balls[k, 5]
-        front = rig.balls[k, 4] - rig.balls[k, 3]
+    ray, depth, side, reason = row.ray, row.depth, row.side, row.reason
+    for k in range(len(rig.covering)):
+        bx, by, bz = rig.covering[k, 0], rig.covering[k, 1], rig.covering[k, 2]
+        front, edge = rig.covering[k, 3], rig.covering[k, 4]
         for x in range(start, stop):
             along = ray[0, x] * bx + ray[1, x] * by + ray[2, x] * bz
             if along > edge and front < depth[x] and reason[x] == USED:
@@ -125,87 +149,104 @@ def _cover(rig, row, start, stop):
     first = 0
     for k in range(len(rig.patch_heights)):
         last, height = rig.patch_ends[k], rig.patch_heights[k] - rig.eye[2]
+        _sides(rig.patch_normals, first, last, ray, side, start, stop)
         for x in range(start, stop):
-            if reason[x] == USED and height / ray[2, x] <= depth[x] * (1.0 + 1e-9):
-                side = _side(rig.patch_normals, first, last, ray[0, x], ray[1, x], ray[2, x])
-                if side > -rig.margin_sine:
-                    reason[x] = _COVERED
+            before = height / ray[2, x] <= depth[x] * (1.0 + 1e-9)
+            if before and side[x] > -rig.margin_sine and reason[x] == USED:
+                reason[x] = _COVERED
         first = last
 
 
 @_jit
 def _pair(rig, row, start, stop):
-    """Directions of the pixels that the lamp shines on and that are not grazing."""
-    ray, reason, axis = row.ray, row.reason, rig.axis
-    per = 1.0 / rig.radius if rig.spherical else 0.0
-    nx, ny, nz = 0.0, 0.0, 1.0
+    """Point, normal, direction to the lamp (``incident``) and back (``exit``), falloff, and both cosines.
+
+    cos_i is left in ``geometry`` and cos_r in ``inverse``. Without branches, so that it runs in vector lanes: a
+    plane is a sphere of no curvature whose normal is up, a directional light one whose place is not of a point.
+    """
+    ray, depth, point, normal, incident = row.ray, row.depth, row.point, row.normal, row.incident
+    bend, near, up = rig.curvature, rig.near, 0.0 if rig.spherical else 1.0
+    ex, ey, ez = rig.eye
+    ax, ay, az = rig.axis
     px, py, pz = rig.place
-    falloff, lamp = 1.0, rig.lamp_sine
     for x in range(start, stop):
-        if reason[x] != USED:
-            continue
-        dx, dy, dz, far = ray[0, x], ray[1, x], ray[2, x], row.depth[x]
-        if rig.spherical:
-            nx, ny, nz = (far * dx - axis[0]) * per, (far * dy - axis[1]) * per, (far * dz - axis[2]) * per
-        qx, qy, qz = rig.eye[0] + far * dx, rig.eye[1] + far * dy, rig.eye[2] + far * dz
-        tx, ty, tz = px, py, pz
-        if rig.near:
-            tx, ty, tz = px - qx, py - qy, pz - qz
-            falloff = 1.0 / (tx * tx + ty * ty + tz * tz)
-            near = np.sqrt(falloff)
-            tx, ty, tz, lamp = tx * near, ty * near, tz * near, max(rig.lamp_radius * near, rig.lamp_sine)
-        cos_i, cos_r = nx * tx + ny * ty + nz * tz, -(nx * dx + ny * dy + nz * dz)
-        if cos_i <= lamp:
-            reason[x] = _UNLIT
-            continue
-        if cos_i < rig.cos_i_min or cos_r < rig.cos_r_min:
-            reason[x] = _GRAZING
-            continue
-        row.point[0, x], row.point[1, x], row.point[2, x] = qx, qy, qz
-        row.incident[0, x], row.incident[1, x], row.incident[2, x] = tx, ty, tz
-        row.geometry[x] = cos_i * falloff
-        if len(rig.balls) and _shadowed(rig.balls, rig.eye, rig.near, qx, qy, qz, tx, ty, tz, falloff, lamp):
-            reason[x] = _SHADOWED
-        elif rig.isotropic:
-            _turn(row, x, nx, ny, nz, cos_i, cos_r)
-        else:
-            row.exit[0, x], row.exit[1, x], row.exit[2, x] = -dx, -dy, -dz
+        dx, dy, dz = depth[x] * ray[0, x], depth[x] * ray[1, x], depth[x] * ray[2, x]
+        point[0, x], point[1, x], point[2, x] = ex + dx, ey + dy, ez + dz
+        normal[0, x], normal[1, x], normal[2, x] = (dx - ax) * bend, (dy - ay) * bend, (dz - az) * bend + up
+    for x in range(start, stop):
+        tx, ty, tz = px - near * point[0, x], py - near * point[1, x], pz - near * point[2, x]
+        falloff = 1.0 / (tx * tx + ty * ty + tz * tz)
+        scale = np.sqrt(falloff)
+        incident[0, x], incident[1, x], incident[2, x] = tx * scale, ty * scale, tz * scale
+        row.falloff[x] = falloff
+    for x in range(start, stop):
+        nx, ny, nz = normal[0, x], normal[1, x], normal[2, x]
+        row.geometry[x] = nx * incident[0, x] + ny * incident[1, x] + nz * incident[2, x]
+        row.inverse[x] = -(nx * ray[0, x] + ny * ray[1, x] + nz * ray[2, x])
+        row.exit[0, x], row.exit[1, x], row.exit[2, x] = -ray[0, x], -ray[1, x], -ray[2, x]
 
 
 @_jit
-def _shadowed(balls, eye, near, qx, qy, qz, tx, ty, tz, falloff, lamp):
+def _judge(rig, row, start, stop):
+    """Leaves out what the lamp does not wholly shine on, grazing pixels, and those in a mirror ball's shadow."""
+    reason, cos_i, cos_r, falloff = row.reason, row.geometry, row.inverse, row.falloff
+    shaded, across = len(rig.shading) > 0, rig.near * rig.lamp_radius
+    for x in range(start, stop):
+        if reason[x] == USED:
+            if cos_i[x] < rig.cos_i_min or cos_r[x] < rig.cos_r_min or shaded:
+                lamp = max(across * np.sqrt(falloff[x]), rig.lamp_sine)
+                if cos_i[x] <= lamp:
+                    reason[x] = _UNLIT
+                elif cos_i[x] < rig.cos_i_min or cos_r[x] < rig.cos_r_min:
+                    reason[x] = _GRAZING
+                elif _shadowed(rig.shading, rig.near, row.point, row.incident, x, falloff[x], lamp):
+                    reason[x] = _SHADOWED
+
+
+@_jit
+def _shadowed(balls, near, point, toward, x, falloff, lamp):
     for k in range(len(balls)):
-        x, y, z = balls[k, 0] + eye[0] - qx, balls[k, 1] + eye[1] - qy, balls[k, 2] + eye[2] - qz
-        along = x * tx + y * ty + z * tz
+        dx, dy, dz = balls[k, 0] - point[0, x], balls[k, 1] - point[1, x], balls[k, 2] - point[2, x]
+        along = dx * toward[0, x] + dy * toward[1, x] + dz * toward[2, x]
         if along > 0.0:
             reach = balls[k, 3] + lamp * along
-            before = not near or along - balls[k, 3] < 1.0 / np.sqrt(falloff)
-            if before and x * x + y * y + z * z - along * along < reach * reach:
+            before = near == 0.0 or along - balls[k, 3] < 1.0 / np.sqrt(falloff)
+            if before and dx * dx + dy * dy + dz * dz - along * along < reach * reach:
                 return True
     return False
 
 
 @_jit
-def _turn(row, x, nx, ny, nz, cos_i, cos_r):
-    """Incident and exit of pixel x in the tangent frame, as :func:`reconstruct.directions.canonical` has them."""
-    tx, ty, tz = row.incident[0, x], row.incident[1, x], row.incident[2, x]
-    dx, dy, dz = row.ray[0, x], row.ray[1, x], row.ray[2, x]
-    sin_i = np.sqrt(max(1.0 - cos_i * cos_i, 0.0))
-    if sin_i > 1e-9:
-        per = 1.0 / sin_i
-        along = -(tx * dx + ty * dy + tz * dz + cos_i * cos_r) * per
+def _turn(ray, normal, cos_i, cos_r, incident, exit_, start, stop):
+    """Incident and exit in the tangent frame, as :func:`reconstruct.directions.canonical` has them."""
+    for x in range(start, stop):
+        nx, ny, nz = normal[0, x], normal[1, x], normal[2, x]
+        tx, ty, tz = incident[0, x], incident[1, x], incident[2, x]
+        dx, dy, dz = ray[0, x], ray[1, x], ray[2, x]
+        sin_i = np.sqrt(max(1.0 - cos_i[x] * cos_i[x], 0.0))
+        sin_r = np.sqrt(max(1.0 - cos_r[x] * cos_r[x], 0.0))
+        oblique = sin_i > 1e-9
+        per = 1.0 / (sin_i if oblique else 1.0)
         triple = nx * (ty * dz - tz * dy) + ny * (tz * dx - tx * dz) + nz * (tx * dy - ty * dx)
-        across = abs(triple) * per
-    else:
-        along, across = np.sqrt(max(1.0 - cos_r * cos_r, 0.0)), 0.0
-    row.incident[0, x], row.incident[1, x], row.incident[2, x] = _COS * sin_i, _SIN * sin_i, cos_i
-    row.exit[0, x] = _COS * along - _SIN * across
-    row.exit[1, x], row.exit[2, x] = _SIN * along + _COS * across, cos_r
+        along = -(tx * dx + ty * dy + tz * dz + cos_i[x] * cos_r[x]) * per
+        across = -triple * per
+        along, across = along if oblique else sin_r, across if oblique else 0.0
+        exit_[0, x], exit_[1, x] = _COS * along - _SIN * across, _SIN * along + _COS * across
+        exit_[2, x] = cos_r[x]
+        incident[0, x], incident[1, x], incident[2, x] = _COS * sin_i, _SIN * sin_i, cos_i[x]
+
+
+@_jit
+def _expose(falloff, geometry, inverse, start, stop):
+    """``geometry`` from cos_i to cos_i * falloff, and its inverse."""
+    for x in range(start, stop):
+        geometry[x] *= falloff[x]
+        inverse[x] = 1.0 / geometry[x]
 
 
 @_jit
 def _screen(valid, saturated, shift, reason, start, stop):
-    """Leaves out pixels that the photo says nothing of; ``shift`` is from the region's columns to the photo's."""
+    """Leaves out pixels that the photo says nothing of; ``shift`` is from a row's index to the photo's columns."""
     for x in range(start, stop):
         if reason[x] == USED:
             if saturated[x + shift]:
@@ -244,13 +285,14 @@ def _inside(edges, facet, x, y, z):
 
 
 @_jit
-def _gather(rig, frame, row, y, x0, start, stop, cells, used):
+def _gather(rig, value, variance, shift, row, start, stop, cells, used):
     """Adds the pixels of a row to the cells of their facet pairs. Returns the cells and how many are in use."""
-    v, shift, stop_run = y - frame.top, x0 - frame.left, start
-    while stop_run < stop:
-        first, key = stop_run, row.key[stop_run]
-        while stop_run < stop and row.key[stop_run] == key:
-            stop_run += 1
+    c = len(rig.per_strength)
+    end = start
+    while end < stop:
+        first, key = end, row.key[end]
+        while end < stop and row.key[end] == key:
+            end += 1
         if key < 0:
             continue
         if used == len(cells.keys):
@@ -260,23 +302,14 @@ def _gather(rig, frame, row, y, x0, start, stop, cells, used):
             cells.slots[at], cells.keys[used] = used, key
             used += 1
         cell = cells.sums[cells.slots[at]]
-        _add_light(
-            cell,
-            rig.per_strength,
-            rig.weight,
-            frame.value[v],
-            frame.variance[v],
-            shift,
-            row.geometry,
-            first,
-            stop_run,
-        )
-        _add_place(cell, 2 + 3 * len(rig.per_strength), rig.weight, row, first, stop_run)
+        _add_light(cell, rig.per_strength, rig.weight, value, variance, shift, row.inverse, first, end)
+        cell[0] += end - first
+        _add_place(cell, 1, 2 + 3 * c, rig.weight, row, first, end)
     return cells, used
 
 
 @_jit
-def _add_light(cell, per_strength, weight, value, variance, shift, geometry, first, last):
+def _add_light(cell, per_strength, weight, value, variance, shift, inverse, first, last):
     """Sums of omega f, omega f^2 and omega^2 var(f) of a run of pixels.
 
     With omega = weight g, f = s L and s = per_strength / g these are sums of L, L^2 / g and var(L), but for factors.
@@ -287,7 +320,7 @@ def _add_light(cell, per_strength, weight, value, variance, shift, geometry, fir
         for x in range(first, last):
             radiance = np.float64(value[x + shift, k])
             total += radiance
-            square += radiance * radiance / geometry[x]
+            square += radiance * radiance * inverse[x]
             noise += variance[x + shift, k]
         scale = weight * per_strength[k]
         cell[2 + k] += scale * total
@@ -296,23 +329,19 @@ def _add_light(cell, per_strength, weight, value, variance, shift, geometry, fir
 
 
 @_jit
-def _add_place(cell, base, weight, row, first, last):
-    """Count, sum of omega, and sums of omega times directions and place of a run of pixels."""
+def _add_place(cell, weights, base, weight, row, first, last):
+    """Sum of omega, and sums of omega times directions and place, of a run of pixels."""
     geometry, incident, exit_, point = row.geometry, row.incident, row.exit, row.point
-    total = 0.0
+    total, a, b, c, d, e, f, g, h, i = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for x in range(first, last):
-        total += geometry[x]
-    cell[0] += last - first
-    cell[1] += weight * total
-    for k in range(3):
-        toward, back, place = 0.0, 0.0, 0.0
-        for x in range(first, last):
-            toward += geometry[x] * incident[k, x]
-            back += geometry[x] * exit_[k, x]
-            place += geometry[x] * point[k, x]
-        cell[base + k] += weight * toward
-        cell[base + 3 + k] += weight * back
-        cell[base + 6 + k] += weight * place
+        w = geometry[x]
+        total += w
+        a, b, c = a + w * incident[0, x], b + w * incident[1, x], c + w * incident[2, x]
+        d, e, f = d + w * exit_[0, x], e + w * exit_[1, x], f + w * exit_[2, x]
+        g, h, i = g + w * point[0, x], h + w * point[1, x], i + w * point[2, x]
+    cell[weights] += weight * total
+    for k, part in enumerate((a, b, c, d, e, f, g, h, i)):
+        cell[base + k] += weight * part
 
 
 @_jit
