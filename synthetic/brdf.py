@@ -29,6 +29,7 @@ MODELS: dict[str, type[Reflectance]] = {
     "satin-paint": glossy.SatinPaint,
     "glossy-paint": glossy.GlossyPaint,
 }
+POSITIVE = ("roughness", "roughness_x", "roughness_y", "width", "c3", "ior", "power")
 
 
 def make_brdf(
@@ -45,9 +46,18 @@ def make_brdf(
     for key, value in parameters.items():
         if key not in known:
             raise InputError(where, f"{model} has no parameter {key!r}; it has {', '.join(sorted(known))}")
-        if isinstance(value, list):
-            parameters[key] = tuple(float(v) for v in value)
+        parameters[key] = checked(key, value, where)
     return MODELS[model](**parameters)
+
+
+def checked(key: str, value: object, where: object) -> object:
+    """A parameter as a number or a tuple of them; InputError for what no model can take."""
+    values = value if isinstance(value, list | tuple) else [value]
+    if not all(isinstance(v, int | float) and np.isfinite(v) for v in values) or not values:
+        raise InputError(where, f"{key}: expected a number or one a channel, got {value!r}")
+    if key in POSITIVE and min(values) <= 0:
+        raise InputError(where, f"{key}: expected more than 0, got {value!r}")
+    return tuple(float(v) for v in values) if isinstance(value, list | tuple) else value
 
 
 def angle_grid(step_degrees: float = 5.0) -> np.ndarray:

@@ -91,5 +91,6 @@ class Expansion(Reflectance):
 
     def mode(self, mode: tuple[int, ...], pairs: Pairs) -> np.ndarray:
         if self.symmetry == "isotropic":
-            return isotropic_mode(*mode, pairs)
+            n, m, az = mode
+            return isotropic_mode(n, m, az, pairs)
         return general_mode(mode, pairs, reciprocal=self.symmetry == "reciprocal")

@@ -20,8 +20,8 @@ def fresnel(cos: np.ndarray, ior: float) -> np.ndarray:
 
 def schlick(cos: np.ndarray, f0: Channels) -> np.ndarray:
     """Schlick 1994: f0 + (1 - f0)(1 - cos)^5, (n, c)."""
-    f0 = np.asarray(f0, float)
-    return f0 + (1.0 - f0) * ((1.0 - cos) ** 5)[:, None]
+    base = np.asarray(f0, float)
+    return base + (1.0 - base) * ((1.0 - cos) ** 5)[:, None]
 
 
 @lru_cache

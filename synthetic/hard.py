@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from synthetic.scene import Scene, load_scene
 
@@ -41,9 +42,9 @@ def satin(**changes: object) -> Scene:
     return changed(load_scene("example"), **changes)
 
 
-def changed(scene: Scene, **changes: object) -> Scene:
+def changed(scene: Scene, **changes: Any) -> Scene:
     """``scene`` with each named part's fields replaced, or the part itself where it is no dict."""
-    parts = {
+    parts: dict[str, Any] = {
         key: replace(getattr(scene, key), **value) if isinstance(value, dict) and key != "brdf" else value
         for key, value in changes.items()
     }

@@ -44,7 +44,7 @@ def lamp_limb(lamp: np.ndarray, center: np.ndarray) -> tuple[np.ndarray, float]:
     # a polygon of the circle's own area
     reach = radius * np.sqrt(2.0 * np.pi / LIMB / np.sin(2.0 * np.pi / LIMB))
     ring = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * np.cross(axis, side)
-    return place + reach * ring, 1.0 / (np.pi * (np.sin(radius) if distant else radius) ** 2)
+    return place + reach * ring, float(1.0 / (np.pi * (np.sin(radius) if distant else radius) ** 2))
 
 
 def clip(polygon: np.ndarray, axis: int, bound: float, sign: float) -> np.ndarray:
@@ -87,7 +87,7 @@ def add_highlights(world: World, camera: Camera, pose: Pose, image: np.ndarray) 
             points = reflection_points(ball, viewer, limb, distant=lamp[0] == 1.0)
             middle = points.mean(axis=0)
             middle = ball[:3] + ball[3] * unit(middle - ball[:3])
-            kind, index, _ = nearest(world, *viewer, *unit(middle - viewer), -1)
+            kind, index, _ = nearest(world, *np.concatenate([viewer, unit(middle - viewer)]), -1)
             if kind != BALL or index != b:
                 continue
             seen = see_lamp(world, k, middle[None], b, -1)[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -56,7 +57,7 @@ class Tabulated(Reflectance):
 
     angles: np.ndarray  # (n, 3)
     values: np.ndarray  # (n, c)
-    lookup: object = field(init=False, repr=False)
+    lookup: Callable[[np.ndarray], np.ndarray] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         axes = [np.unique(np.round(self.angles[:, k], 9)) for k in range(3)]

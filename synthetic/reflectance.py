@@ -69,6 +69,6 @@ class Reflectance:
         raise NotImplementedError
 
 
-def spread(scalar: np.ndarray, channels: Channels) -> np.ndarray:
+def spread(scalar: np.ndarray, channels: Channels | np.ndarray) -> np.ndarray:
     """(n,) times one factor a channel: (n, c)."""
     return scalar[:, None] * np.asarray(channels, float)

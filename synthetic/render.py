@@ -65,9 +65,9 @@ def render(
     for mask, count in groups:
         offsets = gauss_points(count) if count <= 2 else (np.arange(count) + 0.5) / count
         shade_pixels(world, brdf, pose, corners, np.flatnonzero(mask), offsets, image, extra)
-    image = image.reshape(height, width, -1)
-    add_highlights(world, camera, pose, image)
-    return image
+    picture = image.reshape(height, width, -1)
+    add_highlights(world, camera, pose, picture)
+    return picture
 
 
 def gauss_points(count: int) -> np.ndarray:

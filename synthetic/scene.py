@@ -26,6 +26,17 @@ from synthetic.parts import (
 )
 
 SCENES = Path(__file__).parent / "scenes"
+CHOICES: dict[str, tuple[object, ...]] = {
+    "sample.shape": ("sphere", "plane"),
+    "board.kind": ("charuco", "aruco-grid", "markers"),
+    "camera.motion": ("fixed", "moving", "turntable"),
+    "camera.vignetting": ("none", "cos4"),
+    "lamp.kind": ("point", "directional"),
+    "lamp.spread": ("around", "plane"),
+    "sensor.bits": (8, 16),
+    "sensor.encoding": ("linear", "srgb", "gamma"),
+    "sensor.format": ("png", "tiff"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +68,15 @@ def load_scene(name_or_path: str | Path) -> Scene:
     """A built-in scene, or one from a TOML file. Raises InputError for an unknown name, key or value."""
     path = scene_path(name_or_path)
     table = without_board(merged(path))
-    return read(Scene, {"name": path.stem, "folder": str(path.parent), **table}, str(path))
+    scene = read(Scene, {"name": path.stem, "folder": str(path.parent), **table}, str(path))
+    for key, allowed in CHOICES.items():
+        part, name = key.split(".")
+        value = getattr(getattr(scene, part), name, None)
+        if value not in allowed and getattr(scene, part) is not None:
+            raise InputError(
+                f"{path}: {key}", f"expected one of {', '.join(map(str, allowed))}, got {value!r}"
+            )
+    return scene
 
 
 def scene_path(name_or_path: str | Path) -> Path:

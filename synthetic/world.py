@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ CHANNELS = 3
 
 def brdf_of(scene: Scene) -> Reflectance:
     """The scene's BRDF, from the library or a file. Raises InputError."""
-    parameters = dict(scene.brdf)
+    parameters: dict[str, Any] = dict(scene.brdf)
     if "file" in parameters:
         path = Path(scene.folder) / str(parameters.pop("file"))
         return read_brdf(path, **{"select" if k == "where" else k: v for k, v in parameters.items()})

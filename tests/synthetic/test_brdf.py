@@ -174,6 +174,14 @@ def test_brushed_metal_is_streaked_across_the_strokes():
     assert brdf(up, across)[0] > 5 * brdf(up, along)[0]
 
 
+@pytest.mark.parametrize(
+    "bad", [{"albedo": "red"}, {"roughness": 0.0}, {"albedo": []}, {"ior": float("nan")}]
+)
+def test_parameters_that_no_plastic_has_are_refused(bad):
+    with pytest.raises(InputError, match=next(iter(bad))):
+        make_brdf("plastic", bad)
+
+
 def test_unknown_names_are_refused_with_what_there_is():
     with pytest.raises(InputError, match="lambert"):
         make_brdf("lambertt")

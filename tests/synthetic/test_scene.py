@@ -47,6 +47,8 @@ def test_file_lies_over_its_base(tmp_path):
         ("brdf = 3\n", "dict"),
         ("seed = true\n", "int"),
         ("[sample\n", "TOML"),
+        ("brdf = { model = 'lambert' }\n[sensor]\nbits = 12\n", "8, 16"),
+        ("brdf = { model = 'lambert' }\n[camera]\nmotion = 'fast'\n", "turntable"),
         ("", "brdf"),
         ("base = 'nowhere'\n", "no such scene"),
         ("base = 'bad.toml'\n", "without end"),
