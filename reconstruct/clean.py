@@ -28,7 +28,7 @@ Progress = Callable[[str], None]
 class Cleaned:
     """Cells to fit, and candidate lobes."""
 
-    cells: Cells  # stray light removed, divided by the views' scales
+    cells: Cells  # stray light removed, freed views divided by their scales
     deviation: np.ndarray  # (n, c) error model, up to a factor
     stray: np.ndarray  # (n, c) removed, 1/sr
     scales: ViewScales
@@ -80,7 +80,14 @@ def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
 def _scales(cells: Cells, added: np.ndarray, reference: Model, view_errors: np.ndarray) -> ViewScales:
     deviation = error_model(cells, added)
     fitted = search_lobes(
-        cells, deviation, reference.basis, PILOT_PRIOR, reference.lobes, free=0, refine=False
+        cells,
+        deviation,
+        reference.basis,
+        PILOT_PRIOR,
+        reference.lobes,
+        free=0,
+        refine=False,
+        view_errors=view_errors,
     )
     predicted = cells.value - fitted.residual
     return view_scales(cells, predicted, deviation * fitted.scale, fitted.weight, view_errors)
@@ -94,7 +101,10 @@ def _piloted(
     few, few_deviation = thinned(cells, deviation)
     basis = Basis("isotropic", PILOT_ORDER)
     free = None if anew else 0
-    pilots = [search_lobes(few, few_deviation, basis, PILOT_PRIOR, lobes, free=free) for lobes in starts]
+    pilots = [
+        search_lobes(few, few_deviation, basis, PILOT_PRIOR, lobes, free=free, view_errors=scales.error)
+        for lobes in starts
+    ]
     return Cleaned(cells, deviation, added, scales, tuple(pilots))
 
 
@@ -105,5 +115,6 @@ def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Clean
     family = second_lobe(absolute=absolute)
     both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
     few, deviation = thinned(work.cells, work.deviation)
-    second = search_lobes(few, deviation, Basis("isotropic", PILOT_ORDER), PILOT_PRIOR, both, free=1)
+    basis = Basis("isotropic", PILOT_ORDER)
+    second = search_lobes(few, deviation, basis, PILOT_PRIOR, both, free=1, view_errors=work.scales.error)
     return Cleaned(work.cells, work.deviation, work.stray, work.scales, (*work.pilots, second))

@@ -18,7 +18,7 @@ from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clea
 from reconstruct.model import Model
 from reconstruct.represent import Represented, represent
 from reconstruct.robust import ViewScales
-from reconstruct.search import Fitted, search_lobes
+from reconstruct.search import Fitted, common_error, search_lobes
 from reconstruct.select import Candidate, choose, try_all
 from reconstruct.table import FacetTable
 from reconstruct.uncertainty import Uncertainty, uncertainty_of, valid_region
@@ -82,7 +82,15 @@ def fit_table(
     chosen, best = _select(work, options)
     progress("final fit")
     basis = Basis(SYMMETRY, chosen.order)
-    final = search_lobes(work.cells, work.deviation, basis, chosen.prior, chosen.lobes, free=0)
+    final = search_lobes(
+        work.cells,
+        work.deviation,
+        basis,
+        chosen.prior,
+        chosen.lobes,
+        free=0,
+        view_errors=work.scales.error,
+    )
     return _result(work, final, chosen, best, options)
 
 
@@ -98,10 +106,14 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
 def _select(work: Cleaned, options: FitOptions) -> tuple[Candidate, Candidate]:
     """The chosen candidate and the best, all weighed with the likeliest pilot's robust weights."""
     cells, pilot = work.cells, work.reference.model
-    again = search_lobes(cells, work.deviation, pilot.basis, PILOT_PRIOR, pilot.lobes, free=0, refine=False)
+    errors = work.scales.error
+    again = search_lobes(
+        cells, work.deviation, pilot.basis, PILOT_PRIOR, pilot.lobes, free=0, refine=False, view_errors=errors
+    )
     weight = again.weight / (work.deviation * again.scale) ** 2
+    common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
-    return choose(try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted))
+    return choose(try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted, common))
 
 
 def _orders(options: FitOptions, cells: Cells) -> tuple[int, ...]:

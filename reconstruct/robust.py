@@ -18,6 +18,7 @@ FLOOR = 1e-3  # of the channel's level
 SUSPECT = 4.0  # standard errors from the other views
 LEAST_SUSPECT = 0.015  # relative; less cannot be told from a misfit of the model
 FREE = 1.0  # relative standard error of a scale that is not believed
+LEAST_TO_JUDGE = 5  # views: the scatter of fewer says little
 INDEPENDENT = 30.0  # cells: as many as a view's residuals count for, since they hang together
 
 
@@ -63,7 +64,7 @@ def student_cost(scaled: np.ndarray, scale: float, freedom: float) -> float:
 class ViewScales:
     """Each view's factor on its values, as found against all other views."""
 
-    factor: np.ndarray  # (g,) divide the view's values by it
+    factor: np.ndarray  # (g,) divide the view's values by it; 1 where the view is believed
     error: np.ndarray  # (g,) relative standard error of what remains
     freed: np.ndarray  # (g,) bool: the view disagrees so much that its own scale is not believed
 
@@ -76,19 +77,20 @@ class ViewScales:
 def view_scales(
     cells: Cells, predicted: np.ndarray, deviation: np.ndarray, weight: np.ndarray, prior: np.ndarray
 ) -> ViewScales:
-    """The factors that best bring each view's values to the prediction (n, c), held near 1 by ``prior``.
+    """How far each view's scale may be believed, from how its values compare with the prediction (n, c).
 
     ``deviation`` and ``weight`` (n, c) are the error model and the robust weights; ``prior`` (g,) relative standard
-    errors. Residuals within a view hang together, so a view counts as :data:`INDEPENDENT` cells at most. A view that
-    lies further from the others than chance allows has its scale set free.
+    errors. Residuals within a view hang together, so a view counts as :data:`INDEPENDENT` cells at most. Where views
+    scatter more than their errors say, the errors are raised to the scatter. A view that lies further from the others
+    than chance allows has its scale set free.
     """
     shift, error = _view_shifts(cells, predicted, deviation, weight)
-    spread = 1.4826 * np.median(np.abs(shift - np.median(shift)))
+    shift = shift - np.median(shift)
+    spread = 1.4826 * np.median(np.abs(shift)) if len(shift) >= LEAST_TO_JUDGE else 0.0
     expected = np.sqrt(prior**2 + error**2 + spread**2)
-    freed = np.abs(shift - np.median(shift)) > np.maximum(SUSPECT * expected, LEAST_SUSPECT)
-    held = np.where(freed, FREE, prior)
-    share = held**2 / (held**2 + error**2)
-    return ViewScales(1.0 + shift * share, np.sqrt(share) * error, freed)
+    freed = np.abs(shift) > np.maximum(SUSPECT * expected, LEAST_SUSPECT)
+    raised = np.maximum(prior, np.sqrt(max(spread**2 - float(np.median(error)) ** 2, 0.0)))
+    return ViewScales(np.where(freed, 1.0 + shift, 1.0), np.where(freed, FREE, raised), freed)
 
 
 def _view_shifts(cells, predicted, deviation, weight) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TYPICAL_F0, Fami
 from reconstruct.model import LobeSet, Model
 from reconstruct.robust import freedom_of, level, residual_scale, student_cost, student_weights
 from reconstruct.select import Prior
-from reconstruct.solve import Factors, FoldedDesign, Statistics, solve
+from reconstruct.solve import Common, Factors, FoldedDesign, Statistics, solve
 
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
 ROUNDS = 4  # of reweighting
@@ -31,6 +31,7 @@ class Fitted:
 
     model: Model
     residual: np.ndarray  # (n, c) value - model, 1/sr
+    shared: np.ndarray  # (n, c) the part of it that is the views' errors of scale
     weight: np.ndarray  # (n, c) robust weights, about 1 and less
     scale: float  # robust standard deviation of the residuals over the error model
     cost: float  # mean negative log likelihood a value, Student's t
@@ -45,28 +46,44 @@ def search_lobes(
     *,
     free: int | None = None,
     refine: bool = True,
+    view_errors: np.ndarray | None = None,
 ) -> Fitted:
     """The fit of ``basis`` and lobes of the families of ``start``; the last ``free`` lobes start anew.
 
-    ``deviation`` (n, c) is the error model. With no lobes, or if their shapes are not to be refined, this is a robust
-    linear fit.
+    ``deviation`` (n, c) is the error model, ``view_errors`` (g,) relative standard errors of the views' scales. With
+    no lobes, or if their shapes are not to be refined, this is a robust linear fit.
     """
     design = basis.design(cells)
     penalty = prior.precision(basis.degree(), level(cells))
     free = len(start.families) if free is None else free
     weight, scale, freedom = np.ones_like(deviation), 1.0, freedom_of(cells)
-    best = start
+    best, shared = start, np.zeros_like(cells.value)
+    common = common_error(cells, cells.value, view_errors)
     for turn in range(ROUNDS):
-        profile = Profile(cells, design, weight / (deviation * scale) ** 2, penalty)
+        precision = weight / (deviation * scale) ** 2
+        profile = Profile(cells, design, precision, penalty, common)
         if turn == 0 and free:
             best = _best_start(profile, start, free)
         if refine:
             best = descend(profile, best, COARSE if turn == 0 and free else FINE)
         fitted = Model(basis, *profile.model_parts(best))
-        residual = cells.value - _predict(cells, design, fitted)
-        scale = residual_scale(residual / deviation)
-        weight = student_weights(residual / (deviation * scale), freedom)
-    return Fitted(fitted, residual, weight, scale, student_cost(residual / deviation, scale, freedom))
+        predicted = _predict(cells, design, fitted)
+        residual = cells.value - predicted
+        common = common_error(cells, predicted, view_errors)
+        if common is not None:
+            shared = common.shared(residual, precision)
+        own = (residual - shared) / deviation
+        scale = residual_scale(own)
+        weight = student_weights(own / scale, freedom)
+    return Fitted(fitted, residual, shared, weight, scale, student_cost(own, scale, freedom))
+
+
+def common_error(cells: Cells, predicted: np.ndarray, view_errors: np.ndarray | None) -> Common | None:
+    """The errors of scale of the views of ``cells``, in proportion to ``predicted`` (n, c); None for a single view."""
+    views, unit = np.unique(cells.group, return_inverse=True)
+    if view_errors is None or len(views) < 2:
+        return None
+    return Common(unit.ravel(), view_errors[cells.group, None] * predicted)
 
 
 def thinned(cells: Cells, deviation: np.ndarray) -> tuple[Cells, np.ndarray]:
@@ -82,11 +99,18 @@ def starting_shape(family: Family, roughness: float) -> np.ndarray:
 class Profile:
     """The linear part of a fit as a function of the lobes' shapes alone."""
 
-    def __init__(self, cells: Cells, design: np.ndarray, weight: np.ndarray, penalty: np.ndarray):
+    def __init__(
+        self,
+        cells: Cells,
+        design: np.ndarray,
+        weight: np.ndarray,
+        penalty: np.ndarray,
+        common: Common | None = None,
+    ):
         """``design`` (n, m) of the modes at ``cells``, ``weight`` (n, c), ``penalty`` (c, m) of their squares."""
         self._cells = cells
         self._penalty = penalty
-        self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int))
+        self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int), common)
         self._factors = Factors(self._folded.modes_gram, penalty)
 
     def cost(self, lobes: LobeSet) -> float:

@@ -3,6 +3,7 @@
 Folds are whole views where there are several, else blocks of neighbouring cells with reciprocal twins kept together,
 since random folds flatter (Roberts et al. 2017). Among models whose mean loss on the folds lies within one standard
 error of the best's, the simplest is taken (Breiman et al. 1984, the one-standard-error rule, on paired differences).
+Views enter with the error of scale that they share, so that it is not taken for structure of the surface.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.model import LobeSet
 from reconstruct.robust import level
-from reconstruct.solve import Factors, FoldedDesign, Statistics, solve_each
+from reconstruct.solve import Common, Factors, FoldedDesign, Statistics, solve_each
 
 FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
+IMMATERIAL = 0.005  # of the loss: a gain of less is not worth a higher order
 WORTH_A_LOBE = 0.25  # of the loss: every lobe must lower it by as much
 BLOCK = np.radians(15.0)
 SMOOTHNESS = 2.0  # power of a mode's degree in the prior's precision
@@ -78,10 +80,22 @@ def _blocks(cells: Cells) -> np.ndarray:
 
 
 def try_all(
-    cells: Cells, weight: np.ndarray, symmetry: str, orders: Sequence[int], lobes: Sequence[LobeSet]
+    cells: Cells,
+    weight: np.ndarray,
+    symmetry: str,
+    orders: Sequence[int],
+    lobes: Sequence[LobeSet],
+    common: Common | None = None,
 ) -> list[Candidate]:
-    """Every order, prior and set of lobes, each judged on folds; ``weight`` (n, c) is common to all of them."""
-    folded = FoldedDesign(Basis(symmetry, max(orders)).design(cells), weight, folds_of(cells))
+    """Every order, prior and set of lobes, each judged on folds.
+
+    ``weight`` (n, c) and the views' ``common`` errors are the same for all of them.
+    """
+    fold = folds_of(cells)
+    if common is not None:  # folds of blocks cut views apart
+        unit = np.unique(np.column_stack([fold, common.unit]), axis=0, return_inverse=True)[1].ravel()
+        common = Common(unit, common.pattern)
+    folded = FoldedDesign(Basis(symmetry, max(orders)).design(cells), weight, fold, common)
     sums = []
     for one in lobes:
         fixed, columns = one.columns(cells)
@@ -119,9 +133,13 @@ def choose(candidates: list[Candidate]) -> tuple[Candidate, Candidate]:
         excess = least.loss - best.loss
         if excess.mean() <= WORTH_A_LOBE * best.loss.mean() or _within_one_error(excess):
             break
-    good = [one for one in simple if _within_one_error(one.loss - least.loss)]
+    good = [one for one in simple if _as_good(one.loss, least.loss)]
     order = min(one.order for one in good)
     return min((one for one in good if one.order == order), key=lambda one: one.loss.mean()), best
+
+
+def _as_good(loss: np.ndarray, least: np.ndarray) -> bool:
+    return loss.mean() <= (1.0 + IMMATERIAL) * least.mean() or _within_one_error(loss - least)
 
 
 def _within_one_error(excess: np.ndarray) -> bool:

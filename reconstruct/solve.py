@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_array
 
 KKT_SLACK = 1e-10  # of the largest moment: rounding
 RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix solvable
@@ -90,8 +91,9 @@ class Common:
 
     def sums(self, rows: np.ndarray) -> np.ndarray:
         """(u, k) sums of ``rows`` (n, k) over the cells of each unit."""
-        units = self.unit.max(initial=-1) + 1
-        return np.stack([np.bincount(self.unit, column, units) for column in rows.T], axis=1)
+        cells = np.arange(len(self.unit))
+        members = csr_array((np.ones(len(cells)), (self.unit, cells)))
+        return members @ rows
 
 
 class FoldedDesign:

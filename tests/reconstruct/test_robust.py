@@ -74,15 +74,16 @@ def test_a_view_of_wrong_scale_is_freed_and_corrected_and_the_others_stay():
     assert scales.freed.tolist() == [k == 5 for k in range(12)]
     # 200 cells of two channels at 1 % that count as 30: a standard error of 0.2 %
     assert scales.factor[5] == pytest.approx(1.15, abs=0.006)
-    assert np.abs(np.delete(scales.factor, 5) - 1.0).max() < 0.006
-    assert (scales.error[np.arange(12) != 5] <= 0.003).all()
+    assert (np.delete(scales.factor, 5) == 1.0).all()
+    assert (np.delete(scales.error, 5) < 0.004).all() and scales.error[5] > 0.5
 
 
-def test_a_view_within_its_error_is_not_freed():
-    cells, true = cells_of_views(seed=1)
-    rng = np.random.default_rng(2)
-    shift = 1.0 + 0.02 * rng.normal(size=12)
+@pytest.mark.parametrize("stated", [0.002, 0.02])
+def test_views_that_scatter_are_doubted_as_much_and_none_is_freed(stated):
+    cells, true = cells_of_views(views=40, each=60, seed=1)
+    shift = 1.0 + 0.02 * np.random.default_rng(2).normal(size=40)
     cells = cells.with_value(cells.value * shift[cells.group, None])
-    scales = view_scales(cells, true, error_model(cells), np.ones_like(true), np.full(12, 0.02))
+    scales = view_scales(cells, true, error_model(cells), np.ones_like(true), np.full(40, stated))
     assert not scales.freed.any()
-    assert np.corrcoef(scales.factor, shift)[0, 1] > 0.95
+    # the median of 40 absolute deviations is known to about a fifth
+    assert scales.error == pytest.approx(0.02, rel=0.4)
