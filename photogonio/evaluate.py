@@ -15,6 +15,7 @@ from capture.errors import InputError
 from photogonio.compare import Comparison, compare
 from photogonio.memory import peak_megabytes, reset_peak
 from photogonio.options import Options
+from photogonio.page import photos_used
 from photogonio.pipeline import Result, process
 from photogonio.progress import Reporter, Stopwatch
 from photogonio.reflectances import Known, load_known
@@ -75,7 +76,7 @@ class Score:
             "roughness": [lobe.roughness for lobe in brdf.lobes],
             "symmetry": brdf.symmetry,
             "level": self.result.table.level,
-            "photos_used": len(self.result.setup.views),
+            "photos_used": photos_used(self.result),
             "photos_left_out": len(self.result.left_out),
             **{f"seconds_{name}": value for name, value in self.seconds.items()},
             "seconds": sum(self.seconds.values()),

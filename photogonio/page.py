@@ -127,7 +127,7 @@ def numbers(result: Result) -> dict[str, object]:
         "level": result.table.level,
         "cells": len(observed),
         "samples": float(result.table.count.sum()),
-        "photos_used": len(result.setup.views) if result.setup else None,
+        "photos_used": photos_used(result) if result.setup else None,
         "choices": {
             choice.what: {"value": choice.value, "reason": choice.reason} for choice in result.choices
         },
@@ -143,6 +143,11 @@ def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarra
     return np.sqrt(np.nanmean(ratio**2, axis=0)), np.nanmedian(np.abs(ratio), axis=0)
 
 
+def photos_used(result: Result) -> int:
+    """Views that gave the table something."""
+    return len(np.unique(result.table.group))
+
+
 def lead(result: Result) -> str:
     """The result in one sentence."""
     brdf = result.brdf
@@ -151,7 +156,7 @@ def lead(result: Result) -> str:
     text = f"{brdf.symmetry.capitalize()} BRDF of order {brdf.order} with {lobes}, {scale}."
     if result.setup is None:
         return f"{text} From {len(result.table)} measured pairs of directions."
-    used, out = len(result.setup.views), len(result.left_out)
+    used, out = photos_used(result), len(result.left_out)
     return f"{text} From {used} photo{'s' if used != 1 else ''}" + (f", {out} left out." if out else ".")
 
 
