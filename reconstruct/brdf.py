@@ -68,7 +68,7 @@ class Brdf:
             value /= modes.cosines(self.quantity, ti, tr)[:, None]
         for lobe in self.lobes:
             value += lobe.evaluate(ti, tr, pr - pi)
-        return value.reshape(*shape, -1)
+        return value.reshape(*shape, value.shape[1])
 
     def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         """f (..., c), 1/sr, at unit vectors (..., 3) of the tangent frame that broadcast together."""

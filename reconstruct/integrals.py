@@ -71,12 +71,12 @@ def albedo_by_quadrature(value, theta_i, finest: float) -> np.ndarray:
     level = max(2, int(np.ceil(np.log2(4 / finest))))
     half, share = azimuth_rule(POINTS, level=level)
     dphi, weight = np.concatenate([half, -half]), np.concatenate([share, share])
-    rows = []
-    for angle in theta_i.ravel():
+    result = np.empty((theta_i.size, value(0.0, 0.0, 0.0).shape[-1]))
+    for row, angle in zip(result, theta_i.ravel(), strict=True):
         theta_r, inner = elevation_rule(POINTS, level=level, peak=angle)
         given = value(angle, theta_r[:, None], dphi[None, :])
-        rows.append(np.einsum("r,p,rpc->c", inner * np.cos(theta_r), weight, given, optimize=True))
-    return np.stack(rows).reshape(*theta_i.shape, -1)
+        row[:] = np.einsum("r,p,rpc->c", inner * np.cos(theta_r), weight, given, optimize=True)
+    return result.reshape(*theta_i.shape, result.shape[1])
 
 
 def albedo_of(brdf, theta_i, phi_i: float = 0.0, *, finest: float = 0.02) -> np.ndarray:
