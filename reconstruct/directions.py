@@ -96,7 +96,7 @@ def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> Scene:
         margin=margin,
         covering=may_cover(balls, bounds, eye, margin),
         shading=may_shade(balls, bounds, light, options.lamp_angle),
-        patches=patch_cones(options.white_patches, sample, view),
+        patches=patch_cones(options.white_patches, sample, view, margin),
         near=light.kind == "point",
         place=np.asarray(light.place, float),
         lamp_radius=light.radius,

@@ -74,9 +74,12 @@ def may_shade(balls: np.ndarray, sample: np.ndarray, light: Light, lamp_angle: f
 
 
 def patch_cones(
-    patches: tuple[WhitePatch, ...], sample: Sphere | Plane, view: ViewSetup
+    patches: tuple[WhitePatch, ...], sample: Sphere | Plane, view: ViewSetup, margin: float
 ) -> tuple[tuple[float, np.ndarray], ...]:
-    """Height and cone (see :func:`cone_of`) of each white patch: top, foot and, on a plane, shadow."""
+    """Height and cone (see :func:`cone_of`) of each white patch: top, foot and, on a plane, shadow.
+
+    Patches that come nowhere near the sample, seen from the camera, are left out.
+    """
     cones = []
     for patch in patches:
         points = _patch_points(patch, sample, view)
@@ -85,6 +88,10 @@ def patch_cones(
         in_camera = view.pose.apply(points)
         if np.min(in_camera[:, 2]) <= 0:
             continue  # behind the camera
+        middle = points.mean(0)
+        around = np.array([[*middle, np.linalg.norm(points - middle, axis=1).max()]])
+        if len(may_cover(around, bounding_ball(sample), view.pose.center, margin)) == 0:
+            continue
         hull = ConvexHull(in_camera[:, :2] / in_camera[:, 2:]).vertices
         cones.append((float(patch.height), cone_of(view.pose.center, points[hull])))
     return tuple(cones)

@@ -2,6 +2,8 @@
 
 All of them are in one file, since a compiled function kept on disk is not renewed when a function of another
 file that it calls changes. A stage takes whole tuples of arrays, so it is called for a row, never for a pixel.
+Columns are unsigned (``start``, ``stop``): an index that may be negative is tested for it, and keeps a loop out
+of the vector lanes. Signed and unsigned must not meet, or numba makes a float of them.
 """
 
 from __future__ import annotations
@@ -38,9 +40,9 @@ def reduce_rows(rig, nodes, taps, frame, region, level, edges, row, cells, used,
     x0, y0, x1, y1 = region
     first = x0 // taps.shape[1] * taps.shape[1]  # the column at index 0 of a row
     for y in range(y0, y1):
-        v, shift = y - frame.top, first - frame.left
+        v, shift = y - frame.top, np.uint64(first - frame.left)  # a negative shift wraps round, and back
         _aim(rig.rotation, nodes, taps, y, first, x1, row.ray)
-        start, stop = _meet(rig, row, x0 - first, x1 - first)
+        start, stop = _meet(rig, row, np.uint64(x0 - first), np.uint64(x1 - first))
         _cover(rig, row, start, stop)
         _pair(rig, row, start, stop)
         _judge(rig, row, start, stop)
@@ -70,14 +72,15 @@ def _aim(r, nodes, taps, y, first, last, ray):
         for i in range(lines.shape[1]):
             lines[0, i] += taps[k, v] * nodes[j + k, i0 + i, 0]
             lines[1, i] += taps[k, v] * nodes[j + k, i0 + i, 1]
-    for i in range(count):
-        for u in range(step):
+    width = np.uint64(step)
+    for i in range(np.uint64(count)):
+        for u in range(width):
             a, b = 0.0, 0.0
-            for k in range(ORDER):
+            for k in range(np.uint64(ORDER)):
                 a += taps[k, u] * lines[0, i + k]
                 b += taps[k, u] * lines[1, i + k]
-            ray[0, i * step + u], ray[1, i * step + u] = a, b
-    for x in range(count * step):
+            ray[0, i * width + u], ray[1, i * width + u] = a, b
+    for x in range(np.uint64(count) * width):
         a, b = ray[0, x], ray[1, x]
         dx, dy, dz = r[0] * a + r[3] * b + r[6], r[1] * a + r[4] * b + r[7], r[2] * a + r[5] * b + r[8]
         scale = 1.0 / np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -93,10 +96,11 @@ def _meet(rig, row, start, stop):
         _sides(rig.outline, 0, len(rig.outline), row.ray, row.side, start, stop)
         height = rig.height - rig.eye[2]
         _meet_plane(row.ray, height, rig.margin_sine, row.depth, row.side, row.reason, start, stop)
+    one = np.uint64(1)
     while start < stop and row.side[start] <= 0.0:
-        start += 1
-    while stop > start and row.side[stop - 1] <= 0.0:
-        stop -= 1
+        start += one
+    while stop > start and row.side[stop - one] <= 0.0:
+        stop -= one
     for x in range(start, stop):
         if row.side[x] <= 0.0:
             row.reason[x] = OUTSIDE
@@ -288,11 +292,11 @@ def _inside(edges, facet, x, y, z):
 def _gather(rig, value, variance, shift, row, start, stop, cells, used):
     """Adds the pixels of a row to the cells of their facet pairs. Returns the cells and how many are in use."""
     c = len(rig.per_strength)
-    end = start
+    keys, end, one = row.key, start, np.uint64(1)
     while end < stop:
-        first, key = end, row.key[end]
-        while end < stop and row.key[end] == key:
-            end += 1
+        first, key = end, keys[end]
+        while end < stop and keys[end] == key:
+            end += one
         if key < 0:
             continue
         if used == len(cells.keys):
@@ -303,7 +307,7 @@ def _gather(rig, value, variance, shift, row, start, stop, cells, used):
             used += 1
         cell = cells.sums[cells.slots[at]]
         _add_light(cell, rig.per_strength, rig.weight, value, variance, shift, row.inverse, first, end)
-        cell[0] += end - first
+        cell[0] += np.float64(end - first)
         _add_place(cell, 1, 2 + 3 * c, rig.weight, row, first, end)
     return cells, used
 
