@@ -17,7 +17,7 @@ from reconstruct.cells import Cells, cells_of
 from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
 from reconstruct.model import Model
 from reconstruct.represent import Represented, represent
-from reconstruct.robust import ViewScales
+from reconstruct.robust import ViewScales, level
 from reconstruct.search import Fitted, common_error, search_lobes
 from reconstruct.select import Candidate, choose, try_all
 from reconstruct.table import FacetTable
@@ -26,6 +26,7 @@ from reconstruct.uncertainty import Uncertainty, uncertainty_of, valid_region
 SYMMETRY = "isotropic"
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
+TOLERATED = 0.003  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 CLOSE = 0.005  # relative representation error that needs no finer modes
 FINEST = 12  # order of the representation
@@ -113,7 +114,16 @@ def _select(work: Cleaned, options: FitOptions) -> tuple[Candidate, Candidate]:
     weight = again.weight / (work.deviation * again.scale) ** 2
     common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
-    return choose(try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted, common))
+    tried = try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted, common)
+    return choose(tried, _tolerated(cells, work.deviation * again.scale))
+
+
+def _tolerated(cells: Cells, deviation: np.ndarray) -> float:
+    """The loss of a misfit of :data:`TOLERATED` throughout; none for measurements that carry their own errors."""
+    if not cells.binned:
+        return 0.0
+    relative = np.median(deviation / np.maximum(np.abs(cells.value), 1e-3 * level(cells)))
+    return float((TOLERATED / relative) ** 2)
 
 
 def _orders(options: FitOptions, cells: Cells) -> tuple[int, ...]:

@@ -120,26 +120,28 @@ def _loss(folds: Statistics, solution: np.ndarray) -> np.ndarray:
     return folds.residual(solution).sum(1) / (np.maximum(folds.cells, 1) * folds.square.shape[1])
 
 
-def choose(candidates: list[Candidate]) -> tuple[Candidate, Candidate]:
+def choose(candidates: list[Candidate], tolerated: float = 0.0) -> tuple[Candidate, Candidate]:
     """The simplest candidate that predicts as well as the best, and the best.
 
     A lobe must pay: fewer lobes are kept unless more lower the loss by :data:`WORTH_A_LOBE` and by more than its
-    standard error.
+    standard error. Losses that differ by less than ``tolerated`` count as equal: calibration and stray light leave
+    misfits of that size, and a mode bought to follow them goes astray where no photo holds it.
     """
     best = min(candidates, key=lambda one: one.loss.mean())
     for lobes in sorted({len(one.lobes.families) for one in candidates}):
         simple = [one for one in candidates if len(one.lobes.families) == lobes]
         least = min(simple, key=lambda one: one.loss.mean())
         excess = least.loss - best.loss
-        if excess.mean() <= WORTH_A_LOBE * best.loss.mean() or _within_one_error(excess):
+        if excess.mean() <= tolerated + WORTH_A_LOBE * best.loss.mean() or _within_one_error(excess):
             break
-    good = [one for one in simple if _as_good(one.loss, least.loss)]
+    good = [one for one in simple if _as_good(one.loss, least.loss, tolerated)]
     order = min(one.order for one in good)
     return min((one for one in good if one.order == order), key=lambda one: one.loss.mean()), best
 
 
-def _as_good(loss: np.ndarray, least: np.ndarray) -> bool:
-    return loss.mean() <= (1.0 + IMMATERIAL) * least.mean() or _within_one_error(loss - least)
+def _as_good(loss: np.ndarray, least: np.ndarray, tolerated: float) -> bool:
+    excess = loss.mean() - least.mean()
+    return excess <= max(IMMATERIAL * least.mean(), tolerated) or _within_one_error(loss - least)
 
 
 def _within_one_error(excess: np.ndarray) -> bool:
