@@ -83,9 +83,9 @@ class RadianceReader:
             merged = merge(signals, factors, self.sensor.noise)
             value, variance, saturated, ghost = merged.value, merged.variance, merged.saturated, merged.ghost
         valid = ~saturated if ghost is None else ~(saturated | ghost)
-        y, x, c = np.nonzero(value < 0)  # few: the test itself is costly
-        too_low = value[y, x, c] < -BELOW_BLACK * np.sqrt(variance[y, x, c])
-        valid[y[too_low], x[too_low]] = False
+        low = np.flatnonzero(value < 0)  # few: the test itself is costly
+        too_low = low[value.ravel()[low] < -BELOW_BLACK * np.sqrt(variance.ravel()[low])]
+        valid.ravel()[too_low // value.shape[2]] = False
         if self.dark is not None:
             valid &= ~cut(self.dark.hot, roi)
         return RadianceImage(value, variance, valid, saturated, roi[:2] if roi else (0, 0), ghost)
