@@ -29,7 +29,7 @@ HIGHEST_AUTO_TABLE = 12
 TOLERATED = 0.003  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 CLOSE = 0.005  # relative representation error that needs no finer modes
-FINEST = 12  # order of the representation
+FINEST = 16  # order of the representation
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,10 @@
 
 Every family is D G F / (4 cos_i cos_r) with the GGX distribution (Walter et al. 2007). They differ in Smith's
 masking G (height-correlated, Heitz 2014; or separable) and in Fresnel's F (Schlick 1994 with a free base reflectance
-a channel, as in the coefficient file; or the exact dielectric formula with one index for all channels). The file
-knows only height-correlated Schlick lobes: :mod:`reconstruct.represent` says the others in its terms.
+a channel, as in the coefficient file; or the exact dielectric formula with one index for all channels). A dielectric
+lobe is that of a coat: under it lies a diffuse ground, lit and seen through the interface, (1 - F(i)) (1 - F(r)) times
+a free coefficient a channel. The file knows only height-correlated Schlick lobes: :mod:`reconstruct.represent` says
+the others in its terms.
 """
 
 from __future__ import annotations
@@ -37,11 +39,17 @@ class Family:
         """The linear coefficients, one each a channel."""
         if self.fresnel == "schlick":
             return ("f0",) if self.absolute else ("weight f0", "weight (1 - f0)")
-        return () if self.absolute else ("weight",)
+        return ("ground",) if self.absolute else ("weight", "ground")
+
+    @property
+    def has_ground(self) -> bool:
+        """Whether the last coefficient is that of a diffuse ground under the coat."""
+        return self.fresnel == "dielectric"
 
     def upper_bounds(self) -> np.ndarray:
         """Of the coefficients, (q,); all lower bounds are 0."""
-        return np.array([1.0 if name == "f0" else self.limit for name in self.coefficient_names])
+        limits = {"f0": 1.0, "ground": np.inf}
+        return np.array([limits.get(name, self.limit) for name in self.coefficient_names])
 
 
 CORRELATED_SCHLICK = Family("correlated-schlick", "schlick", "correlated", True)  # the coefficient file's own
@@ -78,9 +86,11 @@ def lobe_columns(
         return np.zeros_like(base), np.column_stack([base, grazing])
     f0 = shape[1] if family.absolute else TYPICAL_F0
     lobe = base * dielectric_fresnel(cos_h, f0)
+    passed = 1.0 - np.stack([dielectric_fresnel(np.cos(theta), f0) for theta in (theta_i, theta_r)])
+    ground = passed[0] * passed[1] / np.pi
     if family.absolute:
-        return lobe, np.empty((len(lobe), 0))
-    return np.zeros_like(lobe), lobe[:, None]
+        return lobe, ground[:, None]
+    return np.zeros_like(lobe), np.column_stack([lobe, ground])
 
 
 def dielectric_fresnel(cos: np.ndarray, f0: float) -> np.ndarray:

@@ -1,8 +1,8 @@
 """A fitted model in the coefficient file's terms: height-correlated Schlick lobes with a weight, and modes.
 
-What a lobe of another family has beyond the file's lobe of nearest shape goes into the modes, by least squares over
-the whole hemisphere of pairs. There is no noise in this, so its order may be higher than the order of the fit; what
-still remains is the representation error, and it is reported.
+What a lobe of another family has beyond the file's lobe of the same roughness goes into the modes, by least squares
+over the whole hemisphere of pairs. There is no noise in this, so its order may be higher than the order of the fit;
+what still remains is the representation error, and it is reported.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from reconstruct.basis import Basis
 from reconstruct.brdf import Lobe
 from reconstruct.cells import Cells
-from reconstruct.microfacet import Family
+from reconstruct.microfacet import Family, lobe_columns
 from reconstruct.model import LobeSet, Model
-from reconstruct.search import FINE, Profile, descend
+from reconstruct.search import Profile
 
 FILE_FAMILY = Family("file", "schlick", "correlated", absolute=False)
 JUDGED = np.radians(70.0)  # the error is stated below it
@@ -43,18 +43,20 @@ def represent(model: Model, order: int) -> Represented:
     channels = model.coefficients.shape[1]
     coefficients = np.zeros((len(Basis("isotropic", order).modes), channels))
     coefficients[: len(model.coefficients)] = model.coefficients
-    lobes, missing, first = [], np.zeros(channels), 0
+    lobes, missing, first = [], 0.0, 0
     for family, shape in zip(model.lobes.families, model.lobes.shapes, strict=True):
         own = model.lobe_coefficients[first : first + len(family.coefficient_names)]
         first += len(own)
         if (family.fresnel, family.masking) == ("schlick", "correlated"):
             lobes.append(_as_it_is(family, shape, own))
             continue
-        nearest, error = _nearest(LobeSet((family,), (shape,)), own, order)
+        nearest = _nearest(family, shape, own, order)
         coefficients += nearest.coefficients
-        lobes.append(_weighted(nearest.lobes.shapes[0], nearest.lobe_coefficients, channels))
-        missing += error**2
-    return Represented(order, coefficients, tuple(lobes), np.sqrt(missing))
+        lobes.append(_weighted(shape, nearest.lobe_coefficients, channels))
+        missing = missing + nearest.missing
+    judged = _judged()
+    error = np.sqrt(np.average(missing**2, axis=0, weights=judged[judged > 0.0])) if np.ndim(missing) else 0.0
+    return Represented(order, coefficients, tuple(lobes), np.broadcast_to(error, channels).copy())
 
 
 def _as_it_is(family: Family, shape: np.ndarray, own: np.ndarray) -> Lobe:
@@ -74,21 +76,52 @@ def _weighted(shape: np.ndarray, own: np.ndarray, channels: int) -> Lobe:
     )
 
 
-def _nearest(lobe: LobeSet, own: np.ndarray, order: int) -> tuple[Model, np.ndarray]:
-    """The file's lobe and modes nearest to ``lobe`` with coefficients ``own`` (q, c), and the rms miss (c,) or (1,)."""
+@dataclass(frozen=True, slots=True)
+class _Nearest:
+    coefficients: np.ndarray  # (m, c or 1)
+    lobe_coefficients: np.ndarray  # (2, c or 1) of the file's family
+    missing: np.ndarray  # (k, c or 1) at the nodes below the limit
+
+
+def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int) -> _Nearest:
+    """The file's lobe of the same roughness, and modes, nearest to a lobe with coefficients ``own`` (q, c).
+
+    A ground under the lobe is said by modes alone, so that all channels keep the same lobe.
+    """
+    grid, _ = _grid()
+    fixed, columns = lobe_columns(family, shape, grid.theta_i, grid.theta_r, grid.dphi)
+    lobes = len(own) - family.has_ground
+    wanted = fixed[:, None] + columns[:, :lobes] @ own[:lobes] if lobes else fixed[:, None]
+    found = _closest(wanted, LobeSet((FILE_FAMILY,), (shape[:1],)), order)
+    missing = found.evaluate(grid) - wanted
+    coefficients = found.coefficients
+    if family.has_ground:
+        ground = _closest(columns[:, lobes:], LobeSet(), order)
+        coefficients = coefficients + ground.coefficients @ own[lobes:]
+        missing = missing + (ground.evaluate(grid) - columns[:, lobes:]) @ own[lobes:]
+    return _Nearest(coefficients, found.lobe_coefficients, missing[_judged() > 0.0])
+
+
+def _closest(wanted: np.ndarray, lobes: LobeSet, order: int) -> Model:
+    """Modes up to ``order`` and ``lobes`` with the coefficients that come closest to ``wanted`` (n, c) on the grid."""
     grid, weight = _grid()
-    fixed, columns = lobe.columns(grid)
-    wanted = fixed[:, None] + columns @ own if len(own) else fixed[:, None]
     basis = Basis("isotropic", order)
     emphasis = weight * (BEYOND + _fade(grid.theta_i) * _fade(grid.theta_r))
     penalty = np.tile(PENALTY * emphasis.sum() * basis.degree() ** 2, (wanted.shape[1], 1))
     weights = np.repeat(emphasis[:, None], wanted.shape[1], 1)
-    profile = Profile(grid.with_value(wanted), basis.design(grid), weights, penalty)
-    start = LobeSet((FILE_FAMILY,), (lobe.shapes[0][:1],))
-    found = Model(basis, *profile.model_parts(descend(profile, start, FINE)))
-    inside = (grid.theta_i < JUDGED) & (grid.theta_r < JUDGED)
-    miss = (found.evaluate(grid) - wanted)[inside]
-    return found, np.sqrt(np.average(miss**2, axis=0, weights=weight[inside]))
+    profile = Profile(grid.with_value(wanted), _grid_design(order), weights, penalty)
+    return Model(basis, *profile.model_parts(lobes))
+
+
+def _judged() -> np.ndarray:
+    """(n,) weight of the grid's nodes in the stated error: 0 beyond the limit."""
+    grid, weight = _grid()
+    return np.where(np.maximum(grid.theta_i, grid.theta_r) < JUDGED, weight, 0.0)
+
+
+@lru_cache(maxsize=4)
+def _grid_design(order: int) -> np.ndarray:
+    return Basis("isotropic", order).design(_grid()[0])
 
 
 def _fade(theta: np.ndarray) -> np.ndarray:

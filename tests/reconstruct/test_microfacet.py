@@ -94,6 +94,16 @@ def test_correlated_masking_hides_less_and_the_same_at_the_normal():
 
 def test_a_relative_scale_leaves_the_weight_free_and_an_absolute_one_does_not():
     for family in families(absolute=True):
-        assert np.isfinite(family.upper_bounds()).all()
+        limits = dict(zip(family.coefficient_names, family.upper_bounds(), strict=True))
+        assert np.isfinite([limits[name] for name in limits if name != "ground"]).all()
     for family in families(absolute=False):
         assert family.coefficient_names and not np.isfinite(family.upper_bounds()).any()
+
+
+def test_what_a_coat_lets_through_to_its_ground_is_what_it_does_not_reflect():
+    coat = next(family for family in families(absolute=True) if family.has_ground)
+    theta = np.radians([0.0, 30.0, 60.0, 80.0])
+    ground = lobe_columns(coat, np.array([0.3, 0.05]), theta, theta, theta)[1][:, -1]
+    np.testing.assert_allclose(
+        np.sqrt(np.pi * ground), 1.0 - dielectric_fresnel(np.cos(theta), 0.05), rtol=1e-12
+    )
