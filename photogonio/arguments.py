@@ -172,7 +172,8 @@ def _export(commands: argparse._SubParsersAction) -> None:
         "photogonio export my-set-brdf/coefficients.json --format merl -o material.binary",
     )
     parser.add_argument("coefficients", metavar="COEFFICIENTS", help="coefficients.json")
-    parser.add_argument("--format", metavar="F", required=True, help="csv, merl or scatmech")
+    parser.add_argument("--channel", metavar="NAME", help="only this one")
+    parser.add_argument("--format", metavar="F", required=True, help="csv, merl, mitsuba or scatmech")
     parser.add_argument(
         "-o", "--out", metavar="FILE", help="default: COEFFICIENTS' name with the format's suffix"
     )

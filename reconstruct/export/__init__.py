@@ -10,6 +10,8 @@ from capture.errors import InputError
 from reconstruct.brdf import Brdf
 from reconstruct.export.csv_table import write_csv
 from reconstruct.export.merl_table import write_merl_table
+from reconstruct.export.mitsuba import write_mitsuba
+from reconstruct.export.scatmech_file import write_scatmech_file
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +23,8 @@ class Format:
 FORMATS = {
     "csv": Format(".csv", write_csv),
     "merl": Format(".binary", write_merl_table),
+    "mitsuba": Format(".bsdf", write_mitsuba),
+    "scatmech": Format(".csv", write_scatmech_file),
 }
 
 

@@ -1,0 +1,161 @@
+"""Exported files, read again by readers written from the formats' own descriptions."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capture.errors import InputError
+from reconstruct.angles import unit_vectors
+from reconstruct.brdf import Brdf, Lobe
+from reconstruct.export import FORMATS, find_format
+from reconstruct.merl import read_merl
+from reconstruct.modes import isotropic_modes, reciprocal_modes
+from reconstruct.scatmech import read_scatmech
+
+
+def satin(channels: tuple[str, ...] = ("R", "G", "B"), *, lobes: bool = True) -> Brdf:
+    c = len(channels)
+    modes = isotropic_modes(2)
+    coefficients = np.zeros((len(modes), c))
+    coefficients[0] = np.linspace(2.0, 1.0, c)
+    coefficients[1] = 0.1
+    lobe = Lobe(0.3, np.full(c, 0.04), np.ones(c))
+    return Brdf(2, channels, modes, coefficients, np.zeros_like(coefficients), lobes=(lobe,) if lobes else ())
+
+
+def pairs(count: int, below: float = 80.0) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(3)
+    theta = np.arccos(rng.uniform(np.cos(np.radians(below)), 1, (2, count)))
+    phi = rng.uniform(0, 2 * np.pi, (2, count))
+    return unit_vectors(theta[0], phi[0]), unit_vectors(theta[1], phi[1])
+
+
+def read_tensors(path: Path) -> dict[str, np.ndarray]:
+    """Mitsuba's tensor file, from its description."""
+    data = path.read_bytes()
+    assert data[:14] == b"tensor_file\0\1\0"
+    (count,) = struct.unpack_from("<I", data, 14)
+    place, tensors = 18, {}
+    for _ in range(count):
+        (length,) = struct.unpack_from("<H", data, place)
+        name = data[place + 2 : place + 2 + length].decode()
+        place += 2 + length
+        ndim, kind, offset = struct.unpack_from("<HBQ", data, place)
+        shape = struct.unpack_from(f"<{ndim}Q", data, place + 11)
+        place += 11 + 8 * ndim
+        dtype = {1: np.uint8, 10: np.float32}[kind]
+        tensors[name] = np.frombuffer(data, dtype, int(np.prod(shape)), offset).reshape(shape)
+    return tensors
+
+
+def bilinear(table: np.ndarray, x: float, y: float) -> np.ndarray:
+    """Of (..., rows, columns) at x along columns and y along rows, both 0 to 1."""
+    n = table.shape[-1] - 1
+    i, j = min(int(x * n), n - 1), min(int(y * n), n - 1)
+    a, b = x * n - i, y * n - j
+    low, high = ((1 - a) * table[..., row, i] + a * table[..., row, i + 1] for row in (j, j + 1))
+    return (1 - b) * low + b * high
+
+
+def measured_value(tensors: dict[str, np.ndarray], incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+    """f cos(exit) as the ``measured`` material looks it up (its warp is even, ndf / (4 sigma) is one)."""
+    half = (incident + exit) / np.linalg.norm(incident + exit)
+    theta_m, phi_m = np.arccos(min(half[2], 1.0)), np.arctan2(half[1], half[0])
+    turn = phi_m - np.arctan2(incident[1], incident[0])
+    u = np.sqrt(theta_m * 2 / np.pi)
+    v = (turn + np.pi) / (2 * np.pi)
+    v -= np.floor(v)
+    theta_i, nodes = np.arccos(incident[2]), tensors["theta_i"]
+    k = min(int(np.searchsorted(nodes, theta_i, side="right")) - 1, len(nodes) - 2)
+    part = (theta_i - nodes[k]) / (nodes[k + 1] - nodes[k])
+    low, high = (bilinear(tensors["rgb"][0, m], u, v) for m in (k, k + 1))
+    factor = bilinear(tensors["ndf"], u, v) / (4 * bilinear(tensors["sigma"], u, v))
+    return ((1 - part) * low + part * high) * factor
+
+
+def test_mitsubas_tensor_file(tmp_path):
+    brdf = satin()
+    FORMATS["mitsuba"].write(brdf, tmp_path / "a.bsdf")
+    tensors = read_tensors(tmp_path / "a.bsdf")
+    assert (tensors["vndf"] == 1).all()
+    assert tensors["luminance"].min() > 0
+    assert tensors["jacobian"][0] == 1
+    incident, exit = pairs(400)
+    found = np.array([measured_value(tensors, i, r) for i, r in zip(incident, exit, strict=True)])
+    expected = brdf(incident, exit) * exit[:, 2:]
+    # nodes lie 0.9 degrees of half vector and 3 degrees of incidence apart, or less
+    error = np.sqrt(((found - expected) ** 2).sum() / (expected**2).sum())
+    assert error < 0.01
+
+
+def test_mitsuba_itself_opens_it(tmp_path):
+    mi = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    mi.set_variant("scalar_rgb")
+    brdf = satin()
+    FORMATS["mitsuba"].write(brdf, tmp_path / "a.bsdf")
+    material = mi.load_dict({"type": "measured", "filename": str(tmp_path / "a.bsdf")})
+    incident, exit = pairs(50)
+    for i, r in zip(incident, exit, strict=True):
+        point = mi.SurfaceInteraction3f()
+        point.wi = mi.Vector3f(*i)
+        found = material.eval(mi.BSDFContext(), point, mi.Vector3f(*r))
+        np.testing.assert_allclose(np.array(found), brdf(i[None], r[None])[0] * r[2], rtol=0.05)
+
+
+def test_merl_keeps_channels_by_name(tmp_path):
+    brdf = satin(("B", "G", "R"))
+    FORMATS["merl"].write(brdf, tmp_path / "a.binary")
+    incident, exit = pairs(300)
+    found = read_merl(tmp_path / "a.binary").evaluate(incident, exit)
+    # a bin is a degree or two wide, and this lobe 0.3 rad
+    np.testing.assert_allclose(found, brdf(incident, exit)[:, ::-1], rtol=0.1)
+
+
+def test_one_channel_is_repeated(tmp_path):
+    brdf = satin(("Y",))
+    for name in ("merl", "mitsuba"):
+        FORMATS[name].write(brdf, tmp_path / name)
+    found = read_merl(tmp_path / "merl").evaluate(*pairs(5))
+    np.testing.assert_allclose(found[:, 0], found[:, 2], rtol=1e-12)
+    rgb = read_tensors(tmp_path / "mitsuba")["rgb"]
+    np.testing.assert_array_equal(rgb[:, :, 0], rgb[:, :, 1])
+
+
+def test_scatmech_keeps_every_digit(tmp_path):
+    brdf = satin(("Y",), lobes=False)
+    FORMATS["scatmech"].write(brdf, tmp_path / "a.csv")
+    table = read_scatmech(tmp_path / "a.csv")
+    assert table.unpolarised.all()
+    np.testing.assert_array_equal(np.sort(table.values), np.sort(brdf.coefficients[:, 0]))
+
+
+@pytest.mark.parametrize(
+    ("name", "brdf"),
+    [
+        ("merl", satin(("A", "B"))),
+        ("mitsuba", satin(("A", "B"))),
+        ("scatmech", satin(lobes=False)),
+        ("scatmech", satin(("Y",))),
+        (
+            "merl",
+            Brdf(0, ("Y",), reciprocal_modes(0), np.ones((1, 1)), np.zeros((1, 1)), symmetry="reciprocal"),
+        ),
+        (
+            "mitsuba",
+            Brdf(0, ("Y",), reciprocal_modes(0), np.ones((1, 1)), np.zeros((1, 1)), symmetry="reciprocal"),
+        ),
+    ],
+)
+def test_what_a_format_cannot_hold_is_refused(tmp_path, name, brdf):
+    with pytest.raises(InputError):
+        FORMATS[name].write(brdf, tmp_path / "a")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_format_is_refused():
+    with pytest.raises(InputError, match="csv, merl, mitsuba, scatmech"):
+        find_format("obj")
