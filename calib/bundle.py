@@ -12,8 +12,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import aslinearoperator
 
 from calib.board import Corners
 from calib.camera import Camera, Pose
@@ -22,6 +24,7 @@ from calib.sample import cone_derivatives, cone_residual, focal
 
 _ROBUST = 3.0  # standard errors beyond which a robust row counts less
 _ROUNDS = 25
+_SHARP = 1e-3  # pixels
 _DIFFERENCE = 1e-5  # of a length's own size, for derivatives
 
 Values = dict[str, np.ndarray]
@@ -36,6 +39,8 @@ class Model:
     size: tuple[int, int]
     distortion: np.ndarray  # the whole vector, OpenCV's order
     free: tuple[int, ...]  # indices in it that the block holds after fx, fy, cx, cy
+    square: bool = False  # fx = fy
+    centred: bool = False  # the principal point stays in the picture's middle
 
     def camera(self, block: np.ndarray) -> Camera:
         matrix = np.array([[block[0], 0, block[2]], [0, block[1], block[3]], [0, 0, 1.0]])
@@ -47,6 +52,26 @@ class Model:
         """Inverse of :meth:`camera`."""
         m = camera.matrix
         return np.concatenate([[m[0, 0], m[1, 1], m[0, 2], m[1, 2]], camera.distortion[list(self.free)]])
+
+
+def camera_term(model: Model) -> Term:
+    """What the camera's model holds fast, as sharp expectations."""
+    middle = (np.array(model.size, float) - 1) / 2
+
+    def term(values: Values) -> tuple[np.ndarray, Derivatives]:
+        block = values["camera"]
+        rows = []
+        if model.square:
+            rows.append((np.array([1.0, -1.0, 0, 0]), block[0] - block[1]))
+        if model.centred:
+            rows.append((np.array([0, 0, 1.0, 0]), block[2] - middle[0]))
+            rows.append((np.array([0, 0, 0, 1.0]), block[3] - middle[1]))
+        design = np.zeros((len(rows), len(block)))
+        for k, (row, _) in enumerate(rows):
+            design[k, :4] = row / _SHARP
+        return np.array([r / _SHARP for _, r in rows]), {"camera": design}
+
+    return term
 
 
 def pose_block(pose: Pose) -> np.ndarray:
@@ -263,6 +288,8 @@ def adjust(
     sizes = [len(t(start)[0]) for t, _ in terms]
     robust = np.repeat([r for _, r in terms], sizes)
 
+    origin = np.concatenate([start[n] for n in names])
+
     def unpack(x: np.ndarray) -> Values:
         return start | {n: x[place[n]] for n in names}
 
@@ -276,29 +303,41 @@ def adjust(
     def loss(z: np.ndarray) -> np.ndarray:
         return _mixed_loss(z, robust)
 
-    x = np.concatenate([start[n] for n in names])
+    # in steps of the first Jacobian's Cholesky factor all directions weigh alike, and LSMR needs few iterations
+    basis = _basis(_normal(jacobian(origin), residual(origin), robust))
     found = least_squares(
-        residual,
-        x,
-        jac=jacobian,
+        lambda y: residual(origin + basis @ y),
+        np.zeros(len(origin)),
+        jac=lambda y: aslinearoperator(jacobian(origin + basis @ y)) @ aslinearoperator(basis),
         loss=loss,
-        x_scale="jac",
         tr_solver="lsmr",
-        ftol=1e-9,
-        xtol=1e-10,
+        ftol=1e-8,
+        xtol=1e-9,
         max_nfev=_ROUNDS,
     )
-    values = unpack(found.x)
-    last = residual(found.x)
-    weight = np.sqrt(_mixed_loss(last**2, robust)[1])
-    design = jacobian(found.x).multiply(weight[:, None]).tocsr()
-    inverse = _inverse((design.T @ design).toarray())
+    x = origin + basis @ found.x
+    last = residual(x)
+    inverse = _inverse(_normal(jacobian(x), last, robust))
+    values = unpack(x)
     return Adjusted(
         {n: np.array(v) for n, v in values.items()},
         {n: inverse[place[n], place[n]] for n in names},
         np.split(last, np.cumsum(sizes)[:-1]),
         float(found.cost),
     )
+
+
+def _normal(jacobian: csr_matrix, residual: np.ndarray, robust: np.ndarray) -> np.ndarray:
+    """Dense J' W J with the weights of the robust loss."""
+    weight = _mixed_loss(residual**2, robust)[1]
+    return (jacobian.T @ jacobian.multiply(weight[:, None])).toarray()
+
+
+def _basis(normal: np.ndarray) -> np.ndarray:
+    """Columns in which ``normal`` becomes the unit matrix."""
+    scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    scaled = normal * scale * scale[:, None] + 1e-12 * np.eye(len(normal))
+    return scale[:, None] * solve_triangular(cholesky(scaled, lower=True), np.eye(len(normal)), lower=True).T
 
 
 def _mixed_loss(z: np.ndarray, robust: np.ndarray) -> np.ndarray:

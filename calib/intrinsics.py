@@ -11,18 +11,24 @@ from calib.board import Corners
 from calib.camera import Camera
 from calib.pose import fit_pose
 
-_FREE_NONE = cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST
+_PINHOLE = cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST
+_ONE_TERM = cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST
 MODELS: dict[str, int] = {
-    "none": _FREE_NONE,
-    "k1": cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST,
+    "square pixels": _PINHOLE | cv2.CALIB_FIX_ASPECT_RATIO,
+    "square pixels, k1": _ONE_TERM | cv2.CALIB_FIX_ASPECT_RATIO,
+    "pinhole": _PINHOLE,
+    "k1": _ONE_TERM,
     "k1 k2": cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST,
     "k1 k2 p1 p2": cv2.CALIB_FIX_K3,
     "k1 k2 p1 p2 k3": 0,
     "rational": cv2.CALIB_RATIONAL_MODEL,
 }
+_FEW = ("square pixels", "square pixels, k1")  # models for fewer than four photos
+_CENTRED = cv2.CALIB_FIX_PRINCIPAL_POINT | cv2.CALIB_FIX_ASPECT_RATIO  # for fewer than three
 _FOLDS = 5
 _MOST = 16  # photos that judge the models; all of them then fit the chosen one
-_SAME = 1.01  # a held-out residual within this factor of the best counts as equal: the simpler model is taken
+_SAME = 1.02  # a held-out residual within this factor counts as equal
+_WORTH = 10.0  # drop of the squared residual, in its expected size for a useless term, that a term must bring
 _FEWEST = 6  # corners a photo needs
 
 
@@ -33,39 +39,78 @@ class CameraFit:
     camera: Camera
     model: str
     rms: float  # pixels, over both coordinates together (OpenCV's)
-    standard_errors: np.ndarray  # (4 + 5 or more,) fx, fy, cx, cy, then distortion
+    standard_errors: np.ndarray  # (4 + k,) fx, fy, cx, cy, then distortion, photos taken as the independent units
     scores: dict[str, float]  # held-out rms of each model tried, pixels
     used: np.ndarray  # (photos,) bool
+    square: bool  # fx = fy was held
+    centred: bool  # so was the principal point, in the picture's middle
 
 
 def fit_camera(views: list[Corners], size: tuple[int, int]) -> CameraFit | None:
     """The camera from the corners of several photos; None if fewer than one photo shows enough of them.
 
-    The model is the first of ``MODELS`` whose error on left-out photos is as good as the best.
+    The model is the simplest that no larger one beats: a larger one must lower the squared residual by ten times
+    what as many useless terms would, and must not do worse on photos it has not seen.
     """
     enough = np.array([len(v) >= _FEWEST for v in views])
     good = [v for v, e in zip(views, enough, strict=True) if e]
     if not good:
         return None
-    scores = {}
+    names = list(MODELS) if len(good) >= 4 else list(_FEW)
+    extra = 0 if len(good) >= 3 else _CENTRED
     judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
-    names = list(MODELS) if len(good) >= 4 else ["none", "k1", "k1 k2"][: len(good)]
-    for name in names:
-        scores[name] = _held_out(judges, size, MODELS[name])
-    least = min(scores.values())
-    model = next(n for n, s in scores.items() if s <= least * _SAME) if np.isfinite(least) else "none"
-    flags = MODELS[model]
-    if len(good) < 3:
-        flags |= cv2.CALIB_FIX_PRINCIPAL_POINT | cv2.CALIB_FIX_ASPECT_RATIO
-    rms, camera, errors = _calibrate(good, size, flags)
-    return CameraFit(camera, model, rms, errors, scores, enough)
+    held_out = {n: _held_out(judges, size, MODELS[n] | extra) for n in names}
+    fits = {n: _calibrate(good, size, MODELS[n] | extra) for n in names}
+    count = 2 * sum(len(v) for v in good)
+    model = names[-1]
+    for k, name in enumerate(names):
+        better = [n for n in names[k + 1 :] if _beats(fits[n][0], fits[name][0], count, _terms(n) - _terms(name))]
+        if not any(held_out[n] < held_out[name] * _SAME for n in better):
+            model = name
+            break
+    rms, camera, errors = fits[model]
+    scatter = _jackknife(good, size, MODELS[model] | extra)
+    flags = MODELS[model] | extra
+    return CameraFit(
+        camera,
+        model,
+        rms,
+        np.maximum(errors[: len(scatter)], scatter),
+        held_out,
+        enough,
+        bool(flags & cv2.CALIB_FIX_ASPECT_RATIO),
+        bool(flags & cv2.CALIB_FIX_PRINCIPAL_POINT),
+    )
+
+
+def _jackknife(views: list[Corners], size: tuple[int, int], flags: int) -> np.ndarray:
+    """Standard errors (4 + k,) from leaving groups of photos out (Efron and Tibshirani, 1993, ch. 11)."""
+    groups = min(_FOLDS, len(views))
+    if groups < 3:
+        return np.zeros(9)
+    parts = []
+    for k in range(groups):
+        _, camera, _ = _calibrate([v for n, v in enumerate(views) if n % groups != k], size, flags)
+        matrix = camera.matrix
+        parts.append([matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *camera.distortion])
+    off = np.array(parts) - np.mean(parts, axis=0)
+    return np.sqrt((groups - 1) / groups * (off**2).sum(0))
+
+
+def _terms(name: str) -> int:
+    return len(free_terms(MODELS[name])) - bool(MODELS[name] & cv2.CALIB_FIX_ASPECT_RATIO)
+
+
+def _beats(larger: float, smaller: float, count: int, terms: int) -> bool:
+    """Whether an rms is lower by more than ``terms`` useless terms could make it, ten times over."""
+    return count * ((smaller / larger) ** 2 - 1) > _WORTH * max(terms, 1)
 
 
 def _calibrate(views: list[Corners], size: tuple[int, int], flags: int) -> tuple[float, Camera, np.ndarray]:
     points = [np.ascontiguousarray(v.points, np.float32).reshape(-1, 1, 3) for v in views]
     pixels = [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in views]
     rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(
-        points, pixels, size, None, None, flags=flags
+        points, pixels, size, np.eye(3), None, flags=flags
     )
     distortion = np.asarray(distortion, float).reshape(-1)[: 8 if flags & cv2.CALIB_RATIONAL_MODEL else 5]
     return float(rms), Camera(matrix, distortion, size), np.asarray(errors, float).reshape(-1)
@@ -75,7 +120,7 @@ def _held_out(views: list[Corners], size: tuple[int, int], flags: int) -> float:
     """Rms residual of photos left out one after the other, their pose fitted, pixels."""
     folds = np.array_split(np.arange(len(views)), min(_FOLDS, len(views)))
     if len(folds) < 2:
-        return _calibrate(views, size, flags | cv2.CALIB_FIX_PRINCIPAL_POINT | cv2.CALIB_FIX_ASPECT_RATIO)[0]
+        return _calibrate(views, size, flags)[0]
     squares: list[np.ndarray] = []
     for fold in folds:
         rest = [v for k, v in enumerate(views) if k not in fold]
@@ -95,9 +140,9 @@ def quick_camera(views: list[Corners], size: tuple[int, int]) -> Camera | None:
     if not good:
         return None
     judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
-    flags = MODELS["k1 k2"] if len(judges) >= 3 else MODELS["none"]
+    flags = MODELS["k1 k2"] if len(judges) >= 4 else MODELS["square pixels"]
     if len(judges) < 3:
-        flags |= cv2.CALIB_FIX_PRINCIPAL_POINT | cv2.CALIB_FIX_ASPECT_RATIO
+        flags |= _CENTRED
     return _calibrate(judges, size, flags)[1]
 
 

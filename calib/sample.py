@@ -13,12 +13,13 @@ from calib.camera import Camera, Pose
 from calib.highlights import outline
 from calib.reflect import hit_sphere
 
-_AROUND = 240  # places along the limb
+_AROUND = 72  # places along the limb
 _STEP = 0.25  # pixels between samples across it
 _SOFT = 0.7  # pixels, the scale of the edge filter
 _NEAR = 1.5  # pixels within which the limb is looked for once it is roughly known
 _MISPLACED = 0.03  # of the radius: how far off the manifest may place the ball
 _TRUSTED_RADIUS = 0.004  # of the radius
+_TRUSTED_EDGE = 0.5  # pixels: aliasing and the ball's own shading move all edges of a stretch alike
 _LOOSE = 0.15  # pixels, scale beyond which an edge counts less
 
 
@@ -72,7 +73,7 @@ def find_limb(
     clear = inner & (peak > 5 * rest) & (contrast > 0.02) & (bad.max(1) == 0)
     clear &= peak > 0.02 * np.percentile(peak, 90)
     edge = limb + offset[:, None] * normal
-    return Limb(edge[clear], 0.1 + 0.3 * (rest / peak)[clear])
+    return Limb(edge[clear], _TRUSTED_EDGE + 0.3 * rest[clear] / peak[clear])
 
 
 def limb_residual(

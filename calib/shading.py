@@ -14,16 +14,18 @@ from calib.bounce import bounce_columns
 from calib.occlusion import direct, lit_fraction
 from calib.paper import PaperSamples
 
-LOCAL = 7  # x, y, z, log strength of white, diffuse bounce, glossy bounce, even light
-SHARED = 5  # sample x, y, z, log lamp radius, log of black over white
+LOCAL = 9  # x, y, z, log strength of white, diffuse bounce, glossy bounce, even light, slopes along x and y
+SHARED = 6  # sample x, y, z and radius, log lamp radius, log of black over white
 _FLOOR = 0.003  # relative error of the model at one place
 _SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
-_PRIOR = np.array([0.3, 1.0, 0.0])  # diffuse bounce, glossy bounce, even light
-_PRIOR_SIGMA = np.array([0.3, 1.0, 0.01])
-_STEP = np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-5, 1e-5, 1e-5, 1e-3, 1e-3, 1e-3, 1e-3, 1e-5])
+_PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0])  # of the local values after the first four
+_PRIOR_SIGMA = np.array([0.3, 1.0, 0.01])  # of the first three of them
+_SLOPE = 0.001  # relative, over half the board: how even paper and lens are
+_SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
+_STEP = np.array([1e-4] * 3 + [1e-5] * 6 + [1e-3] * 5 + [1e-5])
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,16 +48,16 @@ class Scene:
 
     def moved(self, shared: np.ndarray) -> Scene:
         """The scene with ``shared`` (SHARED,) in place of its own values."""
-        sample = None if self.sample is None else Ball(shared[:3], self.sample.radius)
+        sample = None if self.sample is None else Ball(shared[:3], float(shared[3]))
         return replace(
-            self, sample=sample, lamp_radius=float(np.exp(shared[3])), black=float(np.exp(shared[4]))
+            self, sample=sample, lamp_radius=float(np.exp(shared[4])), black=float(np.exp(shared[5]))
         )
 
     @property
     def shared(self) -> np.ndarray:
         """(SHARED,) values that all views have in common; inverse of :meth:`moved`."""
-        center = np.zeros(3) if self.sample is None else self.sample.center
-        return np.append(center, [np.log(self.lamp_radius), np.log(self.black)])
+        sphere = [0.0, 0.0, 0.0, 1.0] if self.sample is None else [*self.sample.center, self.sample.radius]
+        return np.array([*sphere, np.log(self.lamp_radius), np.log(self.black)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +96,7 @@ class _Weighing:
     sigma: np.ndarray  # (n,)
     bound: float  # Tukey's, in sigmas
     thrown: np.ndarray  # (n, 2) the sample's bounce
+    prior: np.ndarray  # (LOCAL - 4,) standard errors of the local values after the first four
 
 
 def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
@@ -109,7 +112,14 @@ def _model(reading: Reading, values: np.ndarray, scene: Scene, thrown: np.ndarra
     straight = direct(points, values[:3])
     tone = np.where(reading.samples.white, 1.0, scene.black) * np.exp(values[3])
     even = values[6] * float(np.median(straight))
-    return tone * (straight * lit(points, values[:3], scene) + thrown @ values[4:6] + even)
+    tilt = 1 + _across(points) @ values[7:9]
+    return tone * (straight * lit(points, values[:3], scene) * tilt + thrown @ values[4:6] + even)
+
+
+def _across(points: np.ndarray) -> np.ndarray:
+    """Board coordinates (n, 2) from -1 to 1 over what is seen of it."""
+    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    return (2 * points[:, :2] - low - high) / (high - low)
 
 
 def _weigh(reading: Reading, values: np.ndarray, scene: Scene) -> _Weighing:
@@ -124,19 +134,22 @@ def _weigh(reading: Reading, values: np.ndarray, scene: Scene) -> _Weighing:
     crowd = len(points) / max(len(np.unique(reading.samples.square)), 1)
     indirect = tone * (thrown @ np.clip(values[4:6], _PRIOR[:2] / 2, 2 * _PRIOR[:2]))
     sigma = np.sqrt(reading.noise + floor**2 + crowd * (_BOUNCE_ERROR * indirect) ** 2)
+    slope = _SLOPE + _SLOPE_BOUNCE * float(np.median(indirect / np.maximum(bare, 1e-300)))
+    prior = np.concatenate([_PRIOR_SIGMA, [slope, slope]])
     residual = (reading.level - _model(reading, values, scene, thrown)) / sigma
-    return _Weighing(sigma, _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0), thrown)
+    bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
+    return _Weighing(sigma, bound, thrown, prior)
 
 
 def _residual(reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing) -> np.ndarray:
     return (reading.level - _model(reading, values, scene, weighing.thrown)) / weighing.sigma
 
 
-def _cost(residual: np.ndarray, values: np.ndarray, bound: float) -> float:
+def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
     """Half the sum of Tukey's loss and of the priors."""
-    inside = np.clip((residual / bound) ** 2, 0, 1)
-    prior = (values[4:LOCAL] - _PRIOR) / _PRIOR_SIGMA
-    return float(bound**2 / 6 * np.sum(1 - (1 - inside) ** 3) + 0.5 * prior @ prior)
+    inside = np.clip((residual / weighing.bound) ** 2, 0, 1)
+    prior = (values[4:LOCAL] - _PRIOR) / weighing.prior
+    return float(weighing.bound**2 / 6 * np.sum(1 - (1 - inside) ** 3) + 0.5 * prior @ prior)
 
 
 def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = _STEPS) -> ShadingFit:
@@ -150,7 +163,7 @@ def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = 
     for _ in range(steps):
         weighing = _weigh(reading, values, scene)
         residual = _residual(reading, values, scene, weighing)
-        cost = _cost(residual, values, weighing.bound)
+        cost = _cost(residual, values, weighing)
         normal, slope, _ = _normal(reading, values, scene, weighing, residual, LOCAL)
         moved = _step(reading, values, scene, weighing, normal, slope, cost, damping)
         if moved is None:
@@ -178,7 +191,7 @@ def _step(
         tried = values.copy()
         tried[:LOCAL] += step
         if tried[2] > 0:
-            after = _cost(_residual(reading, tried, scene, weighing), tried, weighing.bound)
+            after = _cost(_residual(reading, tried, scene, weighing), tried, weighing)
             if after <= cost:
                 return step, max(damping / 8, 1e-9)
         damping *= 8
@@ -212,8 +225,8 @@ def _normal(
     score = design * weight[:, None]
     normal, slope = score.T @ design, -score.T @ residual
     for k in range(4, LOCAL):
-        normal[k, k] += _PRIOR_SIGMA[k - 4] ** -2.0
-        slope[k] += (values[k] - _PRIOR[k - 4]) * _PRIOR_SIGMA[k - 4] ** -2.0
+        normal[k, k] += weighing.prior[k - 4] ** -2.0
+        slope[k] += (values[k] - _PRIOR[k - 4]) * weighing.prior[k - 4] ** -2.0
     return normal, slope, score
 
 
@@ -227,7 +240,7 @@ def _finish(reading: Reading, values: np.ndarray, scene: Scene) -> ShadingFit:
     bare = tone * direct(reading.samples.points, values[:3])
     relative = (residual * weighing.sigma / np.maximum(bare, 1e-300))[inlier]
     rms = float(np.sqrt(np.mean(relative**2))) if inlier.any() else float("nan")
-    cost = _cost(residual, values, weighing.bound) / len(residual)
+    cost = _cost(residual, values, weighing) / len(residual)
     return ShadingFit(values[:LOCAL], normal / inflation, slope / inflation, rms, float(inlier.mean()), cost)
 
 

@@ -16,6 +16,7 @@ from calib.bundle import (
     Values,
     adjust,
     block_pose,
+    camera_term,
     corner_term,
     highlight_term,
     limb_term,
@@ -158,8 +159,8 @@ def _fixed(photoset: PhotoSet, lamps: dict[str, Lamp]) -> frozenset[str]:
 
 
 def _shared(values: Values, scene: Scene) -> np.ndarray:
-    center = values["sample"][:3] if scene.sample is not None else np.zeros(3)
-    return np.concatenate([center, values["lamp"]])
+    sphere = values["sample"] if scene.sample is not None else scene.shared[:4]
+    return np.concatenate([sphere, values["lamp"]])
 
 
 def place_in_world(lamp: Lamp, block: np.ndarray, pose: Pose) -> np.ndarray:
@@ -228,6 +229,8 @@ def _terms(
             terms.append((limb_term(model, s.pose_block, "sample", s.limb.pixels, s.limb.sigma), True))
         if s.view.name in fits:
             terms.append((_shading_term(fits[s.view.name], s, lamps[s.light], values), False))
+    if model.square or model.centred:
+        terms.append((camera_term(model), False))
     return terms + _priors(photoset, lamps, values)
 
 
@@ -235,7 +238,7 @@ def _shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> 
     """What one view's shading says of lamp, sample and print, its own values eliminated."""
     own, kept = slice(3, LOCAL), np.r_[0:3, LOCAL : LOCAL + SHARED]
     if "sample" not in values:
-        kept = np.r_[0:3, LOCAL + 3 : LOCAL + SHARED]
+        kept = np.r_[0:3, LOCAL + 4 : LOCAL + SHARED]
     cross = np.linalg.solve(fit.normal[own, own], fit.normal[own][:, kept])
     normal = fit.normal[np.ix_(kept, kept)] - fit.normal[kept][:, own] @ cross
     slope = fit.gradient[kept] - cross.T @ fit.gradient[own]
@@ -244,7 +247,7 @@ def _shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> 
         pose = block_pose(values[sight.pose_block]).inverse()
         light = replace(light, turn=pose.rotation, shift=pose.translation)
     parts = (
-        [light] + ([Part("sample", slice(0, 3))] if "sample" in values else []) + [Part("lamp", slice(0, 2))]
+        [light] + ([Part("sample", slice(0, 4))] if "sample" in values else []) + [Part("lamp", slice(0, 2))]
     )
     at = np.concatenate([fit.place] + [values[p.block][p.where] for p in parts[1:]])
     return quadratic_term(parts, at, normal, slope)
@@ -261,7 +264,7 @@ def _priors(photoset: PhotoSet, lamps: dict[str, Lamp], values: Values) -> list[
         terms.append((prior_term("sample", np.append(sample.center, sample.radius), sigma), False))
         terms.append((prior_term("limb offset", np.zeros(1), np.array([_LIMB_BIAS])), False))
         if abs(sample.center[2] - sample.radius) < 0.01 * sample.radius:
-            terms.append((_standing_term(_STANDS * sample.radius), True))
+            terms.append((_standing_term(_STANDS * sample.radius), False))
     if "lamp" in values:
         terms.append((prior_term("lamp", values["lamp"], np.array([0.7, 0.3])), False))
     for name, lamp in lamps.items():
