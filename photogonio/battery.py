@@ -18,6 +18,7 @@ from photogonio.reflectances import Known, load_known
 from photogonio.truth import TRUTH
 from reconstruct.angles import spherical_angles, unit_vectors
 from reconstruct.cells import Cells
+from reconstruct.facets import facet_index
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.measured import Samples, samples_table
 from reconstruct.table import FacetTable, accumulate, add_tables
@@ -151,6 +152,8 @@ def _heavy(direction: np.ndarray, value: float) -> FacetTable:
         channels=("Y",),
         name="one",
         isotropic=False,
+        facet_i=facet_index(direction, 3),
+        facet_r=facet_index(direction, 3),
         incident=direction,
         exit=direction,
         place=np.zeros((1, 3)),

@@ -1,0 +1,78 @@
+"""From a scene to coefficients and back to the scene: small rendered sets, unknown lights, noise, stray light."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from photogonio.evaluate import Score, evaluate_scene, score_table
+from photogonio.pipeline import write_result
+from photogonio.progress import Reporter
+from synthetic.hard import changed
+from synthetic.scene import Scene, load_scene
+
+pytestmark = pytest.mark.slow
+
+
+def small(name: str, lamps: int) -> Scene:
+    """A built-in scene with fewer and smaller photos."""
+    return changed(
+        load_scene(name), camera={"size": (420, 280), "focal": 945.0, "calibration": 4}, lamp={"count": lamps}
+    )
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory) -> Score:
+    folder = tmp_path_factory.mktemp("sets")
+    return evaluate_scene(small("matte-ball", 8), folder, workers=2, reporter=Reporter(quiet=True))
+
+
+@pytest.fixture(scope="module")
+def plane(tmp_path_factory) -> Score:
+    folder = tmp_path_factory.mktemp("sets")
+    return evaluate_scene(small("oren-nayar-plane", 10), folder, workers=2, reporter=Reporter(quiet=True))
+
+
+def test_a_matte_ball_is_found_matte(ball: Score):
+    assert ball.error <= 0.01
+    brdf = ball.result.brdf
+    assert brdf.order <= 2
+    assert brdf.lobes == ()
+    assert brdf.scale == "absolute"
+    np.testing.assert_allclose(brdf.bihemispherical_albedo(), [0.6, 0.5, 0.4], rtol=0.01)
+
+
+def test_the_balls_calibration_is_near_the_truth(ball: Score):
+    found = ball.calibration
+    assert found.focal < 0.003
+    assert found.camera < 1.0  # of 620 mm
+    assert found.light < 0.5  # degrees
+    assert found.strength < 0.01
+    assert ball.result.left_out == ()
+
+
+def test_an_oren_nayar_plane(plane: Score):
+    # with twice the photos of twice the size the figure is 3 %; error goes with the angles that are seen
+    assert plane.error <= 0.05
+    assert plane.calibration.light < 0.5
+
+
+def test_everything_is_written_and_reads_again(ball: Score, tmp_path: Path):
+    write_result(ball.result, tmp_path / "out")
+    page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 4
+    for view in ball.result.setup.views:
+        assert view.name in page
+    document = json.loads((tmp_path / "out/coefficients.json").read_text())
+    assert document["source"]["command"].startswith("photogonio process matte-ball-")
+
+
+def test_the_score_says_what_was_measured(ball: Score):
+    row = ball.to_dict()
+    assert row["error_70"] == ball.error
+    assert row["seconds"] > 0
+    assert {"relative_l2_80", "delta_e_itp_mean", "calibration_light", "megabytes"} <= row.keys()
+    assert "matte-ball" in score_table([ball])
