@@ -109,9 +109,9 @@ def paired_design(
 @_jit
 def _waves(dphi, start, count, wave):
     """wave[l] = cos(l dphi) by Chebyshev's recurrence; lanes beyond ``count`` repeat the last pair."""
-    wave[0, :] = 1.0
     for j in range(LANES):
         wave[1, j] = dphi[start + min(j, count - 1)]
+        wave[0, j] = 1.0 + 0.0 * wave[1, j]  # not a number where dphi is none
     for j in range(LANES):
         turns = np.rint(wave[1, j] * (0.5 / math.pi))
         half = 0.5 * ((wave[1, j] - turns * TURN) - turns * TURN_REST)

@@ -16,7 +16,7 @@ def over_rows(task: Callable[[int, int], None], count: int, threads: int | None 
     result does not depend on ``threads`` (default: the cores this process may use).
     """
     ranges = [(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
-    threads = threads or _cores()
+    threads = threads or cores()
     if len(ranges) < 2 or threads < 2:
         for start, stop in ranges:
             task(start, stop)
@@ -25,6 +25,7 @@ def over_rows(task: Callable[[int, int], None], count: int, threads: int | None 
         list(pool.map(lambda limits: task(*limits), ranges))
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1

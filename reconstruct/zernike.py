@@ -64,7 +64,8 @@ def fill_radial(n, l, before, before2, a, b, c, rho, slant, outer, table):
     outer = 1, slant = z - 1 = -2 cos(theta), and since a + b = 1 + c, P_k = (1 + a slant) P_k-1 + c (P_k-1
     - P_k-2): exact at rho = 1 and accurate near it, as the first form is near rho = 0.
     """
-    table[0, :] = 1.0
+    for j in range(len(rho)):
+        table[0, j] = 1.0 + 0.0 * rho[j]  # not a number where rho is none
     for t in range(1, len(n)):
         p, pp, at, bt, ct = before[t], before2[t], a[t], b[t], c[t]
         if n[t] == l[t]:
@@ -161,9 +162,7 @@ def azimuth_sequence(order: int, phi: np.ndarray) -> np.ndarray:
     """(2 order + 1, ...): sqrt(2) sin(|l| phi), l = -order .. -1; 1; then sqrt(2) cos(l phi), l to order."""
     phi = np.asarray(phi, float)
     turns = np.arange(1, order + 1).reshape(-1, *[1] * phi.ndim) * phi
-    return np.sqrt(2.0) * np.concatenate(
-        [np.sin(turns[::-1]), np.full((1, *phi.shape), np.sqrt(0.5)), np.cos(turns)]
-    )
+    return np.sqrt(2.0) * np.concatenate([np.sin(turns[::-1]), (np.sqrt(0.5) + 0 * phi)[None], np.cos(turns)])
 
 
 def _sequence(order: int, rho: np.ndarray, cos: np.ndarray) -> np.ndarray:

@@ -285,14 +285,23 @@ def test_shapes_broadcast_and_strides_do_not_matter():
     assert spread.shape == (30, 2)
 
 
-def test_not_a_number_stays_where_it_is():
-    theta = np.full(70, 0.5)
-    theta[33] = np.nan
-    modes = m.isotropic_modes(6)
-    result = m.evaluate_isotropic(modes, coefficients(modes), theta, 0.4, 0.1)
-    assert (
-        np.array_equal(np.isnan(result).all(1), np.isnan(theta)) and np.isfinite(result[theta == 0.5]).all()
-    )
+@pytest.mark.parametrize("place", range(4))
+def test_not_a_number_stays_where_it_is(place):
+    """Even in the first mode, which depends on no angle."""
+    angles = np.full((4, 70), 0.5)
+    angles[place, 33] = np.nan
+    dphi = angles[3] - angles[1]
+    lost = np.arange(70) == 33
+    for order in (0, 6):
+        modes = m.isotropic_modes(order)
+        results = [
+            m.evaluate_isotropic(modes, coefficients(modes), angles[0], angles[2], dphi),
+            m.isotropic_design(order, angles[0], angles[2], dphi),
+            m.general_design(order // 3, *angles),
+            m.reciprocal_design(order // 3, *angles),
+        ]
+        for result in results:
+            assert np.array_equal(np.isnan(result).all(1), lost) and np.isfinite(result[~lost]).all()
 
 
 def test_same_bytes_for_any_number_of_threads():

@@ -1,0 +1,110 @@
+"""How fast expansions are summed: pairs a second, and the ratio to SCATMECH for the same coefficients.
+
+    python -m benchmarks.evaluation [--quick] [--ptfe FILE] [--threads N]
+
+Two tables of the same file go to SCATMECH: all its rows, as anybody would use it, and the rows of the BRDF alone, so
+that both sides sum the same 40 modes. SCATMECH is asked pair by pair, the only way it offers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from reconstruct import modes as m
+from reconstruct.brdf import Brdf
+from reconstruct.rows import cores
+from reconstruct.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, write_scatmech
+
+PTFE = Path(__file__).parents[2] / "shared" / "data" / "nist-ptfe" / "PTFE.532.coeff.csv"
+
+
+def random_pairs(count: int, seed: int = 0) -> np.ndarray:
+    """(3, count) theta_i, theta_r, dphi, even over solid angle."""
+    rng = np.random.default_rng(seed)
+    return np.stack([*np.arccos(rng.random((2, count))), rng.uniform(-np.pi, np.pi, count)])
+
+
+def best_time(task: Callable[[], object], repeats: int) -> float:
+    """Seconds of the fastest of several runs, after one that is not counted."""
+    task()
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        task()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def rate(order: int, channels: int, count: int, repeats: int, threads: int | None) -> float:
+    """Pairs a second of an isotropic expansion."""
+    modes = m.isotropic_modes(order)
+    values = np.random.default_rng(1).normal(size=(len(modes), channels))
+    theta_i, theta_r, dphi = random_pairs(count)
+    return count / best_time(
+        lambda: m.evaluate_isotropic(modes, values, theta_i, theta_r, dphi, threads=threads), repeats
+    )
+
+
+def scatmech_comparison(table: ScatmechTable, count: int, single: int, repeats: int) -> dict[str, float]:
+    """Pairs a second of both for one table, and the largest relative difference between their values."""
+    from pySCATMECH.brdf import BRDF_Model
+
+    brdf: Brdf = scatmech_brdf(table)
+    theta_i, theta_r, dphi = random_pairs(count)
+    ours = count / best_time(lambda: brdf.evaluate(theta_i, 0.0, theta_r, dphi), repeats)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "coefficients.csv"
+        write_scatmech(path, table)
+        model = BRDF_Model("ZernikeExpansion_BRDF_Model", coefficientfile=str(path))
+        pairs = np.stack([theta_i, theta_r, dphi - np.pi], axis=1)[
+            :single
+        ].tolist()  # theirs: 0 is the mirror
+        theirs = np.array([model.BRDF(*pair) for pair in pairs])
+        seconds = best_time(lambda: [model.BRDF(*pair) for pair in pairs], repeats)
+    values = brdf.evaluate(theta_i[:single], 0.0, theta_r[:single], dphi[:single])[:, 0]
+    return {
+        "ours": ours,
+        "theirs": single / seconds,
+        "difference": float(np.abs(values / theirs - 1).max()),
+    }
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="few pairs: shows that it runs, not how fast")
+    parser.add_argument("--ptfe", type=Path, default=PTFE, help="a SCATMECH coefficient file")
+    parser.add_argument("--threads", type=int, default=None)
+    options = parser.parse_args(arguments)
+    count, single, repeats = (20_000, 50, 1) if options.quick else (4_000_000, 3_000, 7)
+    print(
+        f"million pairs a second, {options.threads or cores()} threads, best of {repeats} runs of {count} pairs"
+    )
+    for order, channels in ((2, 3), (8, 1), (8, 3), (16, 3)):
+        found = rate(order, channels, count, repeats, options.threads)
+        print(f"  order {order:2d}, {channels} channels: {found / 1e6:8.1f}")
+    try:
+        import pySCATMECH  # noqa: F401
+    except ImportError:
+        print("SCATMECH: left out, pyscatmech is not installed")
+        return
+    if not options.ptfe.is_file():
+        print(f"SCATMECH: left out, there is no {options.ptfe.name}")
+        return
+    table = read_scatmech(options.ptfe)
+    plain = ScatmechTable(table.rows[table.unpolarised], table.values[table.unpolarised])
+    for name, each in (("all rows", table), ("BRDF rows", plain)):
+        found = scatmech_comparison(each, count, single, repeats)
+        print(
+            f"  {options.ptfe.name}, {name}: ours {found['ours'] / 1e6:.1f}, SCATMECH {found['theirs'] / 1e6:.4f}, "
+            f"ratio {found['ours'] / found['theirs']:.0f}, values within {found['difference']:.1e}"
+        )
+
+
+if __name__ == "__main__":
+    main()
