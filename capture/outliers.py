@@ -5,6 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from capture import pointwise
+
 REACH = 8.0  # standard deviations, of noise or of the ring's own scatter
 CONTRAST = 0.1  # of the ground's level: a fainter spot does no harm
 CALM = 0.1  # of the spot's height: more unrest in the ring, and the spot is part of something larger
@@ -23,20 +25,16 @@ def isolated_spots(value: np.ndarray, variance: np.ndarray) -> np.ndarray:
     spreads over more than 3 x 3 pixels lifts its ring and stays; and where spots are many, they are the
     surface's own and stay. A lamp's image in a small mirror ball can be a spot.
     """
-    channels = value.shape[2]
-    level = cv2.transform(value, np.full((1, channels), 1 / channels, np.float32))
-    noise = np.sqrt(cv2.transform(variance, np.full((1, channels), 1 / channels**2, np.float32)))
-    result = np.zeros(level.shape, bool)
+    level, noise = np.empty(value.shape[:2], np.float32), np.empty(value.shape[:2], np.float32)
+    pointwise.gray(np.ascontiguousarray(value), np.ascontiguousarray(variance), level, noise)
+    result, candidates = np.zeros((2, *level.shape), bool)
     if min(level.shape) < 5:
         return result
-    inner = cv2.boxFilter(level, -1, (3, 3), normalize=False)
-    ring = (cv2.boxFilter(level, -1, (5, 5), normalize=False) - inner) / np.float32(len(RING))
     # a first, quick test: the ring of a real spot is calm, so that its mean is near its median
-    candidates = np.abs(level - ring) > np.float32(0.5 * REACH) * noise
-    candidates[:2], candidates[-2:], candidates[:, :2], candidates[:, -2:] = False, False, False, False
+    pointwise.extremes(level, noise, np.float32(0.5 * REACH), candidates)
     places = np.argwhere(candidates)
     for sign in (1, -1):
-        ys, xs = (spot_peaks(sign * level, noise, places)[:, None] + INNER).transpose(2, 0, 1)
+        ys, xs = (spot_peaks(level, noise, places, sign)[:, None] + INNER).transpose(2, 0, 1)
         result[ys, xs] = True
     if result.any():
         share = cv2.boxFilter(result.astype(np.float32), -1, (WINDOW, WINDOW))
@@ -44,19 +42,19 @@ def isolated_spots(value: np.ndarray, variance: np.ndarray) -> np.ndarray:
     return result
 
 
-def spot_peaks(level: np.ndarray, noise: np.ndarray, places: np.ndarray) -> np.ndarray:
+def spot_peaks(level: np.ndarray, noise: np.ndarray, places: np.ndarray, sign: int) -> np.ndarray:
     """Those of ``places`` (n, 2), rows and columns at least two pixels from the border, that are bright
-    spots.
+    spots, or dark ones with ``sign`` -1.
     """
     at = tuple(places.T)
-    inner = level[tuple((places[:, None] + INNER).transpose(2, 0, 1))]
-    places = places[level[at] >= inner.max(axis=1)] if len(places) else places
+    inner = sign * level[tuple((places[:, None] + INNER).transpose(2, 0, 1))]
+    places = places[sign * level[at] >= inner.max(axis=1)] if len(places) else places
     if not len(places):
         return places
     at = tuple(places.T)
-    around = level[tuple((places[:, None] + RING).transpose(2, 0, 1))]
+    around = sign * level[tuple((places[:, None] + RING).transpose(2, 0, 1))]
     middle = np.median(around, axis=1)
     scatter = np.maximum(noise[at], 1.4826 * np.median(np.abs(around - middle[:, None]), axis=1))
-    height, unrest = level[at] - middle, around.max(axis=1) - middle
+    height, unrest = sign * level[at] - middle, around.max(axis=1) - middle
     calm = unrest <= np.maximum(CALM * height, CALM_NOISE * scatter)
     return places[(height > np.maximum(REACH * scatter, CONTRAST * np.abs(middle))) & calm]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from capture import pointwise
 from capture.encoding import Encoding
 from capture.images import Image
 from capture.noise import NoiseModel
@@ -49,11 +50,59 @@ def part_of(signal: Signal, region: Region | None, step: int = 1) -> Signal:
 def signal_of(image: Image, sensor: Sensor, region: Region | None = None) -> Signal:
     """Signal, variance and saturation of a photo, or of a region of it."""
     pixels = cut(image.pixels, region)
-    value, quantisation = linear_signal(image, pixels, sensor)
-    variance = sensor.noise.variance(value)
-    variance += quantisation
+    line = straight(image, sensor)
+    if line is not None:
+        value, variance = line_signal(image, line, sensor.noise, region)
+    elif pixels.dtype.kind == "u":
+        values, steps = sensor.encoding.lookup(int(image.full_scale), pixels.shape[2])
+        value, variance = look_up(pixels, values, sensor.noise.variance(values) + steps)
+    else:
+        value, steps = linear_signal(image, pixels, sensor)
+        variance = sensor.noise.variance(value) + steps
     full = cut(image.saturated, region) if image.saturated is not None else None
     return Signal(value, variance, saturated(pixels, sensor.clip, full))
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """``signal = scale * code + offset``; its quantisation variance ``floor + (step * signal)^2``."""
+
+    scale: float
+    offset: float
+    floor: float
+    step: float = 0.0
+
+
+def straight(image: Image, sensor: Sensor) -> Line | None:
+    """From codes to signal where that is a straight line; None where it is a curve."""
+    encoding = sensor.encoding
+    if image.raw and not sensor.own_levels:
+        return Line(1.0 / image.full_scale, 0.0, 1.0 / image.full_scale**2 / 12)
+    if encoding.kind != "linear":
+        return None
+    full, black = image.full_scale + image.black, image.black / (image.full_scale + image.black)
+    scale = 1.0 / (encoding.white - encoding.black)
+    offset = (black - encoding.black) * scale
+    if image.pixels.dtype.kind == "u" or image.raw:
+        return Line(scale / full, offset, (scale / full) ** 2 / 12)
+    return Line(scale / full, offset, FLOAT_FLOOR, HALF_STEP / np.sqrt(12.0))
+
+
+def line_signal(
+    image: Image, line: Line, noise: NoiseModel, region: Region | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Signal and variance, (h, w, c) float32 each, of a photo or a region of it, in one pass."""
+    height, width, channels = image.pixels.shape
+    x0, y0, x1, y1 = region or (0, 0, width, height)
+    shape = (y1 - y0, (x1 - x0) * channels)
+    value, variance = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    slope, read = (
+        np.tile(part.astype(np.float32), x1 - x0) for part in (noise.slope, noise.read + line.floor)
+    )
+    scale, offset, step = (np.float32(part) for part in (line.scale, line.offset, line.step))
+    codes = np.ascontiguousarray(image.pixels).reshape(height, width * channels)
+    pointwise.scaled(codes, y0, x0 * channels, scale, offset, slope, read, step, value, variance)
+    return value.reshape(y1 - y0, x1 - x0, channels), variance.reshape(y1 - y0, x1 - x0, channels)
 
 
 def saturated(pixels: np.ndarray, clip: float, known: np.ndarray | None) -> np.ndarray:
@@ -69,17 +118,12 @@ def linear_signal(image: Image, pixels: np.ndarray, sensor: Sensor) -> tuple[np.
     """Signal (h, w, c) float32 of pixels, and the variance that quantisation adds."""
     channels = pixels.shape[2]
     encoding = sensor.encoding
-    if image.raw and not sensor.own_levels:
-        value = pixels * np.float32(1.0 / image.full_scale)
-        return value, np.float32(1.0 / image.full_scale**2 / 12)
-    if encoding.kind == "linear":
-        full, black = image.full_scale + image.black, image.black / (image.full_scale + image.black)
-        scale = 1.0 / (encoding.white - encoding.black)
+    line = straight(image, sensor)
+    if line is not None:
         value = pixels.astype(np.float32)
-        value *= np.float32(scale / full)
-        value += np.float32((black - encoding.black) * scale)
-        integer = pixels.dtype.kind == "u" or image.raw
-        return value, np.float32((scale / full) ** 2 / 12) if integer else float_steps(value)
+        value *= np.float32(line.scale)
+        value += np.float32(line.offset)
+        return value, np.float32(line.floor) + np.square(value * np.float32(line.step))
     if pixels.dtype.kind == "u":
         return look_up(pixels, *encoding.lookup(int(image.full_scale), channels))
     value = encoding.linear(pixels, channels).astype(np.float32)
