@@ -10,7 +10,7 @@ from calib.board import Corners
 from calib.bundle import Model
 from calib.camera import Camera, Pose
 from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
-from calib.irradiance import find_strengths
+from calib.irradiance import read_view, tie
 from calib.looking import Progress, Reader, ReadRadiance, Seen, look, look_closer
 from calib.notes import Notes
 from calib.observe import observe
@@ -50,14 +50,14 @@ def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progres
     camera, model, boards, samples, probes = _camera(photoset, reader, boards, samples, probes, notes, tell)
     posed, sights = _sights(photoset, camera, boards, samples, probes, notes)
     settled = _settled(photoset, reader, model, camera, posed, sights, notes, tell)
-    views = _views(photoset, reader, settled, sights, notes)
+    views, scale = _views(photoset, reader, settled, sights, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     return Setup(
         settled.camera,
         _sample(photoset, settled),
         tuple(views),
-        "absolute" if any(v.strength_source == "white patch" for v in views) else "relative",
+        scale,
         channel_names(len(views[0].strength)),
         tuple(notes.left_out),
         tuple(notes.warnings),
@@ -219,18 +219,42 @@ def _scale_corners(camera: Camera, posed: list[tuple[str, Corners, Pose]], sight
 
 def _views(
     photoset: PhotoSet, reader: Reader, settled: Settled, sights: list[Sight], notes: Notes
-) -> list[ViewSetup]:
-    usable = []
+) -> tuple[list[ViewSetup], str]:
+    lights: dict[str, Light] = {}
+    readings, given, kept = {}, {}, []
     for sight in sights:
+        name = sight.view.name
         if sight.probe:
             continue
         if sight.light not in settled.lamps:
-            notes.leave_out(
-                sight.view.name, f"light {sight.light!r} is seen in no mirror ball and on no paper"
-            )
-        else:
-            usable.append((sight, _light(settled, sight)))
-    return find_strengths(photoset, reader, settled, usable, notes)
+            notes.leave_out(name, f"light {sight.light!r} is seen in no mirror ball and on no paper")
+            continue
+        image = reader(sight.view)
+        if image is None:
+            notes.leave_out(name, reader.failed[name])
+            continue
+        lights[name] = _light(settled, sight)
+        readings[name] = read_view(photoset, image, settled, sight, lights[name], notes)
+        entry = settled.lamps[sight.light].entry
+        intensity = np.asarray(entry.intensity if entry is not None else (1.0,), float)
+        given[name] = np.broadcast_to(intensity, (image.value.shape[2],)).copy()
+        kept.append(sight)
+    if not kept:
+        return [], "relative"
+    tied, scale = tie(photoset, readings, lights, given, notes)
+    views = [
+        ViewSetup(
+            s.view.name,
+            lights[s.view.name],
+            s.pose,
+            tied[s.view.name].value,
+            tied[s.view.name].error,
+            tied[s.view.name].source,
+            s.pose_rms,
+        )
+        for s in kept
+    ]
+    return views, scale
 
 
 def _light(settled: Settled, sight: Sight) -> Light:

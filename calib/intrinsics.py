@@ -39,7 +39,9 @@ class CameraFit:
     camera: Camera
     model: str
     rms: float  # pixels, over both coordinates together (OpenCV's)
-    standard_errors: np.ndarray  # (4 + k,) fx, fy, cx, cy, then distortion, photos taken as the independent units
+    standard_errors: (
+        np.ndarray
+    )  # (4 + k,) fx, fy, cx, cy, then distortion, photos taken as the independent units
     scores: dict[str, float]  # held-out rms of each model tried, pixels
     used: np.ndarray  # (photos,) bool
     square: bool  # fx = fy was held
@@ -64,7 +66,9 @@ def fit_camera(views: list[Corners], size: tuple[int, int]) -> CameraFit | None:
     count = 2 * sum(len(v) for v in good)
     model = names[-1]
     for k, name in enumerate(names):
-        better = [n for n in names[k + 1 :] if _beats(fits[n][0], fits[name][0], count, _terms(n) - _terms(name))]
+        better = [
+            n for n in names[k + 1 :] if _beats(fits[n][0], fits[name][0], count, _terms(n) - _terms(name))
+        ]
         if not any(held_out[n] < held_out[name] * _SAME for n in better):
             model = name
             break

@@ -25,7 +25,8 @@ _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0])  # of the local values after the fi
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.01])  # of the first three of them
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
-_STEP = np.array([1e-4] * 3 + [1e-5] * 6 + [1e-3] * 5 + [1e-5])
+_STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
+_MOVING = (0, 1, 2, *range(LOCAL, LOCAL + SHARED - 1))  # values whose derivatives need differences
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,7 @@ class _Weighing:
     sigma: np.ndarray  # (n,)
     bound: float  # Tukey's, in sigmas
     thrown: np.ndarray  # (n, 2) the sample's bounce
+    across: np.ndarray  # (n, 2) board coordinates from -1 to 1
     prior: np.ndarray  # (LOCAL - 4,) standard errors of the local values after the first four
 
 
@@ -106,43 +108,63 @@ def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
     return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, table, scene.blur)
 
 
-def _model(reading: Reading, values: np.ndarray, scene: Scene, thrown: np.ndarray) -> np.ndarray:
-    """Radiance (n,) at ``values`` (LOCAL + SHARED,); ``thrown`` is so smooth in them that it is held."""
+@dataclass(frozen=True, slots=True)
+class _Parts:
+    """The model's factors at some values; radiance = tone (straight share tilt + thrown b + even e)."""
+
+    tone: np.ndarray  # (n,) strength, and black print's share of it
+    straight: np.ndarray  # (n,) direct light
+    share: np.ndarray  # (n,) of the lamp that is seen
+    tilt: np.ndarray  # (n,)
+    even: float
+
+    def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
+        return self.tone * (
+            self.straight * self.share * self.tilt + thrown @ values[4:6] + values[6] * self.even
+        )
+
+
+def _parts(reading: Reading, values: np.ndarray, scene: Scene, across: np.ndarray) -> _Parts:
     points, scene = reading.samples.points, scene.moved(values[LOCAL:])
     straight = direct(points, values[:3])
     tone = np.where(reading.samples.white, 1.0, scene.black) * np.exp(values[3])
-    even = values[6] * float(np.median(straight))
-    tilt = 1 + _across(points) @ values[7:9]
-    return tone * (straight * lit(points, values[:3], scene) * tilt + thrown @ values[4:6] + even)
+    share = lit(points, values[:3], scene)
+    return _Parts(tone, straight, share, 1 + across @ values[7:9], float(np.median(straight)))
+
+
+def _model(reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing) -> np.ndarray:
+    """Radiance (n,) at ``values`` (LOCAL + SHARED,); the bounce is so smooth in them that it is held."""
+    return _parts(reading, values, scene, weighing.across).radiance(values, weighing.thrown)
 
 
 def _across(points: np.ndarray) -> np.ndarray:
     """Board coordinates (n, 2) from -1 to 1 over what is seen of it."""
-    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    flat = np.ascontiguousarray(points[:, :2].T)
+    low, high = flat.min(1), flat.max(1)
     return (2 * points[:, :2] - low - high) / (high - low)
 
 
 def _weigh(reading: Reading, values: np.ndarray, scene: Scene) -> _Weighing:
-    points, scene = reading.samples.points, scene.moved(values[LOCAL:])
+    points, samples = reading.samples.points, reading.samples
+    now, across = scene.moved(values[LOCAL:]), _across(points)
     thrown = np.zeros((len(points), 2))
-    if scene.sample is not None:
-        thrown = bounce_columns(points, values[:3], scene.sample.center, scene.sample.radius)
-    tone = np.where(reading.samples.white, 1.0, scene.black) * np.exp(values[3])
-    bare = tone * direct(points, values[:3])
-    shaded = lit(points, values[:3], scene) < 0.99
-    floor = np.where(shaded, _SHADOW_FLOOR, _FLOOR) * bare
-    crowd = len(points) / max(len(np.unique(reading.samples.square)), 1)
-    indirect = tone * (thrown @ np.clip(values[4:6], _PRIOR[:2] / 2, 2 * _PRIOR[:2]))
+    if now.sample is not None:
+        thrown = bounce_columns(points, values[:3], now.sample.center, now.sample.radius)
+    parts = _parts(reading, values, scene, across)
+    bare = parts.tone * parts.straight
+    floor = np.where(parts.share < 0.99, _SHADOW_FLOOR, _FLOOR) * bare
+    crowd = len(points) / max(len(np.unique(samples.square)), 1)
+    indirect = parts.tone * (thrown @ np.clip(values[4:6], _PRIOR[:2] / 2, 2 * _PRIOR[:2]))
     sigma = np.sqrt(reading.noise + floor**2 + crowd * (_BOUNCE_ERROR * indirect) ** 2)
     slope = _SLOPE + _SLOPE_BOUNCE * float(np.median(indirect / np.maximum(bare, 1e-300)))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope]])
-    residual = (reading.level - _model(reading, values, scene, thrown)) / sigma
+    residual = (reading.level - parts.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
-    return _Weighing(sigma, bound, thrown, prior)
+    return _Weighing(sigma, bound, thrown, across, prior)
 
 
 def _residual(reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing) -> np.ndarray:
-    return (reading.level - _model(reading, values, scene, weighing.thrown)) / weighing.sigma
+    return (reading.level - _model(reading, values, scene, weighing)) / weighing.sigma
 
 
 def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
@@ -213,14 +235,7 @@ def _normal(
     reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing, residual: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Normal matrix and slope of the first ``count`` values, and the weighted score of each sample."""
-    base = _model(reading, values, scene, weighing.thrown)
-    step = _STEP.copy()
-    step[:3] *= np.linalg.norm(values[:3])
-    design = np.empty((len(base), count))
-    for k in range(count):
-        moved = values.copy()
-        moved[k] += step[k]
-        design[:, k] = (_model(reading, moved, scene, weighing.thrown) - base) / (step[k] * weighing.sigma)
+    design = _derivatives(reading, values, scene, weighing, count) / weighing.sigma[:, None]
     weight = (1 - np.clip((residual / weighing.bound) ** 2, 0, 1)) ** 2
     score = design * weight[:, None]
     normal, slope = score.T @ design, -score.T @ residual
@@ -228,6 +243,27 @@ def _normal(
         normal[k, k] += weighing.prior[k - 4] ** -2.0
         slope[k] += (values[k] - _PRIOR[k - 4]) * weighing.prior[k - 4] ** -2.0
     return normal, slope, score
+
+
+def _derivatives(
+    reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing, count: int
+) -> np.ndarray:
+    """d radiance / d values, (n, count): by differences where lamp and shadows move, else as the model says."""
+    parts = _parts(reading, values, scene, weighing.across)
+    base = parts.radiance(values, weighing.thrown)
+    design = np.empty((len(base), count))
+    for k in [k for k in _MOVING if k < count]:
+        step = _STEP * (np.linalg.norm(values[:3]) if k < 3 else 1.0)
+        moved = values.copy()
+        moved[k] += step
+        design[:, k] = (_model(reading, moved, scene, weighing) - base) / step
+    design[:, 3] = base
+    design[:, 4:6] = parts.tone[:, None] * weighing.thrown
+    design[:, 6] = parts.tone * parts.even
+    design[:, 7:9] = (parts.tone * parts.straight * parts.share)[:, None] * weighing.across
+    if count > LOCAL:
+        design[:, LOCAL + SHARED - 1] = np.where(reading.samples.white, 0.0, base)
+    return design
 
 
 def _finish(reading: Reading, values: np.ndarray, scene: Scene) -> ShadingFit:

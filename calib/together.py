@@ -34,12 +34,13 @@ from calib.sight import Sight
 from calib.starts import black_over_white, first_fit
 from capture.photoset import LightEntry, MirrorBall, PhotoSet, Sphere
 
-ROUNDS = 3
+ROUNDS = 4
+_STEPS = (8, 3, 3, 3)  # of each view's own fit in each round: the adjustment does the rest
 _BALL_PLACE = 0.02  # of a mirror ball's radius: how well the manifest places it
 _BALL_RADIUS = 0.003
 _SAMPLE_PLACE = 0.03  # of the sample's radius
 _SAMPLE_RADIUS = 0.004
-_STANDS = 0.004  # of its radius: how well a ball that stands on the paper touches it
+_STANDS = 0.002  # of its radius: how well a ball that stands on the paper touches it
 _LIMB_BIAS = 0.1  # pixels
 _FAR = 25.0  # board diagonals beyond which a lamp counts as distant
 _WILD = 6.0  # standard errors at which a highlight is taken for something else
@@ -95,7 +96,7 @@ def settle(
     fixed = _fixed(photoset, lamps)
     scale, fits, done = 1.0, {}, None
     for round_ in range(ROUNDS):
-        fits = _shade(sights, values, lamps, scene) if scene is not None else {}
+        fits = _shade(sights, values, lamps, scene, _STEPS[round_]) if scene is not None else {}
         if fits:
             scene = scene.moved(_shared(values, scene))
         sightings = _sightings(sights, lamps, scale)
@@ -169,7 +170,7 @@ def place_in_world(lamp: Lamp, block: np.ndarray, pose: Pose) -> np.ndarray:
 
 
 def _shade(
-    sights: list[Sight], values: Values, lamps: dict[str, Lamp], scene: Scene
+    sights: list[Sight], values: Values, lamps: dict[str, Lamp], scene: Scene, steps: int
 ) -> dict[str, ShadingFit]:
     """Every near view's shading at the present values."""
     scene = _with_balls(scene.moved(_shared(values, scene)), values)
@@ -180,7 +181,7 @@ def _shade(
             continue
         place = place_in_world(lamp, values[f"light {lamp.name}"], block_pose(values[sight.pose_block]))
         start = place if sight.shading is None else np.concatenate([place, sight.shading[3:]])
-        fit = fit_shading(sight.reading, scene, start)
+        fit = fit_shading(sight.reading, scene, start, steps)
         sight.shading = fit.local
         fits[sight.view.name] = fit
     return fits

@@ -1,0 +1,154 @@
+"""Reading a lamp's strength off a diffuse surface: the white patch, or the board's own paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from calib.bounce import diffuse_bounce, glossy_bounce
+from calib.camera import Camera, Pose
+from calib.masks import fill
+from calib.occlusion import direct, lit_fraction
+from calib.paper import behind_ball
+from calib.setup import Light
+from calib.shading import Reading, Scene
+from capture.photoset import WhitePatch
+from capture.radiance import RadianceImage
+
+_CLEAR = 2  # pixels between the patch's edge and what is read
+_FEWEST_PIXELS = 12
+_CLIPPED = 0.03  # share of saturated pixels beyond which the patch is not believed
+_UNEVEN = 0.04  # relative spread beyond noise: a shadow or a hidden part that the geometry does not know
+_SEEN = 0.999  # share of the lamp that a place must see to be read
+_FEW_PLACES = 100
+_LITTLE_BOUNCE = 0.02  # over the direct light: paper with more of it is not read if enough is left
+
+
+@dataclass(frozen=True, slots=True)
+class Strength:
+    """A lamp's strength times the surface's reflectance over pi, or why it could not be read."""
+
+    value: np.ndarray | None  # (c,)
+    error: np.ndarray | None  # (c,) of the reading itself, not of the lamp's place
+    pull: (
+        np.ndarray | None
+    )  # (3,) derivative of log 1/r^2 (sample left aside) by the lamp's place, over what was read
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Stray:
+    """Light beside the direct one, by the shading fit: amounts of diffuse and glossy bounce and of even light."""
+
+    scene: Scene
+    amounts: np.ndarray  # (3,) diffuse, glossy, even
+    even: float  # unit of the even light
+
+
+def no_strength(problem: str) -> Strength:
+    return Strength(None, None, None, problem)
+
+
+def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Irradiance (n,) on a level surface for unit strength, bounce and all, and the share of the lamp seen (n,)."""
+    toward, falloff = light.toward(points)
+    shape = np.clip(toward[:, 2], 0, None) * falloff
+    if stray is None or light.kind != "point":
+        return shape, np.ones(len(points))
+    scene = stray.scene
+    balls = scene.polished + (() if scene.sample is None else (scene.sample,))
+    table = np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
+    share = lit_fraction(points, light.place, scene.lamp_radius, table, scene.blur)
+    extra = np.full(len(points), stray.amounts[2] * stray.even)
+    if scene.sample is not None:
+        ball = scene.sample
+        extra += stray.amounts[0] * diffuse_bounce(points, light.place, ball.center, ball.radius)
+        extra += stray.amounts[1] * glossy_bounce(points, light.place, ball.center, ball.radius)
+    return shape * share + extra, share
+
+
+def read_patch(
+    image: RadianceImage, camera: Camera, pose: Pose, light: Light, patch: WhitePatch, stray: Stray | None
+) -> Strength:
+    """Strength times rho / pi from one patch's pixels, each with its own distance and angle to the lamp."""
+    inside = _patch_mask(image.valid.shape, camera, pose, patch)
+    if inside is None or inside.sum() < _FEWEST_PIXELS:
+        return no_strength("the patch is outside the picture or too small in it")
+    if image.saturated[inside].mean() > _CLIPPED:
+        return no_strength("the patch is clipped")
+    y, x = np.nonzero(inside & image.valid)
+    rays = camera.world_rays(pose, np.column_stack([x, y]).astype(float))
+    eye = pose.center
+    points = eye + ((patch.height - eye[2]) / rays[:, 2])[:, None] * rays
+    shape, share = light_shape(points, light, stray)
+    good = (shape > 0) & (share > _SEEN) & ~_hidden(points, eye, stray)
+    if good.sum() < max(_FEWEST_PIXELS, 0.1 * inside.sum()):
+        return no_strength("the patch lies in shadow, is hidden, or has too few usable pixels")
+    level = image.value[y, x][good].astype(float) / shape[good, None]
+    noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good, None]
+    middle = np.median(level, axis=0)
+    spread = 1.4826 * np.median(np.abs(level - middle), axis=0)
+    if middle.min() <= 0:
+        return no_strength("the patch is black")
+    excess = np.sqrt(np.maximum(spread**2 - np.median(noise, axis=0) ** 2, 0.0)) / middle
+    if excess.max() > _UNEVEN:
+        return no_strength("the patch is unevenly lit: shadowed or partly hidden")
+    error = 1.2533 * spread / np.sqrt(good.sum()) + 0.002 * middle
+    return Strength(middle, error, _pull(points[good], light))
+
+
+def _patch_mask(shape: tuple[int, int], camera: Camera, pose: Pose, patch: WhitePatch) -> np.ndarray | None:
+    outline = np.asarray(patch.outline, float)
+    limb = camera.project(pose, np.column_stack([outline, np.full(len(outline), patch.height)]))
+    if not np.isfinite(limb).all() or np.abs(limb).max() > 1e6:
+        return None
+    mask = np.zeros(shape, np.uint8)
+    fill(mask, limb)
+    width = 2 * _CLEAR + 1
+    return cv2.erode(mask, np.ones((width, width), np.uint8), borderValue=1) > 0
+
+
+def _hidden(points: np.ndarray, eye: np.ndarray, stray: Stray | None) -> np.ndarray:
+    hidden = np.zeros(len(points), bool)
+    if stray is not None:
+        for ball in stray.scene.polished + (() if stray.scene.sample is None else (stray.scene.sample,)):
+            hidden |= behind_ball(points, eye, ball.center, 1.05 * ball.radius)
+    return hidden
+
+
+def _pull(points: np.ndarray, light: Light) -> np.ndarray:
+    """Mean derivative (3,) of the logarithm of what was read by the lamp's place; zero for a distant one."""
+    if light.kind != "point":
+        return np.zeros(3)
+    offset = light.place - points
+    squared = (offset**2).sum(1)
+    return (np.array([0, 0, 1.0]) / offset[:, 2:] - 3 * offset / squared[:, None]).mean(0)
+
+
+def read_paper(reading: Reading, light: Light, stray: Stray | None, *, white: bool = True) -> Strength:
+    """Strength times rho / pi of the paper (or the black print), the median over lit places little touched by
+    bounce."""
+    samples = reading.samples
+    points = samples.points
+    shape, share = light_shape(points, light, stray)
+    bare = (
+        direct(points, light.place)
+        if light.kind == "point"
+        else np.full(len(points), max(light.place[2], 0.0))
+    )
+    good = (samples.white == white) & (share > _SEEN) & (bare > 0)
+    calm = good & (shape - bare < _LITTLE_BOUNCE * bare)
+    good = calm if calm.sum() > _FEW_PLACES else good
+    if good.sum() < _FEW_PLACES:
+        return no_strength("too little lit paper is seen")
+    level = samples.value[good] / shape[good, None]
+    middle = np.median(level, axis=0)
+    if middle.min() <= 0:
+        return no_strength("the paper is black")
+    squares = np.unique(samples.square[good])
+    by_square = np.array([np.median(level[samples.square[good] == k], axis=0) for k in squares])
+    spread = 1.4826 * np.median(np.abs(by_square - middle), axis=0)
+    error = 1.2533 * spread / np.sqrt(len(squares)) + 0.001 * middle
+    return Strength(middle, error, _pull(points[good], light))
