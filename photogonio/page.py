@@ -13,7 +13,17 @@ from photogonio.calibration_page import calibration_sections
 from photogonio.options import Choice
 from reconstruct.brdf import Brdf
 from reconstruct.plots import correlation, coverage_figure, lobes_figure, scatter_figure
-from reconstruct.report import Card, Picture, Report, Table, embed, image_bytes, picture_bytes, render_report
+from reconstruct.report import (
+    Card,
+    Picture,
+    Report,
+    Section,
+    Table,
+    embed,
+    image_bytes,
+    picture_bytes,
+    render_report,
+)
 from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
 
 if TYPE_CHECKING:
@@ -42,6 +52,27 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     reason = "the simplest of the models tried that predicts left-out cells as well as the best"
     names = [name for name in ("order", "lobes", "prior strength") if name in found]
     return tuple(Choice(name, _short(found[name]), reason) for name in names)
+
+
+def rescaled(fit: FitResult) -> list[tuple[str, float]]:
+    """Views whose scale the fit did not believe, and the factor by which their values were off."""
+    return [
+        (name, float(fit.scales.factor[g])) for g, name in enumerate(fit.cells.groups) if fit.scales.freed[g]
+    ]
+
+
+def stray_share(fit: FitResult) -> tuple[float, float]:
+    """Stray light that was removed, over the value: median and 95 % quantile of the cells."""
+    share = np.abs(fit.stray).sum(1) / np.maximum(np.abs(fit.cells.value).sum(1), np.finfo(float).tiny)
+    return float(np.median(share)), float(np.quantile(share, 0.95))
+
+
+def _corrections(fit: FitResult) -> Section:
+    median, most = stray_share(fit)
+    said = f"{100 * median:.2f} % of the value in the median, {100 * most:.1f} % in one cell of twenty"
+    rows = [("stray light of the surroundings", said if most > 0 else "not known, none removed")]
+    rows += [(f"scale of {name}", f"{factor - 1:+.1%}") for name, factor in rescaled(fit)]
+    return Section("Corrections", Table(("what", "removed"), rows))
 
 
 def _short(value: object) -> str:
@@ -94,7 +125,9 @@ def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
             coefficients_text=_coefficients_text(result.brdf),
             leading_modes=_modes(result.brdf, _LEADING),
             all_modes=_modes(result.brdf, None),
-            calibration=calibration_sections(result.setup, result.table) if result.setup else (),
+            calibration=(_corrections(result.fit), *calibration_sections(result.setup, result.table))
+            if result.setup
+            else (),
             warnings=result.warnings,
             left_out=[(photo.name, photo.reason) for photo in result.left_out],
             provenance=_provenance(result),
@@ -124,6 +157,8 @@ def numbers(result: Result) -> dict[str, object]:
         "relative_median": median,
         "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
         "valid": brdf.valid,
+        "stray_light": stray_share(result.fit) if result.setup else None,
+        "rescaled": dict(rescaled(result.fit)),
         "level": result.table.level,
         "cells": len(observed),
         "samples": float(result.table.count.sum()),

@@ -252,6 +252,8 @@ def _fitted(
     )
     if symmetry not in ("auto", found.brdf.symmetry):
         raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
+    for name, factor in page.rescaled(found):
+        reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
     for choice in page.fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
     return found
