@@ -20,7 +20,7 @@ from capture.errors import InputError
 from reconstruct.table import FacetTable, load_table, save_table
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
-MOST_BYTES = 1 << 30
+MOST_BYTES = 2 << 30
 SUFFIX = ".npz"
 
 
@@ -43,7 +43,7 @@ class Store:
         path = self._path(key)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            save_table(table, path)
+            save_table(table, path, compress=False)  # a tenth of the time
         except OSError:  # a full or read-only disk must not end the run
             return
 

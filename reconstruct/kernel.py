@@ -8,6 +8,7 @@ can be worked on by any number of threads and added up in their order: the same 
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +20,8 @@ from reconstruct.lens import Lens
 from reconstruct.stages import Cells, reduce_rows
 from reconstruct.table import LEFT_OUT
 
-BANDS = 16
+BANDS = 16  # at most; never a matter of how many threads there are
+LEAST_ROWS = 32  # of a band
 FIRST_ROOM = 512  # cells
 
 
@@ -127,16 +129,17 @@ def reduce_region(
     """
     edges = _edge_planes(level)
     x0, y0, x1, y1 = region
-    limits = np.linspace(y0, y1, BANDS + 1).astype(int).tolist()
+    bands = max(1, min(BANDS, (y1 - y0) // LEAST_ROWS))
+    limits = np.linspace(y0, y1, bands + 1).astype(int).tolist()
 
     def band(k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return _band(rig, lens, frame, (x0, limits[k], x1, limits[k + 1]), level, edges)
 
     if threads > 1:
         with ThreadPoolExecutor(threads) as pool:
-            parts = list(pool.map(band, range(BANDS)))
+            parts = list(pool.map(band, range(bands)))
     else:
-        parts = [band(k) for k in range(BANDS)]
+        parts = [band(k) for k in range(bands)]
     keys, sums, left_out = zip(*parts, strict=True)
     return np.concatenate(keys), np.concatenate(sums), np.sum(left_out, axis=0)
 
@@ -177,6 +180,7 @@ def compiled_before() -> bool:
     return any(Path(reduce_rows.stats.cache_path).glob("stages.reduce_rows-*.nbi"))
 
 
+@lru_cache(maxsize=4)
 def _edge_planes(level: int) -> np.ndarray:
     """(f, 9) inward unit normals of each facet's three edges; level 1 and up."""
     corners = vertices(level)

@@ -32,11 +32,11 @@ class Lens:
         """Unit rays (n, 3) in the camera frame of whole pixels (n, 2) of the picture."""
         step = len(self.weights)
         (i, u), (j, v) = (np.divmod(pixels[:, k].astype(np.int64), step) for k in (0, 1))
-        flat = np.zeros((len(pixels), 2))
-        for a in range(ORDER):
-            for b in range(ORDER):
-                weight = self.weights[v, a] * self.weights[u, b]
-                flat += weight[:, None] * self.nodes[j + a, i + b]
+        columns = self.nodes.shape[1]
+        around = (np.arange(ORDER)[:, None] * columns + np.arange(ORDER)).ravel()
+        nodes = self.nodes.reshape(-1, 2)[(j * columns + i)[:, None] + around]
+        weights = (self.weights[v][:, :, None] * self.weights[u][:, None, :]).reshape(-1, 1, ORDER**2)
+        flat = (weights @ nodes)[:, 0]
         rays = np.column_stack([flat, np.ones(len(flat))])
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 

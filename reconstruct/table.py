@@ -202,21 +202,25 @@ def _stacked(table: FacetTable) -> np.ndarray:
     return np.hstack([c[:, None] if c.ndim == 1 else c for c in columns])
 
 
-def save_table(table: FacetTable, path: Path, *, source: str = "") -> None:
+def save_table(table: FacetTable, path: Path, *, source: str = "", compress: bool = True) -> None:
     """Write the table as ``.npz``: whole or not at all, the same bytes for the same table.
 
     ``source`` says where it came from; the file keeps it beside the table.
     """
     path = Path(path)
     partial = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.part")
-    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        for name, array in (_arrays(table) | {"source": np.array(source)}).items():
-            # a fixed date, since a zip entry holds one
-            entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            with archive.open(entry, "w", force_zip64=True) as file:
-                np.lib.format.write_array(file, array, allow_pickle=False)
-    os.replace(partial, path)
+    method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
+    try:
+        with zipfile.ZipFile(partial, "w", method, compresslevel=1) as archive:
+            for name, array in (_arrays(table) | {"source": np.array(source)}).items():
+                # a fixed date, since a zip entry holds one
+                entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
+                entry.compress_type = method
+                with archive.open(entry, "w", force_zip64=True) as file:
+                    np.lib.format.write_array(file, array, allow_pickle=False)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def _arrays(table: FacetTable) -> dict[str, np.ndarray]:
