@@ -15,11 +15,11 @@ from capture.errors import InputError
 from photogonio.compare import Comparison, compare
 from photogonio.memory import peak_megabytes, reset_peak
 from photogonio.options import Options
-from photogonio.page import photos_used
 from photogonio.pipeline import Result, process
 from photogonio.progress import Reporter, Stopwatch
 from photogonio.reflectances import Known, load_known
 from photogonio.store import key_of
+from photogonio.summary import photos_used
 from photogonio.truth import TRUTH, CalibrationError, calibration_error, load_truth
 from reconstruct.brdf import Brdf
 from synthetic.photoset import synthesize

@@ -23,14 +23,15 @@ from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos
 from photogonio.store import default_store
 from photogonio.stream import reduce_photos
+from photogonio.summary import fit_choices, rescaled
 from photogonio.surroundings import stray_light
+from photogonio.tables import read_table, take_channels
 from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.kernel import compiled_before
-from reconstruct.measured import UNBINNED, read_samples, samples_table
 from reconstruct.stray import StrayLight
-from reconstruct.table import FacetTable, load_table, save_table
+from reconstruct.table import FacetTable, save_table
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +80,7 @@ def process(
     table, failed = _reduced(radiance, setup, int(level.value), around, options, reporter)
     for photo in failed:
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
-    table = _take_channels(table, options)
+    table = take_channels(table, options)
     watch.lap("reduce")
     stray = stray_light(
         radiance,
@@ -98,7 +99,7 @@ def process(
         setup=replace(setup, source=provenance.to_dict()),
         table=table,
         fit=fit,
-        choices=(level, *page.fit_choices(fit)),
+        choices=(level, *fit_choices(fit)),
         left_out=(*setup.left_out, *failed),
         warnings=tuple(reporter.warnings),
         provenance=provenance,
@@ -141,8 +142,8 @@ def fit(
     """
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
     path = Path(table)
-    read, scale = _read_table(path, options, columns, where, reporter)
-    read = _take_channels(read, options)
+    read, scale = read_table(path, options, columns, where, reporter)
+    read = take_channels(read, options)
     wanted = {"columns": _joined(columns), "where": _joined(dict(where))} | options.to_dict()
     provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
     found = _fitted(read, options, options.symmetry, scale, reporter)
@@ -151,7 +152,7 @@ def fit(
         setup=None,
         table=read,
         fit=found,
-        choices=page.fit_choices(found),
+        choices=fit_choices(found),
         left_out=(),
         warnings=tuple(reporter.warnings),
         provenance=provenance,
@@ -252,62 +253,11 @@ def _fitted(
     )
     if symmetry not in ("auto", found.brdf.symmetry):
         raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
-    for name, factor in page.rescaled(found):
+    for name, factor in rescaled(found):
         reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
-    for choice in page.fit_choices(found):
+    for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
     return found
-
-
-def _read_table(
-    path: Path,
-    options: Options,
-    columns: Mapping[str, str] | None,
-    where: Sequence[tuple[str, str]],
-    reporter: Reporter,
-) -> tuple[FacetTable, str]:
-    if path.suffix == ".npz":
-        if columns or where:
-            raise InputError(path, "is a facet table; --columns and --where are for CSV")
-        table = load_table(path)
-        _refuse_level(options, table.level)
-        return table, _source_of(path).get("scale", "absolute")
-    _refuse_level(options, UNBINNED)
-    samples = read_samples(path, columns=columns, where=where)
-    if samples.left_out:
-        reporter.warn(f"{path.name}: {samples.left_out} rows left out: no number, or below the surface")
-    return samples_table(samples), "absolute"
-
-
-def _source_of(path: Path) -> dict[str, str]:
-    """What a facet table says of itself."""
-    with np.load(path, allow_pickle=False) as file:
-        return json.loads(str(file["source"])) if "source" in file.files else {}
-
-
-def _refuse_level(options: Options, level: int) -> None:
-    if options.level is not None and options.level != level:
-        found = (
-            "tabulated measurements are not binned" if level == UNBINNED else f"the table's level is {level}"
-        )
-        raise InputError(f"--level {options.level}", found)
-
-
-def _take_channels(table: FacetTable, options: Options) -> FacetTable:
-    """Only the channels asked for, in the table's order."""
-    if options.channels is None:
-        return table
-    unknown = [name for name in options.channels if name not in table.channels]
-    if unknown:
-        raise InputError(f"--channels {unknown[0]}", f"expected some of {', '.join(table.channels)}")
-    keep = [k for k, name in enumerate(table.channels) if name in options.channels]
-    return replace(
-        table,
-        channels=tuple(table.channels[k] for k in keep),
-        value=table.value[:, keep],
-        value2=table.value2[:, keep],
-        variance=table.variance[:, keep],
-    )
 
 
 def _provenance(command: str, photoset: PhotoSet, options: Options) -> Provenance:

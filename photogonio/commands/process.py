@@ -5,15 +5,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from photogonio import page
 from photogonio.commands.asked import options_of
 from photogonio.pipeline import process
 from photogonio.progress import Reporter
+from photogonio.summary import closing_lines, numbers
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out = Path(args.out) if args.out else Path(Path(args.set).resolve().name + "-brdf")
     result = process(args.set, out, options_of(args), reporter)
-    reporter.say(page.closing_lines(result))
+    reporter.say(closing_lines(result))
     reporter.say(f"written to {out}: coefficients.json, setup.json, table.npz, report.html and pictures")
-    return page.numbers(result) | {"out": str(out)}
+    return numbers(result) | {"out": str(out)}

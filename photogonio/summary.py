@@ -1,0 +1,119 @@
+"""A result in words and numbers: for the screen, for ``--json``, and for the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from photogonio.options import Choice
+from reconstruct.plots import correlation
+
+if TYPE_CHECKING:
+    from photogonio.pipeline import Result
+    from reconstruct.fit import FitResult
+
+
+def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
+    """What the fit chose, with its reasons."""
+    said = fit.diagnostics.get("choices")
+    if said is not None:
+        return tuple(Choice(one["what"], _short(one["value"]), one["reason"]) for one in said)
+    found = fit.diagnostics
+    reason = "the simplest of the models tried that predicts left-out cells as well as the best"
+    names = [name for name in ("order", "lobes", "prior strength") if name in found]
+    return tuple(Choice(name, _short(found[name]), reason) for name in names)
+
+
+def rescaled(fit: FitResult) -> list[tuple[str, float]]:
+    """Views whose scale the fit did not believe, and the factor by which their values were off."""
+    return [
+        (name, float(fit.scales.factor[g])) for g, name in enumerate(fit.cells.groups) if fit.scales.freed[g]
+    ]
+
+
+def stray_share(fit: FitResult) -> tuple[float, float]:
+    """Stray light that was removed, over the value: median and 95 % quantile of the cells."""
+    share = np.abs(fit.stray).sum(1) / np.maximum(np.abs(fit.cells.value).sum(1), np.finfo(float).tiny)
+    return float(np.median(share)), float(np.quantile(share, 0.95))
+
+
+def _short(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def numbers(result: Result) -> dict[str, object]:
+    """The result's numbers, for ``--json``."""
+    brdf = result.brdf
+    observed, fitted = result.fit.cells.value, result.fit.predicted
+    rms, median = relative_misfit(observed, fitted)
+    return {
+        "name": result.name,
+        "order": brdf.order,
+        "symmetry": brdf.symmetry,
+        "quantity": brdf.quantity,
+        "scale": brdf.scale,
+        "channels": brdf.channels,
+        "modes": len(brdf.modes),
+        "lobes": [
+            {"model": lobe.model, "roughness": lobe.roughness, "f0": lobe.f0, "weight": lobe.weight}
+            for lobe in brdf.lobes
+        ],
+        "albedo": brdf.bihemispherical_albedo(),
+        "relative_rms": rms,
+        "relative_median": median,
+        "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
+        "valid": brdf.valid,
+        "stray_light": stray_share(result.fit) if result.setup else None,
+        "rescaled": dict(rescaled(result.fit)),
+        "level": result.table.level,
+        "cells": len(observed),
+        "samples": float(result.table.count.sum()),
+        "photos_used": photos_used(result) if result.setup else None,
+        "choices": {
+            choice.what: {"value": choice.value, "reason": choice.reason} for choice in result.choices
+        },
+        "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in result.left_out],
+        "warnings": result.warnings,
+        "source": result.provenance.to_dict(),
+    }
+
+
+def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Root mean square and median of |fitted - observed| / observed over the cells with f above 0, (c,) each."""
+    ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=observed > 0)
+    return np.sqrt(np.nanmean(ratio**2, axis=0)), np.nanmedian(np.abs(ratio), axis=0)
+
+
+def photos_used(result: Result) -> int:
+    """Views that gave the table something."""
+    return len(np.unique(result.table.group))
+
+
+def lead(result: Result) -> str:
+    """The result in one sentence."""
+    brdf = result.brdf
+    lobes = f"{len(brdf.lobes)} lobe{'s' if len(brdf.lobes) != 1 else ''}" if brdf.lobes else "no lobe"
+    scale = "in absolute units" if brdf.scale == "absolute" else "on a relative scale: no white reference"
+    text = f"{brdf.symmetry.capitalize()} BRDF of order {brdf.order} with {lobes}, {scale}."
+    if result.setup is None:
+        return f"{text} From {len(result.table)} measured pairs of directions."
+    used, out = photos_used(result), len(result.left_out)
+    return f"{text} From {used} photo{'s' if used != 1 else ''}" + (f", {out} left out." if out else ".")
+
+
+def closing_lines(result: Result) -> str:
+    """What is told at the end, on screen."""
+    values = numbers(result)
+    order = ", ".join(result.brdf.channels)
+    median, rms = (100 * values[name] for name in ("relative_median", "relative_rms"))
+    return (
+        f"{lead(result)}\n"
+        f"albedo under even light ({order}): {listed(values['albedo'], '.3f')}\n"
+        f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %"
+    )
+
+
+def listed(values: Sequence[float], form: str) -> str:
+    return " · ".join(format(float(value), form) for value in values)

@@ -1,0 +1,67 @@
+"""Tables to fit: read from CSV or from what ``process`` left, and cut to the channels asked for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from capture.errors import InputError
+from photogonio.options import Options
+from photogonio.progress import Reporter
+from reconstruct.measured import UNBINNED, read_samples, samples_table
+from reconstruct.table import FacetTable, load_table
+
+
+def read_table(
+    path: Path,
+    options: Options,
+    columns: Mapping[str, str] | None,
+    where: Sequence[tuple[str, str]],
+    reporter: Reporter,
+) -> tuple[FacetTable, str]:
+    if path.suffix == ".npz":
+        if columns or where:
+            raise InputError(path, "is a facet table; --columns and --where are for CSV")
+        table = load_table(path)
+        _refuse_level(options, table.level)
+        return table, _source_of(path).get("scale", "absolute")
+    _refuse_level(options, UNBINNED)
+    samples = read_samples(path, columns=columns, where=where)
+    if samples.left_out:
+        reporter.warn(f"{path.name}: {samples.left_out} rows left out: no number, or below the surface")
+    return samples_table(samples), "absolute"
+
+
+def _source_of(path: Path) -> dict[str, str]:
+    """What a facet table says of itself."""
+    with np.load(path, allow_pickle=False) as file:
+        return json.loads(str(file["source"])) if "source" in file.files else {}
+
+
+def _refuse_level(options: Options, level: int) -> None:
+    if options.level is not None and options.level != level:
+        found = (
+            "tabulated measurements are not binned" if level == UNBINNED else f"the table's level is {level}"
+        )
+        raise InputError(f"--level {options.level}", found)
+
+
+def take_channels(table: FacetTable, options: Options) -> FacetTable:
+    """Only the channels asked for, in the table's order."""
+    if options.channels is None:
+        return table
+    unknown = [name for name in options.channels if name not in table.channels]
+    if unknown:
+        raise InputError(f"--channels {unknown[0]}", f"expected some of {', '.join(table.channels)}")
+    keep = [k for k, name in enumerate(table.channels) if name in options.channels]
+    return replace(
+        table,
+        channels=tuple(table.channels[k] for k in keep),
+        value=table.value[:, keep],
+        value2=table.value2[:, keep],
+        variance=table.variance[:, keep],
+    )
