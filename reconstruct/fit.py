@@ -17,7 +17,7 @@ from reconstruct.cells import Cells, cells_of
 from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
 from reconstruct.model import Model
 from reconstruct.represent import Represented, represent
-from reconstruct.robust import ViewScales, level
+from reconstruct.robust import ViewScales, independence, level
 from reconstruct.search import Fitted, common_error, search_lobes
 from reconstruct.select import Candidate, choose, try_all
 from reconstruct.table import FacetTable
@@ -26,7 +26,7 @@ from reconstruct.uncertainty import Uncertainty, uncertainty_of, valid_region
 SYMMETRY = "isotropic"
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
-TOLERATED = 0.003  # relative misfit of photos that buys no finer model
+TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 CLOSE = 0.005  # relative representation error that needs no finer modes
 FINEST = 16  # order of the representation
@@ -111,7 +111,7 @@ def _select(work: Cleaned, options: FitOptions) -> tuple[Candidate, Candidate]:
     again = search_lobes(
         cells, work.deviation, pilot.basis, PILOT_PRIOR, pilot.lobes, free=0, refine=False, view_errors=errors
     )
-    weight = again.weight / (work.deviation * again.scale) ** 2
+    weight = independence(cells) * again.weight / (work.deviation * again.scale) ** 2
     common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
     tried = try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted, common)

@@ -17,6 +17,7 @@ STRAY_DOUBT = 0.3  # of the stray light removed
 FLOOR = 1e-3  # of the channel's level
 SUSPECT = 4.0  # standard errors from the other views
 LEAST_SUSPECT = 0.015  # relative; less cannot be told from a misfit of the model
+MOST_DOUBT = 0.01  # of all views' scales for their scatter alone, which a wrong model makes too
 FREE = 1.0  # relative standard error of a scale that is not believed
 LEAST_TO_JUDGE = 5  # views: the scatter of fewer says little
 INDEPENDENT = 30.0  # cells: as many as a view's residuals count for, since they hang together
@@ -43,6 +44,14 @@ def level(cells: Cells) -> np.ndarray:
 def residual_scale(scaled: np.ndarray) -> float:
     """Robust standard deviation of residuals already divided by their error model."""
     return max(1.4826 * float(np.median(np.abs(scaled))), 1e-12)
+
+
+def independence(cells: Cells) -> np.ndarray:
+    """(n, 1) what one cell counts for: residuals of a view hang together (geometry, stray light, texture), so that a
+    view is worth at most :data:`INDEPENDENT` cells however finely it is cut."""
+    if not cells.binned:
+        return np.ones((len(cells), 1))
+    return np.minimum(INDEPENDENT / np.bincount(cells.group)[cells.group], 1.0)[:, None]
 
 
 def freedom_of(cells: Cells) -> float:
@@ -81,15 +90,16 @@ def view_scales(
 
     ``deviation`` and ``weight`` (n, c) are the error model and the robust weights; ``prior`` (g,) relative standard
     errors. Residuals within a view hang together, so a view counts as :data:`INDEPENDENT` cells at most. Where views
-    scatter more than their errors say, the errors are raised to the scatter. A view that lies further from the others
-    than chance allows has its scale set free.
+    scatter more than their errors say, the errors are raised toward the scatter. A view that lies further from the
+    others than chance allows has its scale set free.
     """
     shift, error = _view_shifts(cells, predicted, deviation, weight)
     shift = shift - np.median(shift)
     spread = 1.4826 * np.median(np.abs(shift)) if len(shift) >= LEAST_TO_JUDGE else 0.0
     expected = np.sqrt(prior**2 + error**2 + spread**2)
     freed = np.abs(shift) > np.maximum(SUSPECT * expected, LEAST_SUSPECT)
-    raised = np.maximum(prior, np.sqrt(max(spread**2 - float(np.median(error)) ** 2, 0.0)))
+    excess = np.sqrt(max(spread**2 - float(np.median(error)) ** 2, 0.0))
+    raised = np.maximum(prior, min(excess, MOST_DOUBT))
     return ViewScales(np.where(freed, 1.0 + shift, 1.0), np.where(freed, FREE, raised), freed)
 
 

@@ -14,7 +14,7 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TYPICAL_F0, Family
 from reconstruct.model import LobeSet, Model
-from reconstruct.robust import freedom_of, level, residual_scale, student_cost, student_weights
+from reconstruct.robust import freedom_of, independence, level, residual_scale, student_cost, student_weights
 from reconstruct.select import Prior
 from reconstruct.solve import Common, Factors, FoldedDesign, Statistics, solve
 
@@ -59,8 +59,9 @@ def search_lobes(
     weight, scale, freedom = np.ones_like(deviation), 1.0, freedom_of(cells)
     best, shared = start, np.zeros_like(cells.value)
     common = common_error(cells, cells.value, view_errors)
+    counts = independence(cells)
     for turn in range(ROUNDS):
-        precision = weight / (deviation * scale) ** 2
+        precision = counts * weight / (deviation * scale) ** 2
         profile = Profile(cells, design, precision, penalty, common)
         if turn == 0 and free:
             best = _best_start(profile, start, free)
@@ -75,7 +76,18 @@ def search_lobes(
         own = (residual - shared) / deviation
         scale = residual_scale(own)
         weight = student_weights(own / scale, freedom)
-    return Fitted(fitted, residual, shared, weight, scale, student_cost(own, scale, freedom))
+    cost = student_cost(own, scale, freedom) + _shared_cost(cells, shared, common, freedom)
+    return Fitted(fitted, residual, shared, weight, scale, cost)
+
+
+def _shared_cost(cells: Cells, shared: np.ndarray, common: Common | None, freedom: float) -> float:
+    """Negative log likelihood of the views' errors of scale, a value of the cells."""
+    if common is None:
+        return 0.0
+    first = np.unique(common.unit, return_index=True)[1]
+    pattern = common.pattern[first]
+    share = np.divide(shared[first], pattern, out=np.zeros_like(pattern), where=pattern != 0.0)
+    return len(first) / (independence(cells).sum()) * student_cost(share, 1.0, freedom)
 
 
 def common_error(cells: Cells, predicted: np.ndarray, view_errors: np.ndarray | None) -> Common | None:

@@ -16,8 +16,8 @@ import numpy as np
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.model import LobeSet
-from reconstruct.robust import level
-from reconstruct.solve import Common, Factors, FoldedDesign, Statistics, solve_each
+from reconstruct.robust import independence, level
+from reconstruct.solve import Common, Factors, FoldedDesign, solve_each
 
 FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
@@ -60,7 +60,9 @@ class Candidate:
     order: int
     prior: Prior
     lobes: LobeSet
-    loss: np.ndarray  # (f,) mean weighted squared residual a cell, each fold predicted from all others
+    loss: (
+        np.ndarray
+    )  # (f,) mean weighted squared residual a cell that counts, each fold predicted from all others
 
 
 def folds_of(cells: Cells, *, seed: int = 0) -> np.ndarray:
@@ -89,7 +91,8 @@ def try_all(
 ) -> list[Candidate]:
     """Every order, prior and set of lobes, each judged on folds.
 
-    ``weight`` (n, c) and the views' ``common`` errors are the same for all of them.
+    ``weight`` (n, c), which knows that cells of a view are not independent, and the views' ``common`` errors are the
+    same for all of them.
     """
     fold = folds_of(cells)
     if common is not None:  # folds of blocks cut views apart
@@ -101,6 +104,7 @@ def try_all(
         fixed, columns = one.columns(cells)
         sums.append(folded.statistics(cells.value - fixed[:, None], columns))
     uppers = [one.upper_bounds() for one in lobes]
+    counts = weight.shape[1] * np.maximum(np.bincount(fold, independence(cells)[:, 0]), 1e-9)
     tried = []
     for order in orders:
         basis = Basis(symmetry, order)
@@ -111,13 +115,8 @@ def try_all(
             factors = Factors(rests[0].modes_gram, penalty)
             solutions = solve_each(rests, factors, uppers)
             for one, part, solution in zip(lobes, parts, solutions, strict=True):
-                tried.append(Candidate(order, prior, one, _loss(part, solution)))
+                tried.append(Candidate(order, prior, one, part.residual(solution).sum(1) / counts))
     return tried
-
-
-def _loss(folds: Statistics, solution: np.ndarray) -> np.ndarray:
-    """(f,) mean weighted squared residual a cell and channel of each fold."""
-    return folds.residual(solution).sum(1) / (np.maximum(folds.cells, 1) * folds.square.shape[1])
 
 
 def choose(candidates: list[Candidate], tolerated: float = 0.0) -> tuple[Candidate, Candidate]:
@@ -125,25 +124,43 @@ def choose(candidates: list[Candidate], tolerated: float = 0.0) -> tuple[Candida
 
     A lobe must pay: fewer lobes are kept unless more lower the loss by :data:`WORTH_A_LOBE` and by more than its
     standard error. Losses that differ by less than ``tolerated`` count as equal: calibration and stray light leave
-    misfits of that size, and a mode bought to follow them goes astray where no photo holds it.
+    misfits of that size, and a mode bought to follow them goes astray where no photo holds it. Among lobes that
+    predict equally well with as many modes, those are taken that need the modes least: whose loss with the fewest
+    modes tried is least.
     """
     best = min(candidates, key=lambda one: one.loss.mean())
     for lobes in sorted({len(one.lobes.families) for one in candidates}):
         simple = [one for one in candidates if len(one.lobes.families) == lobes]
         least = min(simple, key=lambda one: one.loss.mean())
         excess = least.loss - best.loss
-        if excess.mean() <= tolerated + WORTH_A_LOBE * best.loss.mean() or _within_one_error(excess):
+        if excess.mean() <= tolerated + WORTH_A_LOBE * best.loss.mean() or _within_one_error(
+            least.loss, best.loss
+        ):
             break
     good = [one for one in simple if _as_good(one.loss, least.loss, tolerated)]
     order = min(one.order for one in good)
-    return min((one for one in good if one.order == order), key=lambda one: one.loss.mean()), best
+    good = [one for one in good if one.order == order]
+    alone = {id(one.lobes): _alone(simple, one.lobes) for one in good}
+    lobes = min((one.lobes for one in good), key=lambda lobes: alone[id(lobes)])
+    return min((one for one in good if one.lobes is lobes), key=lambda one: one.loss.mean()), best
+
+
+def _alone(candidates: list[Candidate], lobes: LobeSet) -> float:
+    """Least loss of ``lobes`` with the fewest modes tried."""
+    same = [one for one in candidates if one.lobes is lobes]
+    fewest = min(one.order for one in same)
+    return min(float(one.loss.mean()) for one in same if one.order == fewest)
 
 
 def _as_good(loss: np.ndarray, least: np.ndarray, tolerated: float) -> bool:
     excess = loss.mean() - least.mean()
-    return excess <= max(IMMATERIAL * least.mean(), tolerated) or _within_one_error(loss - least)
+    return excess <= max(IMMATERIAL * least.mean(), tolerated) or _within_one_error(loss, least)
 
 
-def _within_one_error(excess: np.ndarray) -> bool:
-    error = excess.std(ddof=1) / np.sqrt(len(excess)) if len(excess) > 1 else 0.0
-    return bool(excess.mean() <= error + 1e-12)
+def _within_one_error(loss: np.ndarray, least: np.ndarray) -> bool:
+    """Whether losses of the same folds differ by no more than chance: on their logarithms, since folds differ much in
+    how hard they are and one hard fold would hide what all the others say."""
+    tiny = np.finfo(float).tiny
+    ratio = np.log(np.maximum(loss, tiny) / np.maximum(least, tiny))
+    error = ratio.std(ddof=1) / np.sqrt(len(ratio)) if len(ratio) > 1 else 0.0
+    return bool(ratio.mean() <= error + 1e-12)
