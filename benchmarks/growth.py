@@ -1,0 +1,95 @@
+"""How time and memory of photos to table grow with their number, their pixels and the facets' level.
+
+    python -m benchmarks.growth [--quick] [--photos 24,240]
+
+Each row is a process of its own. "seconds" are of the reduction alone, "peak" is the process's largest resident
+memory, libraries included; "x" is the ratio to the row above. Last, the powers p of time ~ size^p.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.end_to_end import made_setup, make_set
+from calib.setup import Setup
+from capture.manifest import load_photoset
+from capture.prepare import prepare
+from photogonio.stream import reduce_photos
+from reconstruct.directions import ReduceOptions
+from reconstruct.rows import cores
+
+SHARE = 0.06
+
+
+def child(folder: Path, photos: int, megapixels: float, level: int) -> None:
+    """One measurement; prints it as JSON."""
+    setup = made_setup(photos, ".png", SHARE, megapixels)
+    reader = prepare(load_photoset(folder))
+    job = {"level": level, "options": ReduceOptions(), "workers": cores()}
+    reduce_photos(reader, replace(setup, views=setup.views[:1]), **job)  # loads what is compiled
+    start = time.perf_counter()
+    reduced = reduce_photos(reader, setup, **job)
+    seconds = time.perf_counter() - start
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(json.dumps({"seconds": seconds, "peak": peak, "cells": len(reduced.table)}))
+
+
+def run(setup: Setup, folder: Path, megapixels: float, level: int) -> dict[str, float]:
+    """A child's measurement on a set that is made if it is not there."""
+    if not folder.exists():
+        make_set(folder, setup, ".png")
+    words = ["--child", str(folder), str(len(setup.views)), str(megapixels), str(level)]
+    command = [sys.executable, "-m", "benchmarks.growth", *words]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=Path(__file__).parents[1])
+    return json.loads(done.stdout)
+
+
+def rows(title: str, sizes: Sequence[float], jobs: Sequence[tuple[int, float, int]], folder: Path) -> None:
+    """A line for each job (photos, megapixels, level), and the power of time against size."""
+    seconds: list[float] = []
+    for size, (photos, megapixels, level) in zip(sizes, jobs, strict=True):
+        setup = made_setup(photos, ".png", SHARE, megapixels)
+        found = run(setup, folder / f"{photos}-{megapixels:g}", megapixels, level)
+        ratio = f"x {found['seconds'] / seconds[-1]:6.2f}" if seconds else " " * 8
+        seconds.append(found["seconds"])
+        line = f"{title:10} {size:8g}  {found['seconds']:8.2f} s  {ratio}  {found['peak']:7.0f} MB"
+        print(f"{line}  {found['cells']:9} cells", flush=True)
+    if len(seconds) > 1:
+        power = np.polyfit(np.log(sizes), np.log(seconds), 1)[0]
+        print(f"{title:10} time ~ size^{power:.2f}")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="few small photos: shows that it runs")
+    parser.add_argument("--photos", default="24,240", help="numbers of photos of 12 megapixels")
+    parser.add_argument("--child", nargs=4, metavar=("SET", "PHOTOS", "MEGAPIXELS", "LEVEL"))
+    options = parser.parse_args(arguments)
+    if options.child:
+        folder, photos, megapixels, level = options.child
+        child(Path(folder), int(photos), float(megapixels), int(level))
+        return
+    large, few = (0.1, 2) if options.quick else (12.0, 12)
+    numbers = [2, 4] if options.quick else [int(n) for n in options.photos.split(",")]
+    pixels = [large / 2, large] if options.quick else [3.0, 6.0, 12.0, 24.0]
+    levels = [2, 3] if options.quick else [2, 3, 4, 5, 6]
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        rows("photos", numbers, [(n, large, 4) for n in numbers], folder)
+        rows("Mpx", pixels, [(few, size, 4) for size in pixels], folder)
+        rows("facets", [10 * 4**level for level in levels], [(few, large, level) for level in levels], folder)
+
+
+if __name__ == "__main__":
+    main()
