@@ -27,7 +27,7 @@ from calib.together import (
     start_scene,
 )
 from capture.errors import InputError
-from capture.photoset import MANIFEST, PhotoSet, Sphere
+from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Sphere
 
 FIXED_POSE = "pose fixed"
 
@@ -62,7 +62,13 @@ def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progres
         tuple(notes.left_out),
         tuple(notes.warnings),
         notes.residuals,
+        mirror_balls=_mirror_balls(photoset, settled),
     )
+
+
+def _mirror_balls(photoset: PhotoSet, settled: Settled) -> tuple[MirrorBall, ...]:
+    blocks = [settled.values[f"ball {k}"] for k in range(len(photoset.mirror_balls))]
+    return tuple(MirrorBall(b[:3].copy(), float(b[3])) for b in blocks)
 
 
 def _camera(

@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.camera import Camera, Pose
 from capture.errors import InputError
-from capture.photoset import Plane, Sphere
+from capture.photoset import MirrorBall, Plane, Sphere
 
 _FORMAT = "photogonio-setup"
 
@@ -76,6 +76,7 @@ class Setup:
         default_factory=dict
     )  # what was measured on the way; plain JSON values
     source: dict[str, object] = field(default_factory=dict)  # program, command and hashes of the inputs
+    mirror_balls: tuple[MirrorBall, ...] = ()  # as refined
 
 
 def save_setup(setup: Setup, path: str | Path) -> None:
@@ -138,6 +139,9 @@ def _setup(data: dict) -> Setup:
         warnings=tuple(data["warnings"]),
         residuals=data["residuals"],
         source=data.get("source", {}),
+        mirror_balls=tuple(
+            MirrorBall(_array(b["center"]), float(b["radius"])) for b in data.get("mirror_balls", [])
+        ),
     )
 
 

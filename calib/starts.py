@@ -17,6 +17,8 @@ _AROUND = 12
 _COARSE = 700  # samples for trying many places
 _MIDDLING = 3000  # samples for a first fit
 _TOLERANCE = 0.1  # relative misfit counted as no fit at all
+_DOUBTFUL = 0.15  # mean misfit beyond which the rays are not trusted alone
+_SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
 
 def thinned(reading: Reading, count: int) -> Reading:
@@ -54,12 +56,17 @@ def first_fit(
 ) -> ShadingFit:
     """The best of the fits started where the rays, or a scan of the sky, make the shading agree."""
     coarse, fine = thinned(reading, _COARSE), thinned(reading, _MIDDLING)
-    wide = replace(scene, lamp_radius=2 * scene.lamp_radius)
-    places = ray_places(rays, diagonal)
-    fits = [fit_shading(fine, scene, p) for p in _best(places, coarse, wide, 2)]
-    if not fits or min(misfit(coarse, scene, f.place) for f in fits) > 0.25:
-        fits += [fit_shading(fine, scene, p) for p in _best(sky_places(middle, diagonal), coarse, wide, 3)]
-    return min(fits, key=lambda f: misfit(fine, scene, f.place))
+    soft = replace(scene, lamp_radius=2 * scene.lamp_radius, blur=_SOFT * diagonal)
+
+    def fits(places: list[np.ndarray], count: int) -> list[ShadingFit]:
+        """Shadows first with wide edges, which reach farther, then as they are."""
+        begun = [fit_shading(fine, soft, p) for p in _best(places, coarse, soft, count)]
+        return [fit_shading(fine, scene, f.local) for f in begun]
+
+    found = fits(ray_places(rays, diagonal), 2)
+    if not found or min(misfit(fine, scene, f.place) for f in found) > _DOUBTFUL:
+        found += fits(sky_places(middle, diagonal), 3)
+    return min(found, key=lambda f: misfit(fine, scene, f.place))
 
 
 def ray_places(rays: list[MirroredRay], diagonal: float) -> list[np.ndarray]:
