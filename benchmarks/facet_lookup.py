@@ -9,6 +9,7 @@ directions where it is another is shown.
 from __future__ import annotations
 
 import argparse
+from functools import partial
 
 import numba
 import numpy as np
@@ -72,8 +73,8 @@ def main(arguments: list[str] | None = None) -> None:
     some = directions[: max(count // 10, 1)]
     print(f"level {options.level}, {count} random directions; nanoseconds each")
     for threads in dict.fromkeys((1, cores())):
-        ours = best_time(lambda n=threads: facet_index(directions, options.level, threads=n), repeats) / count
-        theirs = best_time(lambda n=threads: tree.query(some, workers=n), repeats) / len(some)
+        ours = best_time(partial(facet_index, directions, options.level, threads=threads), repeats) / count
+        theirs = best_time(partial(tree.query, some, workers=threads), repeats) / len(some)
         print(
             f"  {threads} threads: {1e9 * ours:7.1f}, cKDTree {1e9 * theirs:7.1f}, ratio {theirs / ours:.1f}"
         )

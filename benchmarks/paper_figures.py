@@ -12,9 +12,9 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 
 from reconstruct import modes as m
 from reconstruct.integrals import mirror_coefficients
@@ -91,7 +91,7 @@ def paint_cuts(orders: tuple[int, ...], size: int) -> Figure:
     return figure
 
 
-def _quiet(axes: Axes) -> None:
+def _quiet(axes: PolarAxes) -> None:
     axes.set_rticks([0.25, 0.5])
     axes.set_rmax(0.62)
     axes.tick_params(labelsize=7)

@@ -1,10 +1,11 @@
 """Classical models as expansions: the error of stopping at each order, and whether the series ends.
 
-    python -m benchmarks.truncation [--quick] [-o FOLDER]
+    python -m benchmarks.truncation [--quick] [-o FOLDER] [--coefficients FOLDER]
 
 Each model is projected by quadrature to order 16, as f and as f cos_i cos_r. The error at order N is that of f, with
 the weights of docs/conventions.md, over pairs with both angles below 80 degrees: root of sum W (f - f_N)^2 over sum
-W f^2, W = sin cos of both angles. Leaves truncation.csv and truncation.png. The ideal mirror has no f; its spectrum is
+W f^2, W = sin cos of both angles. Leaves truncation.csv and truncation.png, and where asked
+a coefficient file for each model and quantity. The ideal mirror has no f; its spectrum is
 flat, so it never ends: see benchmarks.paper_figures.
 """
 
@@ -12,8 +13,10 @@ from __future__ import annotations
 
 import argparse
 import csv
+import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,6 +24,7 @@ from matplotlib.figure import Figure
 from benchmarks.paper_figures import FOLDER, save
 from reconstruct import modes as m
 from reconstruct.angles import unit_vectors
+from reconstruct.brdf import Brdf
 from reconstruct.projection import Projection, project
 from reconstruct.quadrature import azimuth_rule, elevation_rule
 from synthetic.brdf import MODELS
@@ -28,7 +32,7 @@ from synthetic.brdf import MODELS
 GREY = (0.5,)
 LARGEST = np.radians(80)
 ENDED = 1e-6  # of the norm: what is left of a series that has ended is rounding
-CLASSICAL = {
+CLASSICAL: dict[str, tuple[str, dict[str, Any]]] = {
     "Lambert": ("lambert", {"albedo": GREY}),
     "Minnaert, k = 2": ("minnaert", {"albedo": GREY, "k": 2.0}),
     "Minnaert, k = 0.7": ("minnaert", {"albedo": GREY, "k": 0.7}),
@@ -76,13 +80,13 @@ def judging_pairs(points: int, level: int) -> tuple[np.ndarray, np.ndarray]:
     return pairs[:3], pairs[3]
 
 
-def truncation(name: str, model, quantity: str, order: int, evaluations: int, pairs, weights) -> Curve:
-    """Project once, then judge every order."""
-    found = project(model, order, quantity=quantity, tolerance=1e-7, evaluations=evaluations)
+def truncation(name: str, model, found: Projection, pairs, weights) -> Curve:
+    """Judge every order of one projection."""
+    quantity = found.quantity
     theta_i, theta_r, dphi = pairs
     exact = model(unit_vectors(theta_i, 0.0), unit_vectors(theta_r, dphi))[:, 0]
     cosines = m.cosines(quantity, theta_i, theta_r)
-    orders, errors = np.arange(0, order + 1), []
+    orders, errors = np.arange(0, found.order + 1), []
     summed = np.zeros(len(exact))
     for last in orders:
         new = found.modes[:, 0] == last
@@ -100,6 +104,24 @@ def last_mode(found: Projection) -> int | None:
     held = np.abs(found.coefficients[:, 0]) > ENDED * found.norm[0]
     last = int(found.modes[held, 0].max())
     return last if last < found.order else None
+
+
+def file_of(name: str, found: Projection) -> Brdf:
+    """The expansion with what it stands for; the projection's stated error is in ``fit``."""
+    return Brdf(
+        order=found.order,
+        channels=("Y",),
+        modes=found.modes,
+        coefficients=found.coefficients,
+        standard_errors=np.zeros_like(found.coefficients),
+        quantity=found.quantity,
+        fit={"relative_error_of_coefficients": float(found.error[0])},
+        source={"model": name, "parameters": CLASSICAL[name][1]},
+    )
+
+
+def slug(name: str) -> str:
+    return "-".join(re.findall(r"[a-z0-9.]+", name.lower()))
 
 
 def draw(curves: list[Curve], quantities: tuple[str, ...]) -> Figure:
@@ -140,8 +162,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="few models, low order, coarse rules")
     parser.add_argument("-o", "--output", type=Path, default=FOLDER)
+    parser.add_argument("--coefficients", type=Path, help="folder for the expansions themselves")
     options = parser.parse_args(arguments)
-    options.output.mkdir(parents=True, exist_ok=True)
+    for folder in filter(None, (options.output, options.coefficients)):
+        folder.mkdir(parents=True, exist_ok=True)
     order, evaluations, judged = (4, 5_000, (4, 2)) if options.quick else (16, 10_000_000, (6, 6))
     names = list(CLASSICAL)[:3] if options.quick else list(CLASSICAL)
     quantities = ("brdf", "brdf_cos_cos")
@@ -150,7 +174,10 @@ def main(arguments: list[str] | None = None) -> None:
     for name in names:
         model = MODELS[CLASSICAL[name][0]](**CLASSICAL[name][1])
         for quantity in quantities:
-            curve = truncation(name, model, quantity, order, evaluations, pairs, weights)
+            found = project(model, order, quantity=quantity, tolerance=1e-7, evaluations=evaluations)
+            if options.coefficients:
+                file_of(name, found).save(options.coefficients / f"{slug(name)}.{quantity}.json")
+            curve = truncation(name, model, found, pairs, weights)
             ends = "goes on" if curve.ends is None else f"ends at {curve.ends}"
             shown = "  ".join(f"{e:8.2g}" for e in curve.error[:: 4 if order > 4 else 2])
             print(f"{name:26s} {quantity:13s} {ends:11s} {shown}", flush=True)

@@ -6,16 +6,17 @@ Tangent frame: z is the outward normal; theta from the normal, phi from x toward
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def unit_vectors(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+def unit_vectors(theta: ArrayLike, phi: ArrayLike) -> np.ndarray:
     """Unit vectors (..., 3) of angles that broadcast together. Inverse of :func:`spherical_angles`."""
     theta, phi = np.asarray(theta, float), np.asarray(phi, float)
     sin = np.sin(theta)
     return np.stack(np.broadcast_arrays(sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)), axis=-1)
 
 
-def spherical_angles(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def spherical_angles(directions: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Angles theta in [0, pi] and phi in (-pi, pi], each (...,), of vectors (..., 3) of any length.
 
     Accurate at the pole and at the horizon alike; phi is 0 at the pole. Inverse of :func:`unit_vectors`.
@@ -24,7 +25,7 @@ def spherical_angles(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
 
 
-def pair_angles(incident: np.ndarray, exit: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pair_angles(incident: ArrayLike, exit: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """theta_i, theta_r and dphi = phi_r - phi_i in (-pi, pi] of vectors (..., 3) that broadcast together.
 
     dphi is 0 where either direction is the normal.

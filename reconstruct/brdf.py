@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from capture.errors import InputError
 from reconstruct import coefficients, integrals, modes
@@ -27,11 +28,11 @@ class Lobe:
     model: str = "ggx"
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
 
-    def evaluate(self, theta_i, theta_r, dphi) -> np.ndarray:
+    def evaluate(self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike) -> np.ndarray:
         """(..., c) BRDF, 1/sr; angles in radians that broadcast together."""
         return np.asarray(self.weight, float) * ggx(theta_i, theta_r, dphi, self.roughness, self.f0)
 
-    def directional_albedo(self, theta_i) -> np.ndarray:
+    def directional_albedo(self, theta_i: ArrayLike) -> np.ndarray:
         """(..., c) fraction of the light from ``theta_i`` that the lobe sends out."""
         return integrals.albedo_by_quadrature(self.evaluate, theta_i, self.roughness)
 
@@ -54,7 +55,9 @@ class Brdf:
     source: dict[str, object] = field(default_factory=dict)
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
 
-    def evaluate(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
+    def evaluate(
+        self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike
+    ) -> np.ndarray:
         """f (..., c), 1/sr, for any symmetry; angles in radians that broadcast together.
 
         An isotropic BRDF depends on ``phi_r - phi_i`` alone: give 0 and dphi. Where ``quantity`` names a
@@ -74,7 +77,7 @@ class Brdf:
         """f (..., c), 1/sr, at unit vectors (..., 3) of the tangent frame that broadcast together."""
         return self.evaluate(*spherical_angles(incident), *spherical_angles(exit))
 
-    def directional_albedo(self, theta_i, phi_i=0.0) -> np.ndarray:
+    def directional_albedo(self, theta_i: ArrayLike, phi_i: ArrayLike = 0.0) -> np.ndarray:
         """(..., c) fraction of the light from (theta_i, phi_i) that is sent out; modes in closed form."""
         value = integrals.directional_albedo(
             self.symmetry, self.modes, self.coefficients, self.quantity, theta_i, phi_i

@@ -7,6 +7,7 @@ JSON, one object (docs/modes.md). Standard errors that are not known are ``null`
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -83,7 +84,7 @@ def _plain(value):
     return value
 
 
-def parse(path: Path | str, document: object) -> tuple[dict, list[dict]]:
+def parse(path: Path | str, document: Any) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Arguments of a Brdf and of its lobes. InputError names the file and the key that cannot be used.
 
     ``path`` is for the message only. Inverse of :func:`document`.
@@ -92,7 +93,7 @@ def parse(path: Path | str, document: object) -> tuple[dict, list[dict]]:
     channels = document.get("channels")
     if not isinstance(channels, list) or not channels or not all(isinstance(c, str) for c in channels):
         raise InputError(f"{path}: channels", f"a list of names is needed, not {channels!r}")
-    known = {key: _choice(path, document, key) for key in _CHOICES}
+    known: dict[str, Any] = {key: _choice(path, document, key) for key in _CHOICES}
     rows = _modes(path, document, known["symmetry"])
     size = (len(rows), len(channels))
     errors = _array(

@@ -70,7 +70,7 @@ _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
 @_jit
-def facet_of(x, y, z, level):
+def facet_of(x: float, y: float, z: float, level: int) -> int:
     """Facet of one direction (any length); -1 below the horizon, for zero and for what is not finite.
 
     For compiled loops. The direction is turned into one fifth of the icosahedron and tested there, level by
@@ -180,13 +180,11 @@ def neighbours(level: int) -> np.ndarray:
         return np.concatenate([caps, belts]).astype(np.int32)
     corners = vertices(level)
     middles = unit(corners + np.roll(corners, -1, 1)).reshape(-1, 3)
-    keys = np.round(middles * 2**24).astype(
-        np.int64
-    )  # midpoints of distinct edges differ by far more than 2^-24
+    keys = np.round(middles * 2**24).astype(np.int64)  # distinct midpoints differ by far more than 2^-24
     order = np.lexsort(keys.T)
     same = np.flatnonzero((keys[order[1:]] == keys[order[:-1]]).all(1))
     across = np.full(len(middles), -1, np.int32)
     across[order[same]], across[order[same + 1]] = order[same + 1] // 3, order[same] // 3
-    across = across.reshape(-1, 3)
-    across.setflags(write=False)
-    return across
+    table = across.reshape(-1, 3)
+    table.setflags(write=False)
+    return table

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from reconstruct.angles import unit_vectors
 from reconstruct.modes import QUANTITIES, isotropic_norms
@@ -45,7 +48,14 @@ def exit_integral(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, po
     return result
 
 
-def directional_albedo(symmetry, modes, coefficients, quantity, theta_i, phi_i=0.0) -> np.ndarray:
+def directional_albedo(
+    symmetry: str,
+    modes: np.ndarray,
+    coefficients: np.ndarray,
+    quantity: str,
+    theta_i: ArrayLike,
+    phi_i: ArrayLike = 0.0,
+) -> np.ndarray:
     """(..., c) fraction of light from (theta_i, phi_i) sent out: the integral of f cos_r dOmega_r."""
     theta_i, phi_i = np.broadcast_arrays(np.asarray(theta_i, float), np.asarray(phi_i, float))
     incident, exit = QUANTITIES[quantity]
@@ -54,14 +64,16 @@ def directional_albedo(symmetry, modes, coefficients, quantity, theta_i, phi_i=0
     return np.einsum("j...,jc->...c", basis, outgoing) / (np.cos(theta_i) ** incident)[..., None]
 
 
-def bihemispherical_albedo(symmetry, modes, coefficients, quantity) -> np.ndarray:
+def bihemispherical_albedo(
+    symmetry: str, modes: np.ndarray, coefficients: np.ndarray, quantity: str
+) -> np.ndarray:
     """(c,) fraction of even illumination that the sum of modes sends out: integral of f cos_i cos_r / pi."""
     incident, exit = QUANTITIES[quantity]
     outgoing = exit_integral(symmetry, modes, coefficients, 1 - exit)
     return cosine_moments(_order(symmetry, np.asarray(modes)), 1 - incident) @ outgoing / np.pi
 
 
-def albedo_by_quadrature(value, theta_i, finest: float) -> np.ndarray:
+def albedo_by_quadrature(value: Callable[..., np.ndarray], theta_i: ArrayLike, finest: float) -> np.ndarray:
     """(..., c) directional albedo of ``value(theta_i, theta_r, dphi) -> (..., c)``, whatever its form.
 
     ``finest`` (radians) is the width of its narrowest feature, a peak in the mirror or retro-direction or at grazing
@@ -79,10 +91,12 @@ def albedo_by_quadrature(value, theta_i, finest: float) -> np.ndarray:
     return result.reshape(*theta_i.shape, result.shape[1])
 
 
-def albedo_of(brdf, theta_i, phi_i: float = 0.0, *, finest: float = 0.02) -> np.ndarray:
+def albedo_of(
+    brdf: Callable[..., np.ndarray], theta_i: ArrayLike, phi_i: float = 0.0, *, finest: float = 0.02
+) -> np.ndarray:
     """(..., c) directional albedo of any callable BRDF on unit vectors; see :func:`albedo_by_quadrature`."""
 
-    def value(incident, exit, dphi):
+    def value(incident: np.ndarray, exit: np.ndarray, dphi: np.ndarray) -> np.ndarray:
         return brdf(unit_vectors(incident, phi_i), unit_vectors(exit, phi_i + dphi))
 
     return albedo_by_quadrature(value, theta_i, finest)

@@ -7,9 +7,12 @@ Schlick's Fresnel term (1994), as docs/modes.md defines them. Pure functions of 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def ggx(theta_i, theta_r, dphi, roughness: float, f0) -> np.ndarray:
+def ggx(
+    theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, roughness: float, f0: ArrayLike
+) -> np.ndarray:
     """BRDF of a GGX lobe, 1/sr: D G2 F / (4 cos_i cos_r).
 
     Angles in radians broadcast together; ``roughness`` is alpha; ``f0`` a number, or (c,) for a result

@@ -20,9 +20,8 @@ HALF_PI_REST = 6.123233995736766e-17  # pi / 2 less its double
 TURN = float(np.float32(2 * math.pi))  # few digits, so that its whole multiples are exact
 TURN_REST = (2 * math.pi - TURN) + 4 * HALF_PI_REST
 
-_options = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
-_jit = numba.njit(**_options)
-_inline = numba.njit(**_options, inline="always")
+_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
 
 @_jit

@@ -17,6 +17,7 @@ docs/modes.md.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from reconstruct import mode_sums
 from reconstruct.rows import over_rows
@@ -69,7 +70,9 @@ def isotropic_norms(modes: np.ndarray) -> np.ndarray:
     return np.sqrt(np.where(n == m, 0.25, 0.5) * np.where(l == 0, 1.0, 2.0))
 
 
-def isotropic_design(order, theta_i, theta_r, dphi, quantity: str = "brdf") -> np.ndarray:
+def isotropic_design(
+    order: int, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, quantity: str = "brdf"
+) -> np.ndarray:
     """(k, m) values of the isotropic modes at k pairs; angles in radians, that broadcast together.
 
     With another ``quantity`` the modes are divided by the cosines it names: the matrix takes coefficients
@@ -79,7 +82,9 @@ def isotropic_design(order, theta_i, theta_r, dphi, quantity: str = "brdf") -> n
     return _paired_design(modes, isotropic_norms(modes), 1.0, (theta_i, theta_r, dphi), quantity)
 
 
-def chiral_design(order, theta_i, theta_r, dphi, quantity: str = "brdf") -> np.ndarray:
+def chiral_design(
+    order: int, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, quantity: str = "brdf"
+) -> np.ndarray:
     """(k, m) values of the chiral modes; arguments as for :func:`isotropic_design`."""
     modes = chiral_modes(order)
     return _paired_design(modes, np.ones(len(modes)), -1.0, (theta_i, theta_r, dphi), quantity)
@@ -104,7 +109,13 @@ def _paired_design(modes, norms, sign, angles, quantity) -> np.ndarray:
 
 
 def evaluate_isotropic(
-    modes, coefficients, theta_i, theta_r, dphi, *, threads: int | None = None
+    modes,
+    coefficients: ArrayLike,
+    theta_i: ArrayLike,
+    theta_r: ArrayLike,
+    dphi: ArrayLike,
+    *,
+    threads: int | None = None,
 ) -> np.ndarray:
     """(k, c) sums of isotropic modes (m, 3) with ``coefficients`` (m, c) at k pairs (radians, broadcast
     together).
@@ -129,7 +140,14 @@ def evaluate_isotropic(
     return result
 
 
-def general_design(order, theta_i, phi_i, theta_r, phi_r, quantity: str = "brdf") -> np.ndarray:
+def general_design(
+    order: int,
+    theta_i: ArrayLike,
+    phi_i: ArrayLike,
+    theta_r: ArrayLike,
+    phi_r: ArrayLike,
+    quantity: str = "brdf",
+) -> np.ndarray:
     """(k, m) values of the general modes at k pairs; other arguments as for :func:`isotropic_design`."""
     j, k = pair_indices(general_modes(order))
     return _pair_design(
@@ -137,7 +155,14 @@ def general_design(order, theta_i, phi_i, theta_r, phi_r, quantity: str = "brdf"
     )
 
 
-def reciprocal_design(order, theta_i, phi_i, theta_r, phi_r, quantity: str = "brdf") -> np.ndarray:
+def reciprocal_design(
+    order: int,
+    theta_i: ArrayLike,
+    phi_i: ArrayLike,
+    theta_r: ArrayLike,
+    phi_r: ArrayLike,
+    quantity: str = "brdf",
+) -> np.ndarray:
     """(k, m) values of the reciprocal modes at k pairs; other arguments as for :func:`isotropic_design`."""
     j, k = pair_indices(reciprocal_modes(order))
     norm = np.where(j == k, 0.5, np.sqrt(0.5))[:, None]
@@ -161,14 +186,32 @@ def _pair_design(order, product, count, angles, quantity) -> np.ndarray:
     return design
 
 
-def evaluate_general(modes, coefficients, theta_i, phi_i, theta_r, phi_r, *, threads: int | None = None):
+def evaluate_general(
+    modes: ArrayLike,
+    coefficients: ArrayLike,
+    theta_i: ArrayLike,
+    phi_i: ArrayLike,
+    theta_r: ArrayLike,
+    phi_r: ArrayLike,
+    *,
+    threads: int | None = None,
+) -> np.ndarray:
     """(k, c) sums of general modes (m, 4) with ``coefficients`` (m, c): for each channel Z(i)^T A Z(r)."""
     modes, coefficients = _checked(modes, coefficients, 4)
     j, k = pair_indices(modes)
     return _bilinear(modes, j, k, coefficients, (theta_i, phi_i, theta_r, phi_r), threads)
 
 
-def evaluate_reciprocal(modes, coefficients, theta_i, phi_i, theta_r, phi_r, *, threads: int | None = None):
+def evaluate_reciprocal(
+    modes: ArrayLike,
+    coefficients: ArrayLike,
+    theta_i: ArrayLike,
+    phi_i: ArrayLike,
+    theta_r: ArrayLike,
+    phi_r: ArrayLike,
+    *,
+    threads: int | None = None,
+) -> np.ndarray:
     """(k, c) sums of reciprocal modes (m, 4) with ``coefficients`` (m, c): the same, A symmetric."""
     modes, coefficients = _checked(modes, coefficients, 4)
     j, k = pair_indices(modes)
@@ -182,7 +225,8 @@ def _bilinear(modes, j, k, coefficients, angles, threads) -> np.ndarray:
     order = int(modes[:, [0, 2]].max(initial=0))
     count, channels = zernike_count(order), coefficients.shape[1]
     matrix = np.zeros((channels, count, count))
-    np.add.at(matrix, (slice(None), j, k), coefficients.T)
+    for each, values in zip(matrix, coefficients.T, strict=True):
+        np.add.at(each, (j, k), values)
     theta_i, phi_i, theta_r, phi_r = flat(*angles)
     result = np.empty((len(theta_i), channels))
 
@@ -206,7 +250,7 @@ def cosines(quantity: str, theta_i: np.ndarray, theta_r: np.ndarray) -> np.ndarr
     return np.cos(theta_i) ** incident * np.cos(theta_r) ** exit
 
 
-def flat(*angles) -> list[np.ndarray]:
+def flat(*angles: ArrayLike) -> list[np.ndarray]:
     """Angles broadcast together, each (k,), without a copy where they are one-dimensional or scalars."""
     arrays = np.broadcast_arrays(*[np.asarray(angle) for angle in angles])
     return [a if a.ndim == 1 else a.reshape(-1) for a in arrays]

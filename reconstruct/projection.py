@@ -18,6 +18,8 @@ from reconstruct.quadrature import azimuth_rule, elevation_rule
 from reconstruct.zernike import elevation_sequence, radial_index, zernike_sequence
 
 UNBOUNDED = 0.01  # a norm that still grows by more than this in the last step is taken to have no bound
+STEPS = 12
+TINY = np.finfo(float).tiny
 
 Reflectance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -44,7 +46,7 @@ class Projection:
 
         Not known (NaN) where the square has no integral. Below about 1e-8 it is rounding.
         """
-        held = (self.coefficients**2).sum(0) / np.maximum(self.norm, np.finfo(float).tiny) ** 2
+        held = (self.coefficients**2).sum(0) / np.maximum(self.norm, TINY) ** 2
         return np.where(np.isfinite(self.norm), np.sqrt(np.maximum(1 - held, 0.0)), np.nan)
 
 
@@ -68,19 +70,15 @@ def project(
     if symmetry not in _PASSES:
         raise ValueError(f"symmetry is {symmetry!r}; it is one of {', '.join(_PASSES)}")
     modes, once, cost = _PASSES[symmetry]
-    kept, norm, error, growth = None, None, None, None
-    for step in range(12):
-        if error is not None and cost(order, step) > evaluations:
+    kept, squared = once(brdf, order, quantity, 0)
+    for step in range(1, STEPS):
+        before, smaller = kept, squared
+        kept, squared = once(brdf, order, quantity, step)
+        error = np.sqrt(((kept - before) ** 2).sum(0)) / np.maximum(np.sqrt((kept**2).sum(0)), TINY)
+        if error.max(initial=0.0) <= tolerance or cost(order, step + 1) > evaluations:
             break
-        coefficients, squared = once(brdf, order, quantity, step)
-        if kept is not None:
-            size = np.sqrt((coefficients**2).sum(0))
-            error = np.sqrt(((coefficients - kept) ** 2).sum(0)) / np.maximum(size, np.finfo(float).tiny)
-            growth = np.sqrt(squared) / np.maximum(norm, np.finfo(float).tiny) - 1
-        kept, norm = coefficients, np.sqrt(squared)
-        if error is not None and error.max(initial=0.0) <= tolerance:
-            break
-    norm = np.where(growth > UNBOUNDED, np.inf, norm)
+    growth = np.sqrt(squared / np.maximum(smaller, TINY)) - 1
+    norm = np.where(growth > UNBOUNDED, np.inf, np.sqrt(squared))
     return Projection(symmetry, order, quantity, modes(order), kept, norm, error)
 
 

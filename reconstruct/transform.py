@@ -38,7 +38,8 @@ def pair_matrix(symmetry: str, modes: np.ndarray, coefficients: np.ndarray) -> n
     count = zernike_count(int(modes[:, columns].max(initial=0)))
     matrix = np.zeros((coefficients.shape[1], count, count))
     for share, j, k in _entries(symmetry, modes):
-        np.add.at(matrix, (slice(None), j, k), share * coefficients.T)
+        for each, values in zip(matrix, coefficients.T, strict=True):
+            np.add.at(each, (j, k), share * values)
     return matrix
 
 
@@ -53,7 +54,9 @@ def pair_coefficients(symmetry: str, matrix: np.ndarray) -> tuple[np.ndarray, np
     return modes, coefficients
 
 
-def turned(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, angle: float):
+def turned(
+    symmetry: str, modes: np.ndarray, coefficients: np.ndarray, angle: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Modes and coefficients of the same sample turned about its normal by ``angle`` (radians, from x toward y).
 
     Exact. The new f is the old one at phi_i - angle, phi_r - angle; isotropic expansions do not change. Inverse: the

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 class Recurrence(NamedTuple):
@@ -35,7 +36,7 @@ def radial_count(order: int) -> int:
     return (order + 2) ** 2 // 4
 
 
-def radial_index(n: np.ndarray, l: np.ndarray) -> np.ndarray:
+def radial_index(n: ArrayLike, l: ArrayLike) -> np.ndarray:
     """Place of (n, |l|) in a radial sequence. A lower order's sequence is a prefix of a higher one's."""
     n, l = np.asarray(n), np.abs(l)
     return (n + 1) ** 2 // 4 + l // 2
@@ -77,7 +78,7 @@ def fill_radial(n, l, before, before2, a, b, c, rho, slant, outer, table):
                 table[t, j] = factor * table[p, j] + ct * (outer[j] * table[p, j] - table[pp, j])
 
 
-def radial_sequence(order: int, rho: np.ndarray) -> np.ndarray:
+def radial_sequence(order: int, rho: ArrayLike) -> np.ndarray:
     """R_n^l(rho) for every n <= order: (t, ...) in ascending order of n, then l (see :func:`radial_index`).
 
     ``rho`` in [0, 1], any shape. Exact at 0 and 1; within 1e-12 up to order 200. One pass of 5 operations a
@@ -87,13 +88,13 @@ def radial_sequence(order: int, rho: np.ndarray) -> np.ndarray:
     return _sequence(order, rho, (1.0 - rho) * (1.0 + rho)).reshape(radial_count(order), *rho.shape)
 
 
-def radial(n: int, l: int, rho: np.ndarray) -> np.ndarray:
+def radial(n: int, l: int, rho: ArrayLike) -> np.ndarray:
     """R_n^|l|(rho), the shape of ``rho``; n - |l| is even and not negative, else ValueError."""
     _check(n, l)
     return radial_sequence(n, rho)[radial_index(n, l)]
 
 
-def elevation_sequence(order: int, theta: np.ndarray) -> np.ndarray:
+def elevation_sequence(order: int, theta: ArrayLike) -> np.ndarray:
     """Theta_n^l(theta) for every n <= order: (t, ...) as :func:`radial_sequence` orders them; radians."""
     theta = np.asarray(theta, float)
     table = _sequence(order, np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta))
@@ -105,7 +106,7 @@ def elevation_norms(order: int) -> np.ndarray:
     return np.sqrt((recurrence(order).n + 1) / (2 * np.pi))
 
 
-def elevation_slopes(order: int, theta: np.ndarray) -> np.ndarray:
+def elevation_slopes(order: int, theta: ArrayLike) -> np.ndarray:
     """d Theta_n^l / d theta, (t, ...), by differentiating the recurrence.
 
     rho and z are smooth in theta: d rho / d theta = cos(theta / 2) / sqrt(2), dz / d theta = 2 sin(theta).
@@ -129,26 +130,26 @@ def zernike_count(order: int) -> int:
     return (order + 1) * (order + 2) // 2
 
 
-def zernike_index(n: np.ndarray, l: np.ndarray) -> np.ndarray:
+def zernike_index(n: ArrayLike, l: ArrayLike) -> np.ndarray:
     """OSA/ANSI index j = (n (n + 2) + l) / 2. Inverse of :func:`zernike_orders`."""
     return (np.asarray(n) * (np.asarray(n) + 2) + np.asarray(l)) // 2
 
 
-def zernike_orders(j: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def zernike_orders(j: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """n and l of OSA/ANSI index j. Inverse of :func:`zernike_index`."""
     j = np.asarray(j)
     n = np.floor((np.sqrt(8.0 * j + 1) - 1) / 2).astype(int)
     return n, 2 * j - n * (n + 2)
 
 
-def zernike_sequence(order: int, theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+def zernike_sequence(order: int, theta: ArrayLike, phi: ArrayLike) -> np.ndarray:
     """Z_n^l(theta, phi) for every n <= order: (j, ...) by OSA/ANSI index; radians, broadcast together."""
     n, l = zernike_orders(np.arange(zernike_count(order)))
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
     return elevation_sequence(order, theta)[radial_index(n, l)] * azimuth_sequence(order, phi)[order + l]
 
 
-def zernike_gradient(order: int, theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def zernike_gradient(order: int, theta: ArrayLike, phi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """d Z / d theta and d Z / d phi, each (j, ...) by OSA/ANSI index; radians."""
     n, l = zernike_orders(np.arange(zernike_count(order)))
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
@@ -158,7 +159,7 @@ def zernike_gradient(order: int, theta: np.ndarray, phi: np.ndarray) -> tuple[np
     return by_theta, by_phi
 
 
-def azimuth_sequence(order: int, phi: np.ndarray) -> np.ndarray:
+def azimuth_sequence(order: int, phi: ArrayLike) -> np.ndarray:
     """(2 order + 1, ...): sqrt(2) sin(|l| phi), l = -order .. -1; 1; then sqrt(2) cos(l phi), l to order."""
     phi = np.asarray(phi, float)
     turns = np.arange(1, order + 1).reshape(-1, *[1] * phi.ndim) * phi

@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks import evaluation, facet_lookup, paper_figures, truncation
 from capture.errors import InputError
+from reconstruct.brdf import load_brdf
 from reconstruct.facets import facet_index
 from reconstruct.scatmech import read_scatmech
 
@@ -64,7 +65,9 @@ def test_glossy_paint_grows_a_lobe_in_the_mirror_direction():
 
 
 def test_truncation(tmp_path):
-    truncation.main(["--quick", "-o", str(tmp_path)])
+    truncation.main(["--quick", "-o", str(tmp_path), "--coefficients", str(tmp_path / "files")])
+    lambert = load_brdf(tmp_path / "files" / "lambert.brdf.json")
+    assert lambert.bihemispherical_albedo() == pytest.approx([0.5], rel=1e-12)
     rows = list(csv.DictReader((tmp_path / "truncation.csv").read_text().splitlines()))
     ends = {(row["model"], row["quantity"]): row["ends_at"] for row in rows}
     assert ends["Lambert", "brdf"] == "0" and ends["Lambert", "brdf_cos_cos"] == "2"
