@@ -83,21 +83,7 @@ def _fit(commands: argparse._SubParsersAction) -> None:
         "table", metavar="TABLE", help="CSV: theta_i, phi_i, theta_r, phi_r in degrees, and values"
     )
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: TABLE's name + -brdf)")
-    parser.add_argument(
-        "--columns",
-        metavar="NAME=HEADER,...",
-        type=_pairs,
-        default={},
-        help="other headers: theta_i=...,phi_i=...,theta_r=...,phi_r=...,value=R+G+B,sigma=...",
-    )
-    parser.add_argument(
-        "--where",
-        metavar="HEADER=VALUE",
-        type=_pairs,
-        action="append",
-        default=[],
-        help="take only rows with this value; may be given again",
-    )
+    _table_options(parser)
     _fit_options(parser)
 
 
@@ -149,6 +135,7 @@ def _compare(commands: argparse._SubParsersAction) -> None:
         "--mask", metavar="DEGREES", type=_mask, default=80.0, help="largest angle (default: 80)"
     )
     parser.add_argument("--scale", action="store_true", help="scale A to B first, one factor a channel")
+    _table_options(parser)
 
 
 def _show(commands: argparse._SubParsersAction) -> None:
@@ -201,6 +188,24 @@ def _init(commands: argparse._SubParsersAction) -> None:
         "photogonio init my-set",
     )
     parser.add_argument("folder", metavar="FOLDER")
+
+
+def _table_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--columns",
+        metavar="NAME=HEADER,...",
+        type=_pairs,
+        default={},
+        help="other headers: theta_i=...,phi_i=...,theta_r=...,phi_r=...,value=R+G+B,sigma=...",
+    )
+    parser.add_argument(
+        "--where",
+        metavar="HEADER=VALUE",
+        type=_pairs,
+        action="append",
+        default=[],
+        help="take only rows with this value; may be given again",
+    )
 
 
 def _fit_options(parser: argparse.ArgumentParser) -> None:

@@ -20,7 +20,7 @@ from photogonio import page
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
 from photogonio.outputs import staged_file, staged_folder
 from photogonio.progress import Reporter, Stopwatch
-from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos
+from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
 from photogonio.store import default_store
 from photogonio.stream import reduce_photos
 from photogonio.summary import fit_choices, rescaled
@@ -144,7 +144,7 @@ def fit(
     path = Path(table)
     read, scale = read_table(path, options, columns, where, reporter)
     read = take_channels(read, options)
-    wanted = {"columns": _joined(columns), "where": _joined(dict(where))} | options.to_dict()
+    wanted = {"columns": joined(columns), "where": joined(dict(where))} | options.to_dict()
     provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
     found = _fitted(read, options, options.symmetry, scale, reporter)
     result = Result(
@@ -164,7 +164,7 @@ def fit(
 
 def write_result(result: Result, out: Path) -> None:
     """Coefficients, setup, table, report and pictures, all or none of them."""
-    source = result.provenance.to_dict()
+    source = {"name": result.name} | result.provenance.to_dict()
     pictures = page.draw_pictures(result, source=result.provenance.to_text())
     with staged_folder(out) as stage:
         replace(result.brdf, source=result.brdf.source | source).save(stage / "coefficients.json")
@@ -268,7 +268,3 @@ def _provenance(command: str, photoset: PhotoSet, options: Options) -> Provenanc
     }
     name = photoset.folder.resolve().name
     return Provenance(canonical_command(command, name, options.to_dict()), inputs)
-
-
-def _joined(pairs: Mapping[str, str] | None) -> str | None:
-    return ",".join(f"{name}={value}" for name, value in pairs.items()) if pairs else None

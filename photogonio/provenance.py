@@ -63,3 +63,8 @@ def hash_photos(folder: Path, files: Iterable[str], *, workers: int = 1) -> str:
     for path, digest in hashes.items():
         whole.update(f"{path.relative_to(folder).as_posix()} {digest}\n".encode())
     return whole.hexdigest()
+
+
+def joined(pairs: Mapping[str, str] | None) -> str | None:
+    """Pairs as one option: ``a=b,c=d``; None where there are none."""
+    return ",".join(f"{name}={value}" for name, value in pairs.items()) if pairs else None

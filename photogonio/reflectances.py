@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,17 +40,23 @@ def find_brdf(path: Path) -> Path:
     return next((file for file in inside if file.is_file()), path) if path.is_dir() else path
 
 
-def load_known(path: Path) -> Known:
+def load_known(
+    path: Path, *, columns: Mapping[str, str] | None = None, where: Sequence[tuple[str, str]] = ()
+) -> Known:
     """Read a BRDF: coefficients or truth (.json), MERL (.binary), a grid (.npz) or a table (.csv).
+
+    ``columns`` and ``where`` say how a table is read (:func:`reconstruct.measured.read_samples`).
 
     Raises:
         InputError: no such file, or none of these.
     """
-    readers = {".json": _read_json, ".binary": _read_merl, ".npz": _read_grid, ".csv": _read_table}
+    readers = {".json": _read_json, ".binary": _read_merl, ".npz": _read_grid}
     if not path.is_file():
         raise InputError(path, "no such file; expected a BRDF (.json, .binary, .npz or .csv)")
+    if path.suffix == ".csv":
+        return _read_table(path, columns, where)
     if path.suffix not in readers:
-        raise InputError(path, f"expected a BRDF: one of {', '.join(readers)}")
+        raise InputError(path, f"expected a BRDF: one of {', '.join(readers)}, .csv")
     return readers[path.suffix](path)
 
 
@@ -108,8 +114,8 @@ def _on_grid(path: Path, grid: np.ndarray, value: np.ndarray) -> Known:
     return Known(path.name, _names(value.shape[1]), isotropic=True, at=at, value=value)
 
 
-def _read_table(path: Path) -> Known:
-    samples = read_samples(path)
+def _read_table(path: Path, columns: Mapping[str, str] | None, where: Sequence[tuple[str, str]]) -> Known:
+    samples = read_samples(path, columns=columns, where=where)
     at = _at(samples.incident, samples.exit)
     return Known(path.name, samples.channels, isotropic=False, at=at, value=samples.value)
 

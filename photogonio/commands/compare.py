@@ -10,7 +10,7 @@ import numpy as np
 from photogonio.compare import Comparison, compare
 from photogonio.outputs import staged_folder, to_json
 from photogonio.progress import Reporter
-from photogonio.provenance import Provenance, canonical_command, hash_file
+from photogonio.provenance import Provenance, canonical_command, hash_file, joined
 from photogonio.reflectances import find_brdf, load_known
 from reconstruct.plots import scatter_figure
 from reconstruct.report import picture_bytes
@@ -25,8 +25,11 @@ _UNITS = {
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     paths = [find_brdf(Path(name)) for name in (args.a, args.b)]
-    found = compare(*map(load_known, paths), mask=np.radians(args.mask), scale=args.scale)
+    where = [pair for group in args.where for pair in group.items()]
+    a, b = (load_known(path, columns=args.columns, where=where) for path in paths)
+    found = compare(a, b, mask=np.radians(args.mask), scale=args.scale)
     options = {"mask": args.mask, "scale": args.scale or None}
+    options |= {"columns": joined(args.columns), "where": joined(dict(where))}
     source = Provenance(
         canonical_command("compare", f"{paths[0].name} {paths[1].name}", options),
         {path.name: hash_file(path) for path in paths},

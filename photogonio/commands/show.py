@@ -25,7 +25,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         raise InputError(args.out, "expected a name that ends in .png or .svg")
     brdf = load_brdf(path)
     source = Provenance(canonical_command("show", path.name, {}), {path.name: hash_file(path)})
-    title = f"{path.name}: {brdf.symmetry}, order {brdf.order}, {len(brdf.lobes)} lobes"
+    lobes = "no lobe" if not brdf.lobes else f"{len(brdf.lobes)} lobe{'s' if len(brdf.lobes) > 1 else ''}"
+    title = f"{brdf.source.get('name', path.name)}: {brdf.symmetry}, order {brdf.order}, {lobes}"
     valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
     figure = overview_figure(brdf, brdf.channels, title, valid=valid)
     with staged_file(out) as stage:
