@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.microfacet import families, second_lobe
 from reconstruct.model import LobeSet, Model
-from reconstruct.robust import ViewScales, error_model, view_scales
+from reconstruct.robust import FREE, ViewScales, error_model, level, view_scales
 from reconstruct.search import Fitted, search_lobes, starting_shape, thinned
 from reconstruct.select import Prior
 
@@ -19,6 +19,10 @@ PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
 ROUNDS = 2  # stray light from a model of the surface, and the model without it
 START = 0.25  # roughness
+DISCORD = 4.0  # times the misfit of the middle view
+LEAST_DISCORD = 0.02  # relative misfit below which no view is suspected
+MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
+FEWEST_TO_JUDGE = 5  # views
 
 StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
 Progress = Callable[[str], None]
@@ -33,6 +37,7 @@ class Cleaned:
     stray: np.ndarray  # (n, c) removed, 1/sr
     scales: ViewScales
     pilots: tuple[Fitted, ...]  # on thinned cells
+    discordant: tuple[str, ...] = ()  # views left out: what they show is not what all others show
 
     @property
     def reference(self) -> Fitted:
@@ -55,6 +60,7 @@ def clean(
     None for any.
     """
     progress("pilot fits")
+    discordant = np.zeros(len(seen.groups), bool)
     scales = ViewScales.none(view_errors)
     added = np.zeros_like(seen.value)
     work = _piloted(seen, added, scales, _kinds(lobes, absolute))
@@ -65,9 +71,37 @@ def clean(
             progress("stray light")
             added = stray(work.cells, reference)
         if many_views:
-            scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors)
+            believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
+            scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)
         work = _piloted(seen, added, scales, [reference.lobes], anew=False)
-    return _with_second_lobe(_piloted(seen, added, scales, _kinds(lobes, absolute)), lobes, absolute)
+        odd = _discordant(work)
+        if (discordant | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
+            discordant |= odd
+            keep = ~odd[seen.group]
+            seen, added = seen.take(keep), added[keep]
+            work = _piloted(seen, added, scales, _kinds(lobes, absolute))
+    work = _with_second_lobe(_piloted(seen, added, scales, _kinds(lobes, absolute)), lobes, absolute)
+    return replace(work, discordant=tuple(np.array(seen.groups)[discordant]))
+
+
+def _discordant(work: Cleaned) -> np.ndarray:
+    """(g,) bool: views whose cells miss the likeliest pilot by far more than those of other views, whatever their
+    scale: a light or a pose that is wrong, a shadow, a photo of something else."""
+    model, cells = work.reference.model, work.cells
+    predicted = np.maximum(model.evaluate(cells), 1e-3 * level(cells))
+    ratio = cells.value / predicted
+    views = np.unique(cells.group)
+    typical = np.array([_scatter(ratio[cells.group == view]) for view in views])
+    odd = typical > max(DISCORD * float(np.median(typical)), LEAST_DISCORD)
+    result = np.zeros(len(cells.groups), bool)
+    result[views[odd]] = len(views) >= FEWEST_TO_JUDGE
+    return result
+
+
+def _scatter(ratio: np.ndarray) -> float:
+    """Typical departure of the ratios (n, c) of one view from their median, relative."""
+    middle = np.maximum(np.median(ratio, axis=0), np.finfo(float).tiny)
+    return float(np.median(np.abs(ratio / middle - 1.0).mean(1)))
 
 
 def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
@@ -77,7 +111,9 @@ def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
     return single if lobes else [LobeSet(), *single]
 
 
-def _scales(cells: Cells, added: np.ndarray, reference: Model, view_errors: np.ndarray) -> ViewScales:
+def _scales(
+    cells: Cells, added: np.ndarray, reference: Model, view_errors: np.ndarray, believed: np.ndarray
+) -> ViewScales:
     deviation = error_model(cells, added)
     fitted = search_lobes(
         cells,
@@ -87,7 +123,7 @@ def _scales(cells: Cells, added: np.ndarray, reference: Model, view_errors: np.n
         reference.lobes,
         free=0,
         refine=False,
-        view_errors=view_errors,
+        view_errors=believed,
     )
     predicted = cells.value - fitted.residual
     return view_scales(cells, predicted, deviation * fitted.scale, fitted.weight, view_errors)

@@ -85,13 +85,13 @@ def test_a_lobe_must_pay():
 
 @pytest.mark.parametrize("model", ["lambert", "oren-nayar"])
 def test_order_16_asked_of_sparse_data_stays_near_the_best_lower_order(model):
-    """Left-out views are predicted no worse than by the best order by more than a tenth, and nothing runs away."""
+    """Left-out views are predicted within 1.1 of the best order's rms, and nothing runs away."""
     truth = make_brdf(model)
     cells = cells_of(simulate(truth, Plan(views=10, pixels=800, level=2)))
     weight = independence(cells) / error_model(cells) ** 2
     tried = try_all(cells, weight, "isotropic", (0, 1, 2, 4, 6, 16), [LobeSet()])
     least = {order: min(c.loss.mean() for c in tried if c.order == order) for order in (0, 1, 2, 4, 6, 16)}
-    assert least[16] <= 1.1 * min(least.values())
+    assert least[16] <= 1.1**2 * min(least.values())
     forced = choose([c for c in tried if c.order == 16])[0]
     basis = Basis("isotropic", 16)
     sums = FoldedDesign(basis.design(cells), weight, np.zeros(len(cells), int))

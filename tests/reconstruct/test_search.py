@@ -1,0 +1,90 @@
+"""Shapes of lobes by variable projection."""
+
+import numpy as np
+import pytest
+
+from reconstruct.basis import Basis
+from reconstruct.cells import Cells
+from reconstruct.microfacet import families, lobe_columns
+from reconstruct.model import LobeSet
+from reconstruct.robust import independence, level
+from reconstruct.search import Profile, search_lobes, starting_shape
+from reconstruct.select import Prior
+
+PRIOR = Prior(0.1, 1.0)
+
+
+def observed(family, shape, own, *, noise=0.003, n=3000, seed=0):
+    """A Lambertian ground of 0.2 and a lobe, seen at random directions."""
+    rng = np.random.default_rng(seed)
+    top = np.cos(np.radians(75.0))
+    angles = *np.arccos(rng.uniform(top, 1.0, (2, n))), rng.uniform(0.0, np.pi, n)
+    cells = Cells.of_angles(*angles)
+    fixed, columns = lobe_columns(family, shape, *angles)
+    value = 0.2 + fixed[:, None] + columns @ own
+    cells = cells.with_value(value * (1.0 + noise * rng.normal(size=value.shape)))
+    return cells, noise * value
+
+
+def start_of(family, roughness=0.25):
+    return LobeSet((family,), (starting_shape(family, roughness),))
+
+
+@pytest.mark.parametrize("family", families(absolute=True), ids=lambda f: f.name)
+@pytest.mark.parametrize("roughness", [0.1, 0.3])
+def test_the_shape_that_made_the_data_is_found_from_afar(family, roughness):
+    shape = np.array([roughness, 0.06][: len(family.shape_names)])
+    own = np.full((len(family.coefficient_names), 2), 0.06) * [1.0, 0.5]
+    cells, deviation = observed(family, shape, own)
+    fitted = search_lobes(cells, deviation, Basis("isotropic", 2), PRIOR, start_of(family))
+    # 3000 values of 0.3 %: the search's own tolerance, 1e-3 of the logarithm, is what remains
+    np.testing.assert_allclose(fitted.model.lobes.shapes[0], shape, rtol=5e-3)
+    assert fitted.scale == pytest.approx(1.0, rel=0.05)
+
+
+def test_the_cost_is_that_of_penalised_least_squares():
+    family = families(absolute=True)[0]
+    cells, deviation = observed(family, np.array([0.2]), np.array([[0.05, 0.1]]))
+    basis = Basis("isotropic", 3)
+    design, weight = basis.design(cells), 1.0 / deviation**2
+    penalty = PRIOR.precision(basis.degree(), level(cells))
+    lobes = start_of(family, 0.27)
+    fixed, columns = lobes.columns(cells)
+    full, direct = np.hstack([design, columns]), 0.0
+    for c in range(2):
+        root = np.sqrt(weight[:, c, None])
+        prior = np.hstack([np.diag(np.sqrt(penalty[c])), np.zeros((len(penalty[c]), 1))])
+        rows, right = np.vstack([root * full, prior]), root[:, 0] * (cells.value[:, c] - fixed)
+        right = np.r_[right, np.zeros(len(prior))]
+        direct += np.sum((rows @ np.linalg.lstsq(rows, right)[0] - right) ** 2)
+    assert Profile(cells, design, weight, penalty).cost(lobes) == pytest.approx(direct, rel=1e-6)
+
+
+def test_outliers_do_not_move_the_shape():
+    family = families(absolute=True)[2]
+    cells, deviation = observed(family, np.array([0.2, 0.05]), np.array([[0.1, 0.2]]))
+    rng = np.random.default_rng(1)
+    spoiled = rng.uniform(size=len(cells)) < 0.03
+    cells = cells.with_value(np.where(spoiled[:, None], 1.5 * cells.value, cells.value))
+    fitted = search_lobes(cells, deviation, Basis("isotropic", 2), PRIOR, start_of(family))
+    np.testing.assert_allclose(fitted.model.lobes.shapes[0], [0.2, 0.05], rtol=0.01)
+    plain = np.median(fitted.weight[~spoiled])
+    assert np.median(fitted.weight[spoiled]) < 0.01 * plain
+
+
+def test_views_of_wrong_scale_hardly_move_the_model_when_their_errors_are_known():
+    family = families(absolute=True)[0]
+    own = np.array([[0.05, 0.1]])
+    cells, deviation = observed(family, np.array([0.2]), own)
+    view = np.arange(len(cells)) % 10
+    scale = 1.0 + 0.05 * np.random.default_rng(3).normal(size=10)
+    parts = {name: getattr(cells, name) for name in Cells.__slots__}
+    parts |= {"group": view, "groups": tuple("abcdefghij"), "value": cells.value * scale[view, None]}
+    seen = Cells(**parts)
+    basis = Basis("isotropic", 2)
+    told = search_lobes(seen, deviation, basis, PRIOR, start_of(family), view_errors=np.full(10, 0.05))
+    # what remains within a view is noise; the views' shared part is their scale, about the mean scale
+    assert told.scale == pytest.approx(1.0, rel=0.05)
+    share = (told.shared / (seen.value - told.residual))[:10, 0]
+    assert np.corrcoef(share, scale)[0, 1] > 0.999
+    assert independence(seen).max() == 1.0  # measurements are not binned here
