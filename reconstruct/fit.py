@@ -170,6 +170,7 @@ def _result(
         "prior strength": chosen.prior.strength,
         "prior decay": chosen.prior.decay,
         "residual scale": final.scale,
+        "views left out": list(work.discordant),
         "views rescaled": [cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "representation error": said.error.tolist(),
     }
