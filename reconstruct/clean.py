@@ -17,9 +17,10 @@ from reconstruct.select import Prior
 
 PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
-ROUNDS = 2  # stray light from a model of the surface, and the model without it
+ROUNDS = 3  # stray light from a model of the surface, and the model without it
 START = 0.25  # roughness
 DISCORD = 4.0  # times the misfit of the middle view
+WORST = 0.5  # of the largest misfit: the worst go first, since they spoil the pilot for the others
 LEAST_DISCORD = 0.02  # relative misfit below which no view is suspected
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
 FEWEST_TO_JUDGE = 5  # views
@@ -92,7 +93,7 @@ def _discordant(work: Cleaned) -> np.ndarray:
     ratio = cells.value / predicted
     views = np.unique(cells.group)
     typical = np.array([_scatter(ratio[cells.group == view]) for view in views])
-    odd = typical > max(DISCORD * float(np.median(typical)), LEAST_DISCORD)
+    odd = typical > max(DISCORD * float(np.median(typical)), LEAST_DISCORD, WORST * float(typical.max()))
     result = np.zeros(len(cells.groups), bool)
     result[views[odd]] = len(views) >= FEWEST_TO_JUDGE
     return result
