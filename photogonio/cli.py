@@ -6,7 +6,9 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from typing import NoReturn
 
@@ -22,9 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; its exit status: 0 done, 2 bad input, 130 stopped by the user, 1 anything else."""
     args = build_parser().parse_args(arguments)
     reporter = Reporter(quiet=args.quiet, json=args.json)
-    signal.signal(signal.SIGTERM, _interrupt)
     try:
-        return _run(args, reporter)
+        with _stopped_by(signal.SIGTERM):
+            return _run(args, reporter)
     except KeyboardInterrupt:
         reporter.clear()
         print("photogonio: stopped; nothing was written", file=sys.stderr)
@@ -54,6 +56,19 @@ def _fail(reporter: Reporter, message: str, status: int) -> int:
     reporter.clear()
     print("photogonio: " + " ".join(message.split()), file=sys.stderr)
     return status
+
+
+@contextmanager
+def _stopped_by(number: int) -> Iterator[None]:
+    """The signal stops the work as Ctrl-C does, in a thread that may catch signals."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    former = signal.signal(number, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(number, former)
 
 
 def _interrupt(signum: int, frame: object) -> NoReturn:

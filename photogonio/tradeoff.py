@@ -25,8 +25,19 @@ from reconstruct.measured import UNBINNED
 from reconstruct.reduce import reduce_view, samples_of, unit_weight
 from reconstruct.table import FacetTable, add_tables
 
-LEVELS, ORDERS, STRIDES = (1, 2, 3, 4, 5), (0, 2, 4, 6, 8), (8, 4, 2, 1)
-DIRECT_SAMPLES = (2000, 8000, 20000)
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What each knob is turned to, beside what auto takes."""
+
+    levels: tuple[int, ...] = (1, 2, 3, 4, 5)
+    orders: tuple[int, ...] = (0, 2, 4, 6, 8)
+    strides: tuple[int, ...] = (8, 4, 2, 1)  # every how manieth pixel in x and in y
+    samples: tuple[int, ...] = (2000, 8000, 20000)  # single pixels, not binned
+
+
+FULL = Settings()
+FEW = Settings(levels=(1, 2, 3, 4), orders=(0, 2, 6), strides=(4, 1), samples=(2000,))
 _LEAST_GAIN = 0.05  # a knee must lie this far below the chord, in the unit square of the logarithms
 
 
@@ -86,24 +97,26 @@ def thinned(image: RadianceImage, stride: int) -> RadianceImage:
     return replace(image, valid=image.valid & keep)
 
 
-def tradeoffs(bench: Bench, level: int, tell: Callable[[int, int], None]) -> list[Point]:
+def tradeoffs(
+    bench: Bench, level: int, tell: Callable[[int, int], None], turn: Settings = FULL
+) -> list[Point]:
     """Every knob turned alone, all else automatic; knees marked.
 
     ``level`` is what auto takes for the facets. A setting that leaves nothing to fit is passed over.
     """
     table = bench.table(level)
     settings: list[tuple[str, str, bool, Callable[[], float]]] = [
-        *(("facet level", str(k), k == level, lambda k=k: bench.error(bench.table(k))) for k in LEVELS),
-        *(("order", str(n), False, lambda n=n: bench.error(table, order=n)) for n in ORDERS),
+        *(("facet level", str(k), k == level, lambda k=k: bench.error(bench.table(k))) for k in turn.levels),
+        *(("order", str(n), False, lambda n=n: bench.error(table, order=n)) for n in turn.orders),
         ("order", "auto", True, lambda: bench.error(table)),
         *(
             ("pixels", f"1/{k * k}", k == 1, lambda k=k: bench.error(bench.table(level, stride=k)))
-            for k in STRIDES
+            for k in turn.strides
         ),
         ("table or samples", f"table {level}", True, lambda: bench.error(bench.table(level))),
         *(
             ("table or samples", f"{n} samples", False, lambda n=n: bench.error(direct_table(bench, n)))
-            for n in DIRECT_SAMPLES
+            for n in turn.samples
         ),
     ]
     bench.error(table)  # once unmeasured: compilation and caches are not the knobs' doing

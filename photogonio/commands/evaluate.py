@@ -15,7 +15,16 @@ from photogonio.outputs import staged_folder, to_json
 from photogonio.progress import Reporter
 from photogonio.provenance import canonical_command
 from photogonio.store import code_key
-from photogonio.tradeoff import Point, open_bench, tradeoff_figure, tradeoff_lines, tradeoffs
+from photogonio.tradeoff import (
+    FEW,
+    FULL,
+    Point,
+    Settings,
+    open_bench,
+    tradeoff_figure,
+    tradeoff_lines,
+    tradeoffs,
+)
 from reconstruct.report import picture_bytes
 from synthetic.scene import Scene
 
@@ -37,7 +46,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         scores.append(evaluate_scene(scene, sets, workers=workers, reporter=reporter))
     reporter.clear()
     reporter.say(score_table(scores))
-    points = _tradeoff(scenes[-1], scores[-1], sets, workers, reporter)
+    turn = FEW if args.quick else FULL
+    points = _tradeoff(scenes[-1], scores[-1], sets, workers, turn, reporter)
     numbers = _finish(args, reporter, scores=scores, points=points)
     if former is not None:
         numbers["regressions"] = regressions(former, numbers["scenes"])
@@ -48,12 +58,15 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     return numbers
 
 
-def _tradeoff(scene: Scene, score: Score, sets: Path, workers: int, reporter: Reporter) -> list[Point]:
+def _tradeoff(
+    scene: Scene, score: Score, sets: Path, workers: int, turn: Settings, reporter: Reporter
+) -> list[Point]:
     bench = open_bench(rendered(scene, sets, workers=workers, reporter=reporter), score)
     points = tradeoffs(
         bench,
         score.result.table.level,
         lambda done, total: reporter.progress(f"turning the knobs on {scene.name}", done, total),
+        turn,
     )
     reporter.say(f"error against time on {scene.name}:")
     for line in tradeoff_lines(points):
