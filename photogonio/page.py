@@ -10,7 +10,7 @@ import numpy as np
 
 from photogonio import __version__
 from photogonio.calibration_page import calibration_sections
-from photogonio.summary import lead, listed, numbers, rescaled, stray_share
+from photogonio.summary import albedo_note, lead, listed, numbers, rescaled, stray_share
 from reconstruct.brdf import Brdf
 from reconstruct.plots import coverage_figure, lobes_figure, scatter_figure
 from reconstruct.report import (
@@ -100,11 +100,17 @@ def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
             calibration=(_corrections(result.fit), *calibration_sections(result.setup, result.table))
             if result.setup
             else (),
-            warnings=result.warnings,
+            warnings=_other_warnings(result),
             left_out=[(photo.name, photo.reason) for photo in result.left_out],
             provenance=_provenance(result),
         )
     )
+
+
+def _other_warnings(result: Result) -> list[str]:
+    """Warnings but for those of left-out photos, which have a table of their own."""
+    told = tuple(f"{photo.name}: left out" for photo in result.left_out)
+    return [warning for warning in result.warnings if not warning.startswith(told)]
 
 
 def _cards(result: Result) -> list[Card]:
@@ -113,7 +119,7 @@ def _cards(result: Result) -> list[Card]:
     order = ", ".join(brdf.channels)
     cards = [
         Card("model", f"order {brdf.order}", f"{len(brdf.modes)} modes, {len(brdf.lobes)} lobes"),
-        Card("albedo", listed(values["albedo"], ".3f"), f"{order}; under even light"),
+        Card("albedo", listed(values["albedo"], ".3f"), f"{order}; {albedo_note(brdf)}"),
         Card(
             "misfit",
             listed(100 * values["relative_median"], ".2f") + " %",

@@ -12,6 +12,7 @@ from reconstruct.plots import correlation
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result
+    from reconstruct.brdf import Brdf
     from reconstruct.fit import FitResult
 
 
@@ -103,6 +104,10 @@ def lead(result: Result) -> str:
     return f"{text} From {used} photo{'s' if used != 1 else ''}" + (f", {out} left out." if out else ".")
 
 
+def albedo_note(brdf: Brdf) -> str:
+    return "under even light" if brdf.scale == "absolute" else "under even light, up to the unknown scale"
+
+
 def closing_lines(result: Result) -> str:
     """What is told at the end, on screen."""
     values = numbers(result)
@@ -110,7 +115,7 @@ def closing_lines(result: Result) -> str:
     median, rms = (100 * values[name] for name in ("relative_median", "relative_rms"))
     return (
         f"{lead(result)}\n"
-        f"albedo under even light ({order}): {listed(values['albedo'], '.3f')}\n"
+        f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}\n"
         f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %"
     )
 
