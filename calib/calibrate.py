@@ -11,25 +11,16 @@ from calib.bundle import Model
 from calib.camera import Camera, Pose
 from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from calib.irradiance import read_view, tie
+from calib.lamps import block_name, place_in_world, start_lamps
 from calib.looking import Progress, Reader, ReadRadiance, Seen, look, look_closer
 from calib.notes import Notes
 from calib.observe import observe
 from calib.pose import FEWEST_CORNERS, PoseFit, fit_pose, joined
 from calib.setup import Light, Setup, ViewSetup
-from calib.sight import Sight, channel_names, light_entry, light_id
-from calib.together import (
-    Lamp,
-    Settled,
-    place_in_world,
-    settle,
-    start_lamp,
-    start_sample,
-    start_scene,
-)
+from calib.sight import FIXED_POSE, Sight, channel_names, light_id
+from calib.together import Settled, settle, start_sample, start_scene
 from capture.errors import InputError
 from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Sphere
-
-FIXED_POSE = "pose fixed"
 
 
 def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progress | None = None) -> Setup:
@@ -190,17 +181,11 @@ def _settled(
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     sample = start_sample(camera, sights, photoset.sample)
     scene = start_scene(photoset, camera, sights, sample)
-    lamps: dict[str, Lamp] = {}
     groups: dict[str, list[Sight]] = {}
     for sight in sights:
         groups.setdefault(sight.light, []).append(sight)
-    for k, (name, members) in enumerate(groups.items()):
-        if any(not s.probe for s in members):
-            entry = light_entry(photoset, members[0].view)
-            lamp = start_lamp(photoset, camera, name, entry, members, scene)
-            if lamp is not None:
-                lamps[name] = lamp
-        tell("finding the lights", k + 1, len(groups))
+    wanted = {name: members for name, members in groups.items() if any(not s.probe for s in members)}
+    lamps = start_lamps(photoset, camera, wanted, scene, tell)
     _scale_corners(camera, posed, sights)
     return settle(photoset, reader, model, camera, posed, sights, lamps, scene, sample, tell)
 
@@ -265,8 +250,8 @@ def _views(
 
 def _light(settled: Settled, sight: Sight) -> Light:
     lamp = settled.lamps[sight.light]
-    block = settled.values[f"light {lamp.name}"]
-    covariance = settled.covariance.get(f"light {lamp.name}", np.zeros((3, 3)))
+    block = settled.values[block_name(lamp.name)]
+    covariance = settled.covariance.get(block_name(lamp.name), np.zeros((3, 3)))
     place = place_in_world(lamp, block, sight.pose)
     if lamp.attached:
         covariance = sight.pose.rotation.T @ covariance @ sight.pose.rotation

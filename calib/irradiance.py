@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.notes import Notes
-from calib.patch import Strength, Stray, no_strength, read_paper, read_patch
+from calib.patch import Stray, Strength, no_strength, read_paper, read_patch
 from calib.setup import Light
 from calib.sight import Sight
 from calib.together import Settled

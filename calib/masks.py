@@ -22,7 +22,7 @@ def fill(mask: np.ndarray, polygon: np.ndarray) -> None:
 def things_mask(
     photoset: PhotoSet, camera: Camera, pose: Pose, shape: tuple[int, int], grow: int, *, loose: float = 0.03
 ) -> np.ndarray:
-    """Pixels (h, w) bool on or near a ball, the sample or a patch: ``loose`` in radii (or sizes) and ``grow`` pixels."""
+    """Pixels (h, w) bool on or near a ball, the sample or a patch, by ``loose`` of their size and ``grow`` pixels."""
     mask = np.zeros(shape, np.uint8)
     spheres = [(b.center, b.radius) for b in photoset.mirror_balls]
     sheets = [(p.outline, p.height) for p in photoset.white_patches]

@@ -163,8 +163,8 @@ def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[
     """Pixels (n, 2) of board points and pixels per length in the most foreshortened direction (n,)."""
     step = 1e-3 * float(np.ptp(points[:, :2], axis=0).max())
     pixels = camera.project(pose, points)
-    right = (camera.project(pose, points + [step, 0, 0]) - pixels) / step
-    up = (camera.project(pose, points + [0, step, 0]) - pixels) / step
+    right = (camera.project(pose, points + np.array([step, 0, 0])) - pixels) / step
+    up = (camera.project(pose, points + np.array([0, step, 0])) - pixels) / step
     total = (right**2).sum(1) + (up**2).sum(1)
     area = right[:, 0] * up[:, 1] - right[:, 1] * up[:, 0]
     least = total / 2 - np.sqrt(np.maximum(total**2 / 4 - area**2, 0.0))

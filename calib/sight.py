@@ -14,6 +14,8 @@ from calib.shading import Reading
 from capture.errors import InputError
 from capture.photoset import LightEntry, PhotoSet, View
 
+FIXED_POSE = "pose fixed"  # the block that all views of a fixed camera share
+
 
 @dataclass(slots=True)
 class Sight:

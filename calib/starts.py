@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from calib.lights import MirroredRay, meet
-from calib.paper import PaperSamples
 from calib.occlusion import direct
+from calib.paper import PaperSamples
 from calib.shading import Reading, Scene, ShadingFit, fit_shading, lit
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
