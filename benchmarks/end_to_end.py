@@ -37,7 +37,7 @@ from reconstruct.directions import OUTSIDE, ReduceOptions, pairs_at, region_of, 
 from reconstruct.rows import cores
 
 DIFFERENT = 6
-ELECTRONS, READ = 20000.0, 5.0
+ELECTRONS, READ = 6000.0, 4.0  # a small sensor's: what is costly to a JPEG
 LIGHTS = np.array(
     [
         [251.3, 97.7, 403.1],

@@ -46,10 +46,11 @@ def gray(value, variance, level, noise):
 
 
 @_jit
-def extremes(level, noise, reach, result):
-    """Marks pixels (h, w) that are an extreme of their 3 x 3 and lie ``reach`` sigmas off the ring around those.
+def extremes(level, noise, reach, contrast, result):
+    """Marks pixels (h, w) that are an extreme of their 3 x 3 and stand off the mean of the 16 around those.
 
-    The ring's mean over its 16 pixels counts. Two pixels along the border are never marked.
+    They do by more than ``reach`` times their noise and more than ``contrast`` times that mean. Two pixels along
+    the border are never marked.
     """
     height, width = level.shape
     one, two = np.uint64(1), np.uint64(2)
@@ -61,7 +62,55 @@ def extremes(level, noise, reach, result):
             low = min(b[m], b[x], b[p], c[m], c[p], d[m], d[x], d[p])
             ring = a[n] + a[m] + a[x] + a[p] + a[q] + e[n] + e[m] + e[x] + e[p] + e[q]
             ring += b[n] + b[q] + c[n] + c[q] + d[n] + d[q]
-            off = c[x] - ring * np.float32(1.0 / 16.0)
-            peak = (c[x] >= top) & (off > reach * noise[y, x])
-            pit = (c[x] <= low) & (-off > reach * noise[y, x])
-            result[y, x] = peak | pit
+            mean = ring * np.float32(1.0 / 16.0)
+            off, least = c[x] - mean, max(reach * noise[y, x], contrast * abs(mean))
+            result[y, x] = ((c[x] >= top) & (off > least)) | ((c[x] <= low) & (-off > least))
+
+
+@_jit
+def calm_spots(level, noise, candidates, reach, contrast, calm, calm_noise, result):
+    """Marks the 3 x 3 pixels of each candidate (h, w) that stands off a calm ring, the 16 pixels around them.
+
+    It stands off the ring's median by ``reach`` times its noise or the ring's scatter and by ``contrast`` of the
+    median; the ring is calm if it goes no farther that way than ``calm`` of the spot's height, or ``calm_noise``
+    times the scatter.
+    """
+    ring = np.empty(16)
+    for y in range(2, len(level) - 2):
+        for x in range(2, level.shape[1] - 2):
+            if candidates[y, x] and _calm_spot(
+                level, np.float64(noise[y, x]), y, x, reach, contrast, calm, calm_noise, ring
+            ):
+                result[y - 1 : y + 2, x - 1 : x + 2] = True
+
+
+@_jit
+def _calm_spot(level, noise, y, x, reach, contrast, calm, calm_noise, ring):
+    n, total = 0, 0.0
+    for dy in range(-2, 3):
+        for dx in range(-2, 3):
+            if abs(dy) == 2 or abs(dx) == 2:
+                ring[n] = level[y + dy, x + dx]
+                total += ring[n]
+                n += 1
+    sign = 1.0 if 16.0 * level[y, x] > total else -1.0  # a bright spot or a dark one
+    _sort(ring)
+    middle = 0.5 * (ring[7] + ring[8])
+    height, unrest = sign * (level[y, x] - middle), max(sign * (ring[0] - middle), sign * (ring[15] - middle))
+    if height <= max(reach * noise, contrast * abs(middle)):
+        return False
+    for k in range(16):
+        ring[k] = abs(ring[k] - middle)
+    _sort(ring)
+    scatter = max(noise, 1.4826 * 0.5 * (ring[7] + ring[8]))
+    return height > reach * scatter and unrest <= max(calm * height, calm_noise * scatter)
+
+
+@_jit
+def _sort(values):
+    for i in range(1, len(values)):
+        value, k = values[i], i
+        while k > 0 and values[k - 1] > value:
+            values[k] = values[k - 1]
+            k -= 1
+        values[k] = value
