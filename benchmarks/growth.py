@@ -2,7 +2,7 @@
 
     python -m benchmarks.growth [--quick] [--photos 24,240]
 
-Each row is a process of its own. "seconds" are of the reduction alone, "peak" is the process's largest resident
+Each row is a process of its own, except with --quick. "seconds" are of the reduction alone, "peak" is the process's largest resident
 memory, libraries included; "x" is the ratio to the row above. Last, the powers p of time ~ size^p.
 """
 
@@ -15,14 +15,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.end_to_end import made_setup, make_set
-from calib.setup import Setup
 from capture.manifest import load_photoset
 from capture.prepare import prepare
 from photogonio.stream import reduce_photos
@@ -32,8 +31,8 @@ from reconstruct.rows import cores
 SHARE = 0.06
 
 
-def child(folder: Path, photos: int, megapixels: float, level: int) -> None:
-    """One measurement; prints it as JSON."""
+def measure(folder: Path, photos: int, megapixels: float, level: int) -> dict[str, float]:
+    """Seconds, peak megabytes and cells of one reduction."""
     setup = made_setup(photos, ".png", SHARE, megapixels)
     reader = prepare(load_photoset(folder))
     job = {"level": level, "options": ReduceOptions(), "workers": cores()}
@@ -42,25 +41,31 @@ def child(folder: Path, photos: int, megapixels: float, level: int) -> None:
     reduced = reduce_photos(reader, setup, **job)
     seconds = time.perf_counter() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(json.dumps({"seconds": seconds, "peak": peak, "cells": len(reduced.table)}))
+    return {"seconds": seconds, "peak": peak, "cells": len(reduced.table)}
 
 
-def run(setup: Setup, folder: Path, megapixels: float, level: int) -> dict[str, float]:
-    """A child's measurement on a set that is made if it is not there."""
-    if not folder.exists():
-        make_set(folder, setup, ".png")
-    words = ["--child", str(folder), str(len(setup.views)), str(megapixels), str(level)]
+def measure_apart(folder: Path, photos: int, megapixels: float, level: int) -> dict[str, float]:
+    """:func:`measure` in a process of its own."""
+    words = ["--child", str(folder), str(photos), str(megapixels), str(level)]
     command = [sys.executable, "-m", "benchmarks.growth", *words]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=Path(__file__).parents[1])
     return json.loads(done.stdout)
 
 
-def rows(title: str, sizes: Sequence[float], jobs: Sequence[tuple[int, float, int]], folder: Path) -> None:
+def rows(
+    title: str,
+    sizes: Sequence[float],
+    jobs: Sequence[tuple[int, float, int]],
+    made: Path,
+    measured: Callable[..., dict[str, float]],
+) -> None:
     """A line for each job (photos, megapixels, level), and the power of time against size."""
     seconds: list[float] = []
     for size, (photos, megapixels, level) in zip(sizes, jobs, strict=True):
-        setup = made_setup(photos, ".png", SHARE, megapixels)
-        found = run(setup, folder / f"{photos}-{megapixels:g}", megapixels, level)
+        folder = made / f"{photos}-{megapixels:g}"
+        if not folder.exists():
+            make_set(folder, made_setup(photos, ".png", SHARE, megapixels), ".png")
+        found = measured(folder, photos, megapixels, level)
         ratio = f"x {found['seconds'] / seconds[-1]:6.2f}" if seconds else " " * 8
         seconds.append(found["seconds"])
         line = f"{title:10} {size:8g}  {found['seconds']:8.2f} s  {ratio}  {found['peak']:7.0f} MB"
@@ -78,17 +83,21 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if options.child:
         folder, photos, megapixels, level = options.child
-        child(Path(folder), int(photos), float(megapixels), int(level))
+        print(json.dumps(measure(Path(folder), int(photos), float(megapixels), int(level))))
         return
     large, few = (0.1, 2) if options.quick else (12.0, 12)
     numbers = [2, 4] if options.quick else [int(n) for n in options.photos.split(",")]
     pixels = [large / 2, large] if options.quick else [3.0, 6.0, 12.0, 24.0]
     levels = [2, 3] if options.quick else [2, 3, 4, 5, 6]
+    measured = measure if options.quick else measure_apart
+    tables = {
+        "photos": (numbers, [(n, large, 4) for n in numbers]),
+        "Mpx": (pixels, [(few, size, 4) for size in pixels]),
+        "facets": ([10 * 4**level for level in levels], [(few, large, level) for level in levels]),
+    }
     with tempfile.TemporaryDirectory() as made:
-        folder = Path(made)
-        rows("photos", numbers, [(n, large, 4) for n in numbers], folder)
-        rows("Mpx", pixels, [(few, size, 4) for size in pixels], folder)
-        rows("facets", [10 * 4**level for level in levels], [(few, large, level) for level in levels], folder)
+        for title, (sizes, jobs) in tables.items():
+            rows(title, sizes, jobs, Path(made), measured)
 
 
 if __name__ == "__main__":
