@@ -2,8 +2,9 @@
 
     python -m benchmarks.growth [--quick] [--photos 24,240]
 
-Each row is a process of its own, except with --quick. "seconds" are of the reduction alone, "peak" is the process's largest resident
-memory, libraries included; "x" is the ratio to the row above. Last, the powers p of time ~ size^p.
+Each row is a process of its own, except with --quick. "seconds" are of the reduction alone, "peak" is the
+process's largest resident memory, libraries included; "x" is the ratio to the row above. Last, the powers p
+of time ~ size^p.
 """
 
 from __future__ import annotations
