@@ -10,7 +10,16 @@ import numpy as np
 
 from photogonio import __version__
 from photogonio.calibration_page import calibration_sections
-from photogonio.summary import albedo_note, lead, listed, numbers, rescaled, stray_share
+from photogonio.summary import (
+    albedo_note,
+    count_of,
+    fitted_order,
+    lead,
+    listed,
+    numbers,
+    rescaled,
+    stray_share,
+)
 from reconstruct.brdf import Brdf
 from reconstruct.plots import coverage_figure, lobes_figure, scatter_figure
 from reconstruct.report import (
@@ -116,9 +125,13 @@ def _other_warnings(result: Result) -> list[str]:
 def _cards(result: Result) -> list[Card]:
     brdf = result.brdf
     values = numbers(result)
-    order = ", ".join(brdf.channels)
+    order, lobes = ", ".join(brdf.channels), count_of(len(brdf.lobes), "lobe")
     cards = [
-        Card("model", f"order {brdf.order}", f"{len(brdf.modes)} modes, {len(brdf.lobes)} lobes"),
+        Card(
+            "model",
+            f"order {fitted_order(result.fit)}, {lobes}",
+            f"in the file: {len(brdf.modes)} modes to order {brdf.order}, {lobes}",
+        ),
         Card("albedo", listed(values["albedo"], ".3f"), f"{order}; {albedo_note(brdf)}"),
         Card(
             "misfit",

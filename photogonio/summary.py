@@ -52,6 +52,7 @@ def numbers(result: Result) -> dict[str, object]:
     return {
         "name": result.name,
         "order": brdf.order,
+        "fitted_order": fitted_order(result.fit),
         "symmetry": brdf.symmetry,
         "quantity": brdf.quantity,
         "scale": brdf.scale,
@@ -92,12 +93,21 @@ def photos_used(result: Result) -> int:
     return len(np.unique(result.table.group))
 
 
+def fitted_order(fit: FitResult) -> int:
+    """Of the modes as fitted; the file may need more, to say what a lobe of another family has beyond its own."""
+    return int(fit.diagnostics.get("order", fit.brdf.order))
+
+
+def count_of(count: int, what: str) -> str:
+    return f"no {what}" if count == 0 else f"{count} {what}{'s' if count > 1 else ''}"
+
+
 def lead(result: Result) -> str:
     """The result in one sentence."""
     brdf = result.brdf
-    lobes = f"{len(brdf.lobes)} lobe{'s' if len(brdf.lobes) != 1 else ''}" if brdf.lobes else "no lobe"
+    order, lobes = fitted_order(result.fit), count_of(len(brdf.lobes), "lobe")
     scale = "in absolute units" if brdf.scale == "absolute" else "on a relative scale: no white reference"
-    text = f"{brdf.symmetry.capitalize()} BRDF of order {brdf.order} with {lobes}, {scale}."
+    text = f"{brdf.symmetry.capitalize()} BRDF of order {order} with {lobes}, {scale}."
     if result.setup is None:
         return f"{text} From {len(result.table)} measured pairs of directions."
     used, out = photos_used(result), len(result.left_out)

@@ -11,6 +11,7 @@ from capture.errors import InputError
 from photogonio.outputs import staged_file
 from photogonio.progress import Reporter
 from photogonio.provenance import Provenance, canonical_command, hash_file
+from photogonio.summary import count_of
 from reconstruct.brdf import load_brdf
 from reconstruct.plots import overview_figure
 from reconstruct.report import picture_bytes
@@ -25,8 +26,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         raise InputError(args.out, "expected a name that ends in .png or .svg")
     brdf = load_brdf(path)
     source = Provenance(canonical_command("show", path.name, {}), {path.name: hash_file(path)})
-    lobes = "no lobe" if not brdf.lobes else f"{len(brdf.lobes)} lobe{'s' if len(brdf.lobes) > 1 else ''}"
-    title = f"{brdf.source.get('name', path.name)}: {brdf.symmetry}, order {brdf.order}, {lobes}"
+    lobes = count_of(len(brdf.lobes), "lobe")
+    title = f"{brdf.source.get('name', path.name)}: {brdf.symmetry}, modes to order {brdf.order}, {lobes}"
     valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
     figure = overview_figure(brdf, brdf.channels, title, valid=valid)
     with staged_file(out) as stage:
