@@ -90,7 +90,7 @@ def process(
         progress=lambda done, total: reporter.progress("reading the surroundings", done, total),
     )
     watch.lap("surroundings")
-    errors = _view_errors(setup, table)
+    errors = view_errors(setup, table)
     fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=errors, stray=stray)
     watch.lap("fit")
     provenance = _provenance("process", photoset, options)
@@ -224,7 +224,7 @@ def _reduced(
     return reduced.table, reduced.left_out
 
 
-def _view_errors(setup: Setup, table: FacetTable) -> np.ndarray:
+def view_errors(setup: Setup, table: FacetTable) -> np.ndarray:
     """Relative standard errors (g,) of the views' scales, as calibration states them."""
     views = {view.name: view for view in setup.views}
     known = [views[name] for name in table.groups]

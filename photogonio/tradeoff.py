@@ -16,13 +16,16 @@ from capture.manifest import load_photoset
 from capture.prepare import prepare
 from capture.radiance import RadianceImage
 from photogonio.evaluate import INNER, Score, against
+from photogonio.pipeline import view_errors
 from photogonio.reflectances import Known, load_known
+from photogonio.surroundings import stray_light
 from photogonio.truth import TRUTH
 from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.lens import lens_of
 from reconstruct.measured import UNBINNED
 from reconstruct.reduce import reduce_view, samples_of, unit_weight
+from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable, add_tables
 
 
@@ -60,6 +63,7 @@ class Bench:
     setup: Setup
     images: tuple[tuple[ViewSetup, RadianceImage], ...]
     around: ReduceOptions
+    stray: StrayLight | None
     truth: Known
 
     def table(self, level: int, stride: int = 1) -> FacetTable:
@@ -74,7 +78,7 @@ class Bench:
     def error(self, table: FacetTable, **asked: int | None) -> float:
         """Relative L2 below 70 degrees of the fit."""
         options = FitOptions(absolute=self.setup.scale == "absolute", **asked)
-        fit = fit_table(table, options)
+        fit = fit_table(table, options, view_errors=view_errors(self.setup, table), stray=self.stray)
         return float(against(fit.brdf, self.truth, INNER).measures["relative_l2"].max())
 
 
@@ -87,7 +91,8 @@ def open_bench(folder: Path, score: Score) -> Bench:
         isotropic=True, mirror_balls=photoset.mirror_balls, white_patches=photoset.white_patches
     )
     images = tuple((view, reader.read(views[view.name])) for view in setup.views)
-    return Bench(setup, images, around, load_known(folder / TRUTH))
+    stray = stray_light(reader, setup, score.result.table)
+    return Bench(setup, images, around, stray, load_known(folder / TRUTH))
 
 
 def thinned(image: RadianceImage, stride: int) -> RadianceImage:
