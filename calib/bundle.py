@@ -83,9 +83,7 @@ def block_pose(block: np.ndarray) -> Pose:
     return Pose.from_rodrigues(block[:3], block[3:])
 
 
-def _project(
-    model: Model, camera: np.ndarray, pose: np.ndarray, points: np.ndarray
-) -> tuple[np.ndarray, ...]:
+def project(model: Model, camera: np.ndarray, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
     """Pixels (n, 2) and derivatives by pose (n, 2, 6), camera (n, 2, k) and point (n, 2, 3)."""
     made = model.camera(camera)
     flat = np.ascontiguousarray(points, float).reshape(-1, 1, 3)
@@ -101,7 +99,7 @@ def corner_term(model: Model, pose_name: str, corners: Corners) -> Term:
     """Reprojection of the board's corners in one photo, two rows a corner."""
 
     def term(values: Values) -> tuple[np.ndarray, Derivatives]:
-        pixels, by_pose, by_camera, _ = _project(model, values["camera"], values[pose_name], corners.points)
+        pixels, by_pose, by_camera, _ = project(model, values["camera"], values[pose_name], corners.points)
         weight = np.repeat(1 / corners.sigma, 2)
         rows = 2 * len(corners)
         residual = (pixels - corners.pixels).ravel() * weight
@@ -135,7 +133,7 @@ def highlight_term(model: Model, sightings: Sequence[Sighting]) -> Term:
         parts: dict[str, np.ndarray] = {}
         for k, s in enumerate(sightings):
             pose = values[s.pose]
-            pixel, by_pose, by_camera, by_point = _project(model, values["camera"], pose, points[k][None])
+            pixel, by_pose, by_camera, by_point = project(model, values["camera"], pose, points[k][None])
             rows = slice(2 * k, 2 * k + 2)
             residual[rows] = (pixel[0] - s.pixel) / s.sigma
             by_place = by_point[0] / s.sigma

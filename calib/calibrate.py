@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from calib.board import Corners
+from calib.account import account, believed, marks, sample_in_picture
 from calib.bundle import Model
-from calib.camera import Camera, Pose
-from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
+from calib.camera import Camera
+from calib.evidence import Posed
 from calib.irradiance import read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
-from calib.looking import Progress, Reader, ReadRadiance, Seen, look, look_closer
+from calib.looking import Progress, Reader, ReadRadiance
 from calib.notes import Notes
 from calib.observe import observe
-from calib.pose import FEWEST_CORNERS, PoseFit, fit_pose, joined
 from calib.setup import Light, Setup, ViewSetup
-from calib.sight import FIXED_POSE, Sight, channel_names, light_id
+from calib.sight import Sight, channel_names
 from calib.together import Settled, settle, start_sample, start_scene
+from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
-from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Sphere
+from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
 
 
 def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progress | None = None) -> Setup:
@@ -31,19 +29,17 @@ def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progres
     """
     tell = progress or (lambda label, done, total: None)
     reader, notes = Reader(photoset, read_radiance), Notes()
-    samples = look(reader, photoset.views("sample"), tell, "looking for the board")
-    probes = look(reader, photoset.views("probe"), tell, "looking at probe photos")
-    boards = look(reader, photoset.views("calibration"), tell, "looking at calibration photos")
-    for name, reason in reader.failed.items():
-        notes.leave_out(name, reason)
-    if not samples:
-        raise InputError(photoset.folder / MANIFEST, "none of the sample photos can be read")
-    camera, model, boards, samples, probes = _camera(photoset, reader, boards, samples, probes, notes, tell)
-    posed, sights = _sights(photoset, camera, boards, samples, probes, notes)
-    settled = _settled(photoset, reader, model, camera, posed, sights, notes, tell)
+    photos = look_at_all(photoset, reader, tell, notes)
+    camera, model, photos = find_camera(photoset, reader, photos, tell, notes)
+    boards, sights = find_poses(photoset, camera, photos, notes)
+    sights = _with_sample(photoset, camera, sights, notes)
+    scale_corners(camera, boards, sights)
+    check_camera(photoset, camera, model, boards, sights, notes)
+    settled = _settled(photoset, reader, model, camera, boards, sights, tell)
     views, scale = _views(photoset, reader, settled, sights, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
+    account(photoset, settled, sights, notes)
     return Setup(
         settled.camera,
         _sample(photoset, settled),
@@ -57,113 +53,17 @@ def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progres
     )
 
 
-def _mirror_balls(photoset: PhotoSet, settled: Settled) -> tuple[MirrorBall, ...]:
-    blocks = [settled.values[f"ball {k}"] for k in range(len(photoset.mirror_balls))]
-    return tuple(MirrorBall(b[:3].copy(), float(b[3])) for b in blocks)
-
-
-def _camera(
-    photoset: PhotoSet,
-    reader: Reader,
-    boards: list[Seen],
-    samples: list[Seen],
-    probes: list[Seen],
-    notes: Notes,
-    tell: Progress,
-) -> tuple[Camera, Model, list[Seen], list[Seen], list[Seen]]:
-    """The camera, and all corners placed as well as they can be with it."""
-    size = samples[0].size
-    entry = photoset.camera
-    if entry.matrix is not None:
-        distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
-        start = Camera(np.asarray(entry.matrix, float), distortion, size)
-    else:
-        found = quick_camera(
-            [s.corners for s in boards + samples if s.corners is not None and s.size == size], size
-        )
-        if found is None:
-            raise InputError(
-                photoset.folder / MANIFEST,
-                "too few board corners in every photo to find the camera; give [camera] or calibration photos",
-            )
-        start = found
-    every = look_closer(reader, start, boards + samples + probes, tell)
-    boards = every[: len(boards)]
-    samples, probes = every[len(boards) : len(boards) + len(samples)], every[len(boards) + len(samples) :]
-    if entry.matrix is not None:
-        return start, Model(size, start.distortion, ()), boards, samples, probes
-    fit = fit_camera([s.corners for s in boards + samples if s.corners is not None and s.size == size], size)
-    _note_camera(fit, notes)
-    return (
-        fit.camera,
-        Model(size, fit.camera.distortion, free_terms(MODELS[fit.model])),
-        boards,
-        samples,
-        probes,
-    )
-
-
-def _note_camera(fit: CameraFit, notes: Notes) -> None:
-    notes.residuals["camera"] = {
-        "model": fit.model,
-        "rms_px": fit.rms,
-        "held_out_rms_px": fit.scores,
-    }
-
-
-def _sights(
-    photoset: PhotoSet,
-    camera: Camera,
-    boards: list[Seen],
-    samples: list[Seen],
-    probes: list[Seen],
-    notes: Notes,
-) -> tuple[list[tuple[str, Corners, Pose]], list[Sight]]:
-    """Poses of the calibration photos and of every sample and probe view that has one."""
-    posed = []
-    for one in boards:
-        fit = fit_pose(camera, one.corners) if one.corners is not None else None
-        if fit is None:
-            notes.leave_out(one.view.name, "too few board corners")
+def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes: Notes) -> list[Sight]:
+    """The sights that show the sample, and the probes; InputError if none shows it."""
+    kept = []
+    for sight in sights:
+        if sight.probe or sample_in_picture(camera, sight.pose, photoset.sample):
+            kept.append(sight)
         else:
-            posed.append((f"pose {one.view.name}", one.corners.keep(fit.inlier), fit.pose))
-    common = _common_pose(photoset, camera, samples + probes)
-    sights = []
-    for one in samples + probes:
-        fit = fit_pose(camera, one.corners) if one.corners is not None else None
-        name = light_id(photoset, one.view)
-        if common is not None:
-            pose, rms = common
-            corners = _agreeing(camera, pose, one.corners)
-            sights.append(Sight(one.view, name, corners, pose, FIXED_POSE, rms))
-        elif fit is not None:
-            sights.append(
-                Sight(
-                    one.view, name, one.corners.keep(fit.inlier), fit.pose, f"pose {one.view.name}", fit.rms
-                )
-            )
-        elif one.view.photos[0].role == "sample":
-            notes.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree: no camera pose")
-    return posed, sights
-
-
-def _common_pose(photoset: PhotoSet, camera: Camera, seen: list[Seen]) -> tuple[Pose, float] | None:
-    """The one pose of a fixed camera: as given, or from all photos' corners together."""
-    entry = photoset.camera
-    if entry.rotation is not None and entry.translation is not None:
-        return Pose(np.asarray(entry.rotation, float), np.asarray(entry.translation, float)), float("nan")
-    found = [s.corners for s in seen if s.corners is not None and len(s.corners)]
-    if not entry.fixed or not found:
-        return None
-    fit: PoseFit | None = fit_pose(camera, joined(found))
-    return None if fit is None else (fit.pose, fit.rms)
-
-
-def _agreeing(camera: Camera, pose: Pose, corners: Corners | None) -> Corners | None:
-    if corners is None or len(corners) == 0:
-        return None
-    miss = np.linalg.norm(camera.project(pose, corners.points) - corners.pixels, axis=1)
-    return corners.keep(miss < 1.0)
+            notes.leave_out(sight.view.name, "the sample lies outside the picture")
+    if all(s.probe for s in kept):
+        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
+    return kept
 
 
 def _settled(
@@ -171,13 +71,10 @@ def _settled(
     reader: Reader,
     model: Model,
     camera: Camera,
-    posed: list[tuple[str, Corners, Pose]],
+    boards: list[Posed],
     sights: list[Sight],
-    notes: Notes,
     tell: Progress,
 ) -> Settled:
-    if not sights:
-        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     sample = start_sample(camera, sights, photoset.sample)
     scene = start_scene(photoset, camera, sights, sample)
@@ -186,26 +83,7 @@ def _settled(
         groups.setdefault(sight.light, []).append(sight)
     wanted = {name: members for name, members in groups.items() if any(not s.probe for s in members)}
     lamps = start_lamps(photoset, camera, wanted, scene, tell)
-    _scale_corners(camera, posed, sights)
-    return settle(photoset, reader, model, camera, posed, sights, lamps, scene, sample, tell)
-
-
-def _scale_corners(camera: Camera, posed: list[tuple[str, Corners, Pose]], sights: list[Sight]) -> None:
-    """Give corners the errors they show: those stated know nothing of what all corners of a print share."""
-    z = [(camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for _, c, p in posed]
-    z += [
-        (camera.project(s.pose, s.corners.points) - s.corners.pixels) / s.corners.sigma[:, None]
-        for s in sights
-        if s.corners
-    ]
-    if not z:
-        return
-    factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))
-    for k, (name, corners, pose) in enumerate(posed):
-        posed[k] = (name, replace(corners, sigma=factor * corners.sigma), pose)
-    for sight in sights:
-        if sight.corners is not None:
-            sight.corners = replace(sight.corners, sigma=factor * sight.corners.sigma)
+    return settle(photoset, reader, model, camera, boards, sights, lamps, scene, sample, tell)
 
 
 def _views(
@@ -225,7 +103,7 @@ def _views(
             notes.leave_out(name, reader.failed[name])
             continue
         lights[name] = _light(settled, sight)
-        readings[name] = read_view(photoset, image, settled, sight, lights[name], notes)
+        readings[name] = read_view(photoset, image, settled, sight, lights[name])
         entry = settled.lamps[sight.light].entry
         intensity = np.asarray(entry.intensity if entry is not None else (1.0,), float)
         given[name] = np.broadcast_to(intensity, (image.value.shape[2],)).copy()
@@ -233,18 +111,22 @@ def _views(
     if not kept:
         return [], "relative"
     tied, scale = tie(photoset, readings, lights, given, notes)
-    views = [
-        ViewSetup(
-            s.view.name,
-            lights[s.view.name],
-            s.pose,
-            tied[s.view.name].value,
-            tied[s.view.name].error,
-            tied[s.view.name].source,
-            s.pose_rms,
+    views = []
+    for s in kept:
+        one = tied[s.view.name]
+        views.append(
+            ViewSetup(
+                s.view.name,
+                lights[s.view.name],
+                s.pose,
+                one.value,
+                one.error,
+                one.source,
+                s.pose_rms,
+                settled.covariance.get(s.pose_block),
+                marks(photoset, settled, s),
+            )
         )
-        for s in kept
-    ]
     return views, scale
 
 
@@ -267,8 +149,13 @@ def _light(settled: Settled, sight: Sight) -> Light:
     return Light(lamp.name, lamp.kind, place, covariance, lamp.source, radius, rms)
 
 
-def _sample(photoset: PhotoSet, settled: Settled) -> object:
-    if isinstance(photoset.sample, Sphere) and "sample" in settled.values:
-        block = settled.values["sample"]
-        return Sphere(block[:3].copy(), float(block[3]))
-    return photoset.sample
+def _sample(photoset: PhotoSet, settled: Settled) -> Sphere | Plane:
+    if not believed(photoset, settled):
+        return photoset.sample
+    block = settled.values["sample"]
+    return Sphere(block[:3].copy(), float(block[3]))
+
+
+def _mirror_balls(photoset: PhotoSet, settled: Settled) -> tuple[MirrorBall, ...]:
+    blocks = [settled.values[f"ball {k}"] for k in range(len(photoset.mirror_balls))]
+    return tuple(MirrorBall(b[:3].copy(), float(b[3])) for b in blocks)

@@ -39,7 +39,7 @@ class Tied:
 
 
 def read_view(
-    photoset: PhotoSet, image: RadianceImage, settled: Settled, sight: Sight, light: Light, notes: Notes
+    photoset: PhotoSet, image: RadianceImage, settled: Settled, sight: Sight, light: Light
 ) -> Reading:
     """What patch and paper of one view say."""
     stray = stray_light(settled, sight, light)

@@ -39,6 +39,18 @@ class Light:
 
 
 @dataclass(frozen=True, slots=True)
+class Marks:
+    """Where things were found in one photo, pixels; for the eye."""
+
+    corners: np.ndarray  # (n, 2) of the board, used
+    corner_misses: np.ndarray  # (n, 2) where the camera sees them, less where they were found
+    rejected_corners: np.ndarray  # (m, 2)
+    limb: np.ndarray  # (k, 2) of the sample ball
+    highlights: np.ndarray  # (j, 2) lamps in mirror balls
+    expected_highlights: np.ndarray  # (i, 2) where they belong, one a ball
+
+
+@dataclass(frozen=True, slots=True)
 class ViewSetup:
     """One sample view: where the camera stood, which light shone, and how strongly.
 
@@ -53,6 +65,8 @@ class ViewSetup:
     strength_error: np.ndarray  # (c,) standard error
     strength_source: str  # "white patch" | "board" | "intensity" | "none"
     pose_rms: float = float("nan")  # reprojection residual of the board, pixels
+    pose_covariance: np.ndarray | None = None  # (6, 6) of rotation vector and translation
+    marks: Marks | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +165,10 @@ def _sample(data: dict) -> Sphere | Plane:
     return Plane(_array(data["outline"]), float(data["height"]))
 
 
+def _marks(data: dict) -> Marks:
+    return Marks(**{f.name: _array(data[f.name]).reshape(-1, 2) for f in fields(Marks)})
+
+
 def _view(data: dict) -> ViewSetup:
     light = data["light"]
     return ViewSetup(
@@ -169,4 +187,6 @@ def _view(data: dict) -> ViewSetup:
         strength_error=_array(data["strength_error"]),
         strength_source=data["strength_source"],
         pose_rms=_number(data["pose_rms"]),
+        pose_covariance=None if data.get("pose_covariance") is None else _array(data["pose_covariance"]),
+        marks=None if data.get("marks") is None else _marks(data["marks"]),
     )

@@ -31,6 +31,7 @@ class Sight:
     limb: Limb | None = None
     reading: Reading | None = None
     shading: np.ndarray | None = None  # local values of the latest shading fit
+    rejected: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))  # pixels of corners left out
 
     @property
     def probe(self) -> bool:

@@ -1,0 +1,169 @@
+"""What a calibration found, with its errors, and what in it looks wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from calib.bundle import pose_block, project
+from calib.camera import Camera, Pose
+from calib.evidence import BALL_PLACE, SAMPLE_PLACE
+from calib.lamps import expected_pixel
+from calib.notes import Notes
+from calib.setup import Marks
+from calib.sight import Sight
+from calib.together import Settled
+from capture.photoset import PhotoSet, Plane, Sphere
+
+_BALL_ASTRAY = 3.0  # expected errors of the manifest at which a ball's move is told
+_IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed
+_BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
+
+
+def account(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: Notes) -> None:
+    """Fill in residuals, standard errors and warnings."""
+    _camera(settled, notes)
+    _sample(photoset, settled, notes)
+    _balls(photoset, settled, sights, notes)
+    notes.residuals["corner_residual_sigmas"] = settled.corner_rms
+    lonely = [lamp.name for lamp in settled.lamps.values() if lamp.one_ray and lamp.kind == "point"]
+    if lonely:
+        notes.warnings.append(
+            f"seen in one mirror ball only, so put as far away as the other lights: {', '.join(lonely)}"
+        )
+    if settled.scene is not None and settled.shading:
+        error = float(np.sqrt(settled.covariance["lamp"][0, 0])) * settled.scene.lamp_radius
+        notes.residuals["lamp_radius"] = settled.scene.lamp_radius
+        notes.residuals["lamp_radius_error"] = error
+        rms = [f.rms for f in settled.shading.values()]
+        notes.residuals["shading_rms"] = float(np.median(rms))
+
+
+def _camera(settled: Settled, notes: Notes) -> None:
+    covariance = settled.covariance.get("camera")
+    if covariance is None:
+        return
+    told = notes.residuals.setdefault("camera", {})
+    if isinstance(told, dict):
+        names = ["fx", "fy", "cx", "cy", *(f"distortion[{k}]" for k in settled.model.free)]
+        told["standard_errors"] = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+        told["corner_error_px"] = corner_error(settled, covariance)
+
+
+def corner_error(settled: Settled, covariance: np.ndarray) -> float:
+    """Standard error, pixels, of where a far point at the picture's corner is projected."""
+    camera = settled.camera
+    ray = camera.rays(np.array([[0.0, 0.0]]))
+    _, _, by_camera, _ = project(
+        settled.model, settled.values["camera"], pose_block(Pose(np.eye(3), np.zeros(3))), ray
+    )
+    spread = by_camera[0] @ covariance @ by_camera[0].T
+    return float(np.sqrt(np.trace(spread) / 2))
+
+
+def _sample(photoset: PhotoSet, settled: Settled, notes: Notes) -> None:
+    sample = photoset.sample
+    if not isinstance(sample, Sphere) or "sample" not in settled.values:
+        return
+    block = settled.values["sample"]
+    shift = block[:3] - sample.center
+    error = np.sqrt(np.diag(settled.covariance["sample"]))
+    notes.residuals["sample"] = {
+        "shift": shift.tolist(),
+        "shift_error": error[:3].tolist(),
+        "radius_change": float(block[3] - sample.radius),
+        "radius_error": float(error[3]),
+    }
+    moved = float(np.linalg.norm(shift))
+    if not believed(photoset, settled):
+        notes.warnings.append(
+            f"the sample ball seems to stand {moved:.3g} {photoset.length_unit} off the manifest's center: "
+            "not believed, the manifest's is kept; check sample.center and sample.radius"
+        )
+    elif moved > SAMPLE_PLACE * sample.radius:
+        notes.warnings.append(
+            f"the sample ball stands {moved:.3g} {photoset.length_unit} off the manifest's center; this is allowed for"
+        )
+
+
+def believed(photoset: PhotoSet, settled: Settled) -> bool:
+    """Whether the refined sample is plausible."""
+    sample = photoset.sample
+    if isinstance(sample, Plane) or "sample" not in settled.values:
+        return False
+    block = settled.values["sample"]
+    off = float(np.linalg.norm(block[:3] - sample.center)) / sample.radius
+    return off < _IMPLAUSIBLE * SAMPLE_PLACE and abs(block[3] / sample.radius - 1) < SAMPLE_PLACE
+
+
+def _balls(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: Notes) -> None:
+    told: list[dict[str, object]] = []
+    rms = _ball_misses(photoset, settled, sights)
+    for k, ball in enumerate(photoset.mirror_balls):
+        shift = settled.values[f"ball {k}"][:3] - ball.center
+        others = [r for n, r in enumerate(rms) if n != k and np.isfinite(r)]
+        told.append({"shift": shift.tolist(), "highlight_rms_px": rms[k]})
+        place = ", ".join(f"{v:g}" for v in ball.center)
+        moved = float(np.linalg.norm(shift))
+        if moved > _BALL_ASTRAY * BALL_PLACE * ball.radius:
+            notes.warnings.append(
+                f"mirror ball {k + 1} (at {place}) seems to stand {moved:.3g} {photoset.length_unit} elsewhere: "
+                "check its center and radius"
+            )
+        elif others and rms[k] > _BALL_MISSES * max(min(others), 0.25):
+            notes.warnings.append(
+                f"mirror ball {k + 1} (at {place}) contradicts the others: its highlights miss by {rms[k]:.1f} px"
+            )
+    if told:
+        notes.residuals["mirror_balls"] = told
+        notes.residuals["highlight_error_scale"] = settled.highlight_scale
+
+
+def _ball_misses(photoset: PhotoSet, settled: Settled, sights: list[Sight]) -> list[float]:
+    """Rms (pixels) of each ball's highlights against where the lamps settled."""
+    misses: list[list[float]] = [[] for _ in photoset.mirror_balls]
+    for sight in sights:
+        lamp = settled.lamps.get(sight.light)
+        if lamp is not None:
+            for h in sight.highlights:
+                expected = expected_pixel(settled.camera, sight, lamp, settled.values, h.ball)
+                misses[h.ball].append(float(np.sum((h.pixel - expected) ** 2)))
+    return [float(np.sqrt(np.mean(m))) if m else float("nan") for m in misses]
+
+
+def marks(photoset: PhotoSet, settled: Settled, sight: Sight) -> Marks:
+    """What was found in one photo, for the eye."""
+    empty = np.zeros((0, 2))
+    corners, misses = empty, empty
+    if sight.corners is not None:
+        corners = sight.corners.pixels
+        misses = settled.camera.project(sight.pose, sight.corners.points) - corners
+    lamp = settled.lamps.get(sight.light)
+    expected = [
+        expected_pixel(settled.camera, sight, lamp, settled.values, k)
+        for k in range(len(photoset.mirror_balls))
+        if lamp is not None
+    ]
+    return Marks(
+        corners,
+        misses,
+        sight.rejected,
+        empty if sight.limb is None else sight.limb.pixels,
+        np.array([h.pixel for h in sight.highlights]).reshape(-1, 2),
+        np.array([e for e in expected if np.isfinite(e).all()]).reshape(-1, 2),
+    )
+
+
+def sample_in_picture(camera: Camera, pose: Pose, sample: Sphere | Plane) -> bool:
+    """Whether any of the sample's outline or middle lies within the picture."""
+    if isinstance(sample, Sphere):
+        points = np.asarray(sample.center, float) + sample.radius * np.vstack(
+            [np.zeros(3), np.eye(3), -np.eye(3)]
+        )
+    else:
+        flat = np.asarray(sample.outline, float)
+        flat = np.vstack([flat, flat.mean(0), (flat + np.roll(flat, 1, axis=0)) / 2])
+        points = np.column_stack([flat, np.full(len(flat), sample.height)])
+    ahead = pose.apply(points)[:, 2] > 0
+    pixels = camera.project(pose, points[ahead]) if ahead.any() else np.zeros((0, 2))
+    inside = (pixels >= -0.5).all(1) & (pixels <= np.array(camera.size) - 0.5).all(1)
+    return bool(inside.any())
