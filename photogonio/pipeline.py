@@ -22,7 +22,7 @@ from photogonio.outputs import staged_file, staged_folder
 from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
 from photogonio.store import default_store
-from photogonio.stream import reduce_photos
+from photogonio.stream import ReadAhead, reduce_photos
 from photogonio.summary import fit_choices, rescaled
 from photogonio.surroundings import stray_light
 from photogonio.tables import read_table, take_channels
@@ -32,6 +32,8 @@ from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.kernel import compiled_before
 from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable, save_table
+
+AHEAD = 1  # whole photos that calibration reads ahead: the memory they take
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +70,7 @@ def process(
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
-    setup, radiance = _calibrated(photoset, reporter)
+    setup, radiance = _calibrated(photoset, reporter, options.threads())
     watch.lap("calibrate")
     level = choose_level(setup, options)
     reporter.say(f"{level.what} {level.value}: {level.reason}")
@@ -111,14 +113,21 @@ def process(
     return result
 
 
-def calibrate(folder: str | Path, out: str | Path | None = None, reporter: Reporter | None = None) -> Setup:
+def calibrate(
+    folder: str | Path,
+    out: str | Path | None = None,
+    reporter: Reporter | None = None,
+    *,
+    workers: int | None = None,
+) -> Setup:
     """Camera, poses, lights and irradiance scale of a photo set; with ``out``, also to that file.
 
     Raises:
         InputError: the set cannot be used.
     """
     photoset = load_photoset(folder)
-    setup, _ = _calibrated(photoset, reporter or Reporter(quiet=True))
+    threads = Options(workers=workers).threads()
+    setup, _ = _calibrated(photoset, reporter or Reporter(quiet=True), threads)
     setup = replace(setup, source=_provenance("calibrate", photoset, Options()).to_dict())
     if out is not None:
         with staged_file(Path(out)) as stage:
@@ -178,13 +187,13 @@ def write_result(result: Result, out: Path) -> None:
         (stage / "report.html").write_text(page.report_html(result, pictures), encoding="utf-8")
 
 
-def _calibrated(photoset: PhotoSet, reporter: Reporter) -> tuple[Setup, RadianceReader]:
+def _calibrated(photoset: PhotoSet, reporter: Reporter, workers: int) -> tuple[Setup, RadianceReader]:
     """Where everything was, and the reader that the sample photos are to be read with."""
     radiance = prepare(photoset)
-    setup = _found(photoset, radiance, reporter)
+    setup = _found(photoset, radiance, reporter, workers)
     if photoset.radiometry.vignetting == "cos4":  # it takes the camera, and changes the white patch's reading
         radiance = replace(radiance, gain=vignetting(radiance, setup.camera))
-        setup = _found(photoset, radiance, reporter)
+        setup = _found(photoset, radiance, reporter, workers)
     for note in radiance.notes:
         reporter.say(note)
     for warning in (*radiance.warnings, *setup.warnings):
@@ -195,8 +204,9 @@ def _calibrated(photoset: PhotoSet, reporter: Reporter) -> tuple[Setup, Radiance
     return setup, radiance
 
 
-def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter) -> Setup:
-    return find_setup(photoset, lambda _, view: radiance.read(view), reporter.progress)
+def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, workers: int) -> Setup:
+    with ReadAhead(radiance, min(workers - 1, AHEAD)) as read:
+        return find_setup(photoset, lambda _, view: read(view), reporter.progress)
 
 
 def _reduced(

@@ -9,7 +9,7 @@ from photogonio.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
-    setup = calibrate(args.set, args.out, reporter)
+    setup = calibrate(args.set, args.out, reporter, workers=args.workers)
     reporter.say(f"written to {args.out}")
     lights = {view.light.id: view.light for view in setup.views}
     return {
