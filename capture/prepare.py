@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from capture.response import Series, recover_response
 from capture.signal import Region, Sensor, grown, linear_signal, saturated
 
 LOOKED_AT = 4  # photos, for noise and clipping
+AT_ONCE = 2  # of them are decoded, which releases the interpreter
 BAND = 64  # rows
 LOOKED_AT_PIXELS = 1_500_000  # of a photo, in evenly spaced bands of rows
 SERIES = 3  # brackets that a response curve is recovered from
@@ -103,19 +105,24 @@ def look(photoset: PhotoSet) -> list[Image]:
     views = photoset.views("sample") or tuple(View((photo,)) for photo in photoset.photos)
     chosen = {round(k) for k in np.linspace(0, len(views) - 1, min(LOOKED_AT, len(views)))}
     order = [*sorted(chosen), *(k for k in range(len(views)) if k not in chosen)]
-    images: list[Image] = []
-    first: InputError | None = None
-    for k in order:
+
+    def attempt(k: int) -> Image | InputError:
         photo = views[k].photos[len(views[k].photos) // 2]
         try:
-            path = photoset.folder / photo.file
-            images.append(bands(read_image(path, demosaic=photoset.radiometry.demosaic)))
+            return bands(read_image(photoset.folder / photo.file, demosaic=photoset.radiometry.demosaic))
         except InputError as error:
-            first = first or error
-        if len(images) == len(chosen):
+            return error
+
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        found = list(pool.map(attempt, order[: len(chosen)]))
+    for k in order[len(chosen) :]:  # in place of those that cannot be read
+        if sum(isinstance(one, Image) for one in found) == len(chosen):
             break
+        found.append(attempt(k))
+    images = [one for one in found if isinstance(one, Image)]
     if not images:
-        raise first or InputError(photoset.folder, "no photo can be read")
+        errors = [one for one in found if isinstance(one, InputError)]
+        raise errors[0] if errors else InputError(photoset.folder, "no photo can be read")
     same = [image for image in images if image.pixels.shape == images[0].pixels.shape]
     return [image for image in same if image.pixels.dtype == images[0].pixels.dtype]
 
