@@ -11,17 +11,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from capture.errors import InputError
+from reconstruct.averaging import believed
 from reconstruct.basis import Basis
 from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells, cells_of
 from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
 from reconstruct.model import Model
+from reconstruct.region import Region, region_of
 from reconstruct.represent import Represented, represent
 from reconstruct.robust import ViewScales, independence, level
 from reconstruct.search import Fitted, common_error, search_lobes
 from reconstruct.select import Candidate, choose, try_all
 from reconstruct.table import FacetTable
-from reconstruct.uncertainty import Uncertainty, uncertainty_of, valid_region
+from reconstruct.uncertainty import Uncertainty, uncertainty_of
 
 SYMMETRY = "isotropic"
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
@@ -55,7 +57,14 @@ class FitResult:
     stray: np.ndarray  # (n, c) removed from the cells' values, 1/sr
     scales: ViewScales
     uncertainty: Uncertainty
+    region: Region  # what is determined, seen and extrapolated
     diagnostics: dict[str, object]  # plain JSON values
+
+    def standard_error(self, cells: Cells) -> np.ndarray:
+        """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, and of its being said in modes."""
+        said = self.brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+        own = self.uncertainty.standard_error(self.model, cells)
+        return np.hypot(own, said - self.model.evaluate(cells))
 
 
 def fit_table(
@@ -63,13 +72,14 @@ def fit_table(
     options: FitOptions = FitOptions(),
     *,
     view_errors: np.ndarray | None = None,
+    scale_error: float = 0.0,
     stray: StrayLightOn | None = None,
     progress: Progress = lambda stage: None,
 ) -> FitResult:
     """Fit modes and lobes to a table.
 
-    ``view_errors`` (g,) are relative standard errors of the views' scales; ``stray`` computes what stray light adds
-    to cells, given a model of the surface.
+    ``view_errors`` (g,) are relative standard errors of the views' scales, ``scale_error`` that of the scale which
+    all share; ``stray`` computes what stray light adds to cells, given a model of the surface.
 
     Raises:
         InputError: no cell is left, or what was asked for does not go together.
@@ -80,7 +90,7 @@ def fit_table(
     )
     work = clean(seen, views, lobes=options.lobes, absolute=options.absolute, stray=stray, progress=progress)
     progress("choosing the model")
-    chosen, best = _select(work, options)
+    tried, chosen, best = _select(work, options)
     progress("final fit")
     basis = Basis(SYMMETRY, chosen.order)
     final = search_lobes(
@@ -92,7 +102,21 @@ def fit_table(
         free=0,
         view_errors=work.scales.error,
     )
-    return _result(work, final, chosen, best, options)
+    spread = uncertainty_of(
+        final,
+        work.cells,
+        work.deviation,
+        _believed(tried, chosen, work.cells),
+        view_errors=work.scales.error,
+        scale_error=scale_error,
+    )
+    return _result(work, final, spread, chosen, best, options)
+
+
+def _believed(tried: list[Candidate], chosen: Candidate, cells: Cells) -> list[tuple[Candidate, float]]:
+    """Models with the chosen lobes that predict as well, with their weights."""
+    same = [one for one in tried if one.lobes is chosen.lobes]
+    return believed(same, float(independence(cells).sum()))
 
 
 def _usable(cells: Cells, options: FitOptions) -> Cells:
@@ -104,8 +128,8 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
     return cells.take(keep)
 
 
-def _select(work: Cleaned, options: FitOptions) -> tuple[Candidate, Candidate]:
-    """The chosen candidate and the best, all weighed with the likeliest pilot's robust weights."""
+def _select(work: Cleaned, options: FitOptions) -> tuple[list[Candidate], Candidate, Candidate]:
+    """All candidates, the chosen and the best, all weighed with the likeliest pilot's robust weights."""
     cells, pilot = work.cells, work.reference.model
     errors = work.scales.error
     again = search_lobes(
@@ -115,7 +139,7 @@ def _select(work: Cleaned, options: FitOptions) -> tuple[Candidate, Candidate]:
     common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
     tried = try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted, common)
-    return choose(tried, _tolerated(cells, work.deviation * again.scale))
+    return tried, *choose(tried, _tolerated(cells, work.deviation * again.scale))
 
 
 def _tolerated(cells: Cells, deviation: np.ndarray) -> float:
@@ -144,11 +168,16 @@ def _said(model: Model, options: FitOptions, values: np.ndarray) -> Represented:
 
 
 def _result(
-    work: Cleaned, final: Fitted, chosen: Candidate, best: Candidate, options: FitOptions
+    work: Cleaned,
+    final: Fitted,
+    spread: Uncertainty,
+    chosen: Candidate,
+    best: Candidate,
+    options: FitOptions,
 ) -> FitResult:
     model, cells = final.model, work.cells
     said = _said(model, options, cells.value)
-    spread = uncertainty_of(final, cells, work.deviation, chosen.prior)
+    region = region_of(spread, model, cells)
     errors = spread.file_errors(model, said)
     basis = Basis(SYMMETRY, said.order)
     brdf = Brdf(
@@ -160,7 +189,7 @@ def _result(
         symmetry=SYMMETRY,
         lobes=said.lobes,
         scale="absolute" if options.absolute else "relative",
-        valid=valid_region(spread, model, cells),
+        valid=region.valid(),
     )
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     diagnostics = {
@@ -176,5 +205,5 @@ def _result(
     }
     brdf = replace(brdf, fit=diagnostics)
     return FitResult(
-        brdf, model, cells, predicted, final.weight, work.stray, work.scales, spread, diagnostics
+        brdf, model, cells, predicted, final.weight, work.stray, work.scales, spread, region, diagnostics
     )

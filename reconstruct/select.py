@@ -67,14 +67,15 @@ class Candidate:
 
 def folds_of(cells: Cells, *, seed: int = 0) -> np.ndarray:
     """Fold (n,) of each cell: of its view, or of its block of neighbouring directions."""
-    unit = cells.group if len(np.unique(cells.group)) >= LEAST_VIEWS else _blocks(cells)
+    unit = cells.group if len(np.unique(cells.group)) >= LEAST_VIEWS else blocks_of(cells)
     _, unit = np.unique(unit, return_inverse=True)
     count = unit.max(initial=0) + 1
     shuffled = np.random.default_rng(seed).permutation(count)
     return shuffled[unit] % min(FOLDS, count)
 
 
-def _blocks(cells: Cells) -> np.ndarray:
+def blocks_of(cells: Cells) -> np.ndarray:
+    """(n,) a number for each block of neighbouring directions, the same for reciprocal twins."""
     low, high = np.minimum(cells.theta_i, cells.theta_r), np.maximum(cells.theta_i, cells.theta_r)
     sine = np.sin(low) + 1e-3  # blocks of about equal size: azimuth means less near the normal
     around = np.floor(cells.dphi * np.clip(sine, 0.2, 1.0) / BLOCK)

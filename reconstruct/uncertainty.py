@@ -1,128 +1,146 @@
-"""How sure a fit is: covariance of all its parameters, standard error of f anywhere, and where it may be trusted.
+"""How sure a fit is: covariance of all its parameters, standard error and interval of f anywhere.
 
-The covariance is the sandwich H^-1 (M + P) H^-1, with H the penalised normal matrix, P the prior's precision and M
-the outer products of the score summed over clusters of cells. Residuals of one view hang together (its scale, its
-stray light, its geometry), so views are the clusters where there are enough; counting cells as independent would
-claim errors many times too small. Source: Liang and Zeger (1986); the small-sample factor of MacKinnon and White
-(1985).
+Three things leave a fit unsure: the noise of the data, of which a view's cells share a part (its scale, its stray
+light, its geometry), the prior, which speaks where the data do not, and the choice of the model. See
+:mod:`reconstruct.covariance` for how each is measured, and :mod:`reconstruct.averaging` for what other models weigh.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import t as student
 
+from reconstruct.basis import Basis
 from reconstruct.cells import Cells
+from reconstruct.covariance import Alternative, Problem, covariance
 from reconstruct.microfacet import F0_BOUNDS
 from reconstruct.model import Model
 from reconstruct.represent import Represented, represent
-from reconstruct.robust import level
-from reconstruct.search import Fitted
-from reconstruct.select import Prior, folds_of
+from reconstruct.robust import independence, level
+from reconstruct.search import Fitted, common_error
+from reconstruct.select import Candidate, blocks_of
 
-LEAST_CLUSTERS = 8
+LEAST_UNITS = 8  # views; fewer are cut into blocks of directions
+MOST_UNITS = 40  # to leave out one by one
 STEP = 0.02  # of a shape's logarithm, in finite differences
-TRUSTED = 0.1  # relative standard error of f, on the mean, within the valid region
 
 
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
-    """Covariance of the parameters of a model: modes, then lobe coefficients, then logarithms of lobe shapes."""
+    """Covariance of the parameters of a model: modes, then lobe coefficients, then logarithms of lobe shapes.
 
+    The modes may be more than the model has, since models that predict as well have them.
+    """
+
+    basis: Basis
     covariance: np.ndarray  # (c, p, p)
-    modes: int
-    coefficients: int
+    coefficients: int  # lobe coefficients among the parameters
+    freedom: float  # degrees of freedom of the covariance
+    scale_error: float = 0.0  # relative standard error of everything at once: the white reference's
+
+    @property
+    def modes(self) -> int:
+        return len(self.basis.modes)
 
     def standard_error(self, model: Model, cells: Cells) -> np.ndarray:
-        """Of f (n, c) at the directions of ``cells``, 1/sr."""
-        common = np.hstack([model.basis.design(cells), model.lobes.columns(cells)[1]])
-        shapes = _shape_derivatives(model, cells)
-        return np.stack(
-            [_spread(np.hstack([common, shapes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)],
-            axis=1,
-        )
+        """Of ``model`` (n, c) at the directions of ``cells``, 1/sr."""
+        common = np.hstack([self.basis.design(cells), model.lobes.columns(cells)[1]])
+        slopes = shape_slopes(model, cells)
+        own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
+        return np.hypot(np.stack(own, axis=1), self.scale_error * np.abs(model.evaluate(cells)))
+
+    def half_width(self, error: np.ndarray, level: float = 0.95) -> np.ndarray:
+        """Half the width of the interval that holds the truth with probability ``level``, from standard errors."""
+        return error * float(student.ppf(0.5 + 0.5 * level, self.freedom))
 
     def file_errors(self, model: Model, said: Represented) -> np.ndarray:
         """Standard errors (m, c) of the coefficients in the file's terms."""
-        rows = len(said.coefficients)
-        parameters = self.covariance.shape[1]
+        rows, parameters = len(said.coefficients), self.covariance.shape[1]
+        both = np.arange(min(rows, self.modes))
         derivative = np.zeros((said.coefficients.shape[1], rows, parameters))
-        derivative[:, np.arange(self.modes), np.arange(self.modes)] = 1.0
+        derivative[:, both, both] = 1.0
         for p in range(self.modes, parameters):
             derivative[:, :, p] = _represented_change(model, said, p - self.modes, self.coefficients).T
-        return np.stack([_spread(d, cov) for d, cov in zip(derivative, self.covariance, strict=True)], axis=1)
+        own = np.stack([_spread(d, cov) for d, cov in zip(derivative, self.covariance, strict=True)], axis=1)
+        return np.hypot(own, self.scale_error * np.abs(said.coefficients))
 
 
-def uncertainty_of(fitted: Fitted, cells: Cells, deviation: np.ndarray, prior: Prior) -> Uncertainty:
-    """Covariance of the fit's parameters from its residuals on ``cells``, whose error model is ``deviation``."""
+def uncertainty_of(
+    fitted: Fitted,
+    cells: Cells,
+    deviation: np.ndarray,
+    models: Sequence[tuple[Candidate, float]],
+    *,
+    view_errors: np.ndarray | None = None,
+    scale_error: float = 0.0,
+) -> Uncertainty:
+    """Covariance of the fit's parameters on ``cells``, whose error model is ``deviation`` (n, c).
+
+    ``models`` are those that may be as good, with weights that add up to 1; only those with the fit's own lobes are
+    heeded. ``view_errors`` (g,) are relative standard errors of the views' scales.
+    """
     model = fitted.model
-    common = np.hstack([model.basis.design(cells), model.lobes.columns(cells)[1]])
-    shapes = _shape_derivatives(model, cells)
-    penalty = prior.precision(model.basis.degree(), level(cells))
-    weight = fitted.weight / (deviation * fitted.scale) ** 2
-    cluster = _clusters(cells)
-    covariance = []
-    for c in range(cells.value.shape[1]):
-        design = np.hstack([common, shapes[:, :, c]])
-        precision = np.zeros(design.shape[1])
-        precision[: penalty.shape[1]] = penalty[c]
-        covariance.append(_sandwich(design, weight[:, c], fitted.residual[:, c], precision, cluster))
-    return Uncertainty(np.stack(covariance), model.coefficients.shape[0], model.lobe_coefficients.shape[0])
+    same = [(one, weight) for one, weight in models if one.lobes.families == model.lobes.families]
+    basis = Basis(model.basis.symmetry, max([model.basis.order, *(one.order for one, _ in same)]))
+    problem = _problem(fitted, cells, deviation, basis, view_errors)
+    total = covariance(problem, _alternatives(same, model, level(cells)))
+    units = len(np.unique(problem.unit))
+    return Uncertainty(basis, total, len(model.lobe_coefficients), max(units - 1.0, 1.0), scale_error)
 
 
-def valid_region(spread: Uncertainty, model: Model, cells: Cells) -> dict[str, float]:
-    """Largest angles, degrees, up to which directions were seen and f is known to about a tenth."""
-    seen = np.degrees(min(np.max(np.maximum(cells.theta_i, cells.theta_r)), np.pi / 2))
-    theta = np.radians(np.arange(2.5, 90.0, 5.0))
-    dphi = np.radians(np.arange(7.5, 180.0, 15.0))
-    i, r, d = (a.ravel() for a in np.meshgrid(theta, theta, dphi, indexing="ij"))
-    grid = Cells.of_angles(i, r, d)
-    relative = spread.standard_error(model, grid) / np.maximum(
-        np.abs(model.evaluate(grid)), 1e-3 * level(cells)
+def _problem(fitted: Fitted, cells: Cells, deviation, basis: Basis, view_errors) -> Problem:
+    model = fitted.model
+    fixed, columns = model.lobes.columns(cells)
+    slopes = shape_slopes(model, cells)
+    own = model.lobe_coefficients
+    center = np.zeros((own.shape[1], len(basis.modes) + len(own) + slopes.shape[1]))
+    center[:, : len(model.coefficients)] = model.coefficients.T
+    center[:, len(basis.modes) : len(basis.modes) + len(own)] = own.T
+    upper = model.lobes.upper_bounds()[:, None]
+    return Problem(
+        design=basis.design(cells),
+        columns=columns,
+        slopes=slopes,
+        target=cells.value - fixed[:, None],
+        weight=independence(cells) * fitted.weight / (deviation * fitted.scale) ** 2,
+        unit=_units(cells),
+        common=common_error(cells, cells.value - fitted.residual, view_errors),
+        center=center,
+        fixed=((own <= 0.0) | (own >= upper)).T,
     )
-    weight = np.sin(i) * np.cos(i) * np.sin(r) * np.cos(r)
-    limit = 0.0
-    for top in np.arange(5.0, 90.1, 5.0):
-        inside = np.maximum(i, r) < np.radians(top)
-        if np.average(relative[inside].mean(1), weights=weight[inside]) <= TRUSTED:
-            limit = top
-    limit = float(round(min(limit, seen), 1))
-    return {"theta_i_max": limit, "theta_r_max": limit}
 
 
-def _clusters(cells: Cells) -> np.ndarray:
-    """(n,) cluster of each cell: its view, or a block of neighbouring directions."""
-    names, cluster = np.unique(cells.group, return_inverse=True)
-    if len(names) >= LEAST_CLUSTERS:
-        return cluster
-    return np.unique(np.column_stack([cluster, folds_of(cells)]), axis=0, return_inverse=True)[1].ravel()
+def _alternatives(
+    models: Sequence[tuple[Candidate, float]], model: Model, level: np.ndarray
+) -> list[Alternative]:
+    total = sum(weight for _, weight in models)
+    return [
+        Alternative(
+            one.prior.precision(Basis(model.basis.symmetry, one.order).degree(), level), weight / total
+        )
+        for one, weight in models
+    ]
 
 
-def _sandwich(design, weight, residual, precision, cluster) -> np.ndarray:
-    bread = (design * weight[:, None]).T @ design
-    bread[np.diag_indices_from(bread)] += precision + 1e-12 * np.trace(bread) / len(bread)
-    score = design * (weight * residual)[:, None]
-    clusters = cluster.max() + 1
-    sums = np.stack([np.bincount(cluster, column, clusters) for column in score.T], axis=1)
-    meat = sums.T @ sums * (clusters / max(clusters - 1, 1)) + np.diag(precision)
-    independent = (design * weight[:, None]).T @ design + np.diag(precision)
-    inverse = np.linalg.inv(bread)
-    clustered, plain = inverse @ meat @ inverse, inverse @ independent @ inverse
-    return _larger(clustered, plain)
-
-
-def _larger(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """``a`` with its variances raised to those of ``b`` where they are smaller."""
-    short = np.sqrt(np.maximum(np.diag(b) / np.maximum(np.diag(a), np.finfo(float).tiny), 1.0))
-    return a * short[:, None] * short[None, :]
+def _units(cells: Cells) -> np.ndarray:
+    """(n,) what is left out as a whole: a view, or some blocks of neighbouring directions."""
+    names, unit = np.unique(cells.group, return_inverse=True)
+    if len(names) >= LEAST_UNITS:
+        return unit.ravel()
+    blocks = np.column_stack([unit.ravel(), blocks_of(cells)])
+    block = np.unique(blocks, axis=0, return_inverse=True)[1].ravel()
+    count = block.max(initial=0) + 1
+    return np.random.default_rng(0).permutation(count)[block] % min(MOST_UNITS, count)
 
 
 def _spread(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(np.einsum("np,pq,nq->n", rows, covariance, rows, optimize=True), 0.0))
 
 
-def _shape_derivatives(model: Model, cells: Cells) -> np.ndarray:
+def shape_slopes(model: Model, cells: Cells) -> np.ndarray:
     """(n, p, c) derivatives of f by the logarithms of the lobes' shapes."""
     logs = model.lobes.flat()
     channels = model.coefficients.shape[1]

@@ -1,0 +1,36 @@
+"""How much each model tried deserves to be believed: stacking weights from the folds.
+
+The weight of a model is how often it predicts best when the folds are drawn again, softened by the likelihood: pseudo
+Bayesian model averaging with the Bayesian bootstrap (Yao, Vehtari, Simpson and Gelman 2018, section 3.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from reconstruct.select import Candidate
+
+DRAWS = 400
+LEAST = 0.01  # a smaller weight is dropped
+
+
+def believed(
+    candidates: Sequence[Candidate], observations: float, *, seed: int = 0
+) -> list[tuple[Candidate, float]]:
+    """Models with their weights, which add up to 1; those of no weight are left out.
+
+    ``observations`` is how many independent values the losses were taken on. The noise's size is judged from the best
+    model's loss.
+    """
+    loss = np.stack([one.loss for one in candidates])
+    folds = loss.shape[1]
+    least = max(float(loss.mean(1).min()), np.finfo(float).tiny)
+    density = -0.5 * observations * loss / least
+    draws = np.random.default_rng(seed).dirichlet(np.ones(folds), DRAWS)
+    total = density @ draws.T  # (k, draws) expected log density of new folds of the same kind
+    share = np.exp(total - total.max(0))
+    weight = (share / share.sum(0)).mean(1)
+    weight = np.where(weight >= min(LEAST, weight.max()), weight, 0.0)
+    return [(one, w / weight.sum()) for one, w in zip(candidates, weight.tolist(), strict=True) if w > 0.0]

@@ -1,0 +1,153 @@
+"""The whole fit on tables of known surfaces."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.simulated import Plan, simulate
+from reconstruct.cells import Cells, cells_of
+from reconstruct.fit import FitOptions, fit_table
+from reconstruct.measured import read_samples, samples_table
+from synthetic.brdf import angle_grid, make_brdf, on_grid
+
+SHARED = Path(__file__).parents[3] / "shared" / "data" / "nist-ptfe"
+PLAN = Plan(views=16, pixels=4000, level=3)
+LIMIT = np.radians(70.0)
+
+
+def relative_error(brdf, truth):
+    """The project's relative error below 70 degrees, (c,)."""
+    grid = angle_grid()
+    grid = grid[(grid[:, 0] < LIMIT) & (grid[:, 1] < LIMIT)]
+    true = on_grid(truth, grid)
+    found = brdf.evaluate(grid[:, 0], 0.0, grid[:, 1], grid[:, 2])
+    weight = (np.sin(2 * grid[:, 0]) * np.sin(2 * grid[:, 1]))[:, None]
+    return np.sqrt((weight * (found - true) ** 2).sum(0) / (weight * true**2).sum(0))
+
+
+def fitted(model, parameters=None, *, options=None, plan=PLAN, seed=1):
+    truth = make_brdf(model, parameters)
+    return fit_table(simulate(truth, plan, seed=seed), options or FitOptions()), truth
+
+
+def test_lambert_needs_one_mode_and_no_lobe():
+    fit, truth = fitted("lambert", {"albedo": (0.6, 0.4, 0.2)})
+    assert fit.brdf.order <= 2 and not fit.brdf.lobes
+    assert relative_error(fit.brdf, truth).max() <= 0.01
+
+
+def test_oren_nayar_gets_no_lobe():
+    fit, truth = fitted("oren-nayar")
+    assert not fit.brdf.lobes
+    assert relative_error(fit.brdf, truth).max() <= 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("roughness", [0.15, 0.25, 0.4])
+def test_plastic_gets_its_lobe(roughness):
+    fit, truth = fitted("plastic", {"roughness": roughness})
+    assert len(fit.brdf.lobes) == 1
+    assert fit.brdf.lobes[0].roughness == pytest.approx(roughness, rel=0.03)
+    assert relative_error(fit.brdf, truth).max() <= 0.03
+
+
+def test_metal_is_a_lobe_alone():
+    fit, truth = fitted("ggx-conductor", {"roughness": 0.3})
+    assert fit.brdf.order <= 2 and len(fit.brdf.lobes) == 1
+    assert fit.brdf.lobes[0].roughness == pytest.approx(0.3, rel=0.03)
+    assert relative_error(fit.brdf, truth).max() <= 0.03
+
+
+def test_what_is_asked_is_obeyed():
+    fit, _ = fitted(
+        "oren-nayar", options=FitOptions(order=5, lobes=1), plan=replace(PLAN, pixels=1200, level=2)
+    )
+    assert fit.brdf.order == 5 and len(fit.brdf.lobes) == 1
+
+
+def test_the_same_table_gives_the_same_numbers():
+    table = simulate(make_brdf("oren-nayar"), replace(PLAN, views=8, pixels=1200, level=2))
+    first, second = (fit_table(table, FitOptions(lobes=0)).brdf for _ in range(2))
+    np.testing.assert_array_equal(first.coefficients, second.coefficients)
+    np.testing.assert_array_equal(first.standard_errors, second.standard_errors)
+
+
+def ptfe(wavelength):
+    if not SHARED.exists():
+        pytest.skip("the PTFE measurements are not at hand")
+    columns = {"theta_i": "thetai", "phi_i": "phi", "theta_r": "thetar", "phi_r": "phir", "value": "f_r11"}
+    where = [("lambda", wavelength)]
+    return samples_table(read_samples(SHARED / "PTFE.data.csv", columns=columns, where=where))
+
+
+def rows_of(table, keep):
+    names = ("group", "facet_i", "facet_r", "count", "weight", "value", "value2", "variance")
+    return replace(table, **{k: getattr(table, k)[keep] for k in (*names, "incident", "exit", "place")})
+
+
+def relative_rms(brdf, cells):
+    found = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+    return float(np.sqrt(np.mean((found / cells.value - 1.0) ** 2)))
+
+
+@pytest.mark.parametrize(
+    ("wavelength", "goal"), [("0.532", 0.0097), ("0.351", 0.0110), ("0.633", 0.0110), ("1.064", 0.0178)]
+)
+def test_ptfe_is_fitted_as_well_as_its_makers_did(wavelength, goal):
+    table = ptfe(wavelength)
+    assert relative_rms(fit_table(table).brdf, cells_of(table)) <= goal
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wavelength", ["0.532", "1.064"])
+def test_any_order_predicts_rows_left_out(wavelength):
+    table = ptfe(wavelength)
+    shuffled = np.random.default_rng(1).permutation(len(table))
+    out, used = (np.sort(part) for part in np.split(shuffled, [len(table) // 3]))
+    left, train = cells_of(rows_of(table, out)), rows_of(table, used)
+    auto = relative_rms(fit_table(train).brdf, left)
+    for order in (8, 10, 12, 16):
+        assert relative_rms(fit_table(train, FitOptions(order=order)).brdf, left) <= 1.1 * auto
+
+
+def test_a_high_order_does_not_swing_between_the_angles_that_were_measured():
+    table = ptfe("0.532")
+    low, high = (fit_table(table, FitOptions(order=order, lobes=0)).brdf for order in (6, 12))
+    theta_i, theta_r = np.radians([7.5, 22.5, 37.5, 52.5, 67.5]), np.radians(np.arange(5.0, 71.0, 10.0))
+    i, r, d = np.meshgrid(theta_i, theta_r, np.radians(np.arange(10.0, 180.0, 20.0)), indexing="ij")
+    ratio = high.evaluate(i, 0.0, r, d) / low.evaluate(i, 0.0, r, d)
+    assert np.abs(ratio - 1.0).max() <= 0.03
+
+
+def test_published_coefficients_lie_within_the_standard_errors():
+    table = ptfe("0.532")
+    brdf = fit_table(table, FitOptions(order=7, lobes=0)).brdf
+    rows = np.loadtxt(SHARED / "PTFE.532.coeff.csv", delimiter=",")
+    published = {tuple(row[2:5].astype(int)): row[7] for row in rows if row[0] == row[1] == 1}
+    z = [
+        (coefficient - published[tuple(mode)]) / error
+        for mode, coefficient, error in zip(
+            brdf.modes.tolist(), brdf.coefficients[:, 0], brdf.standard_errors[:, 0], strict=True
+        )
+        if tuple(mode) in published
+    ]
+    assert len(z) >= 30
+    assert np.mean(np.abs(z) < 2.0) >= 0.9
+
+
+def test_cells_without_a_number_are_refused_in_words():
+    table = simulate(make_brdf("lambert"), replace(PLAN, views=4, pixels=300, level=2))
+    from capture.errors import InputError
+
+    with pytest.raises(InputError, match="no cell"):
+        fit_table(replace(table, value=np.full_like(table.value, np.nan)))
+
+
+def test_a_model_is_evaluated_the_same_by_fit_and_file():
+    fit, _ = fitted("ggx-conductor", plan=replace(PLAN, pixels=1200, level=2))
+    rng = np.random.default_rng(0)
+    cells = Cells.of_angles(*np.arccos(rng.uniform(0.35, 1.0, (2, 500))), rng.uniform(0, np.pi, 500))
+    file = fit.brdf.evaluate(cells.theta_i, 0.0, cells.theta_r, cells.dphi)
+    np.testing.assert_allclose(file, fit.model.evaluate(cells), rtol=1e-9, atol=1e-9)
