@@ -19,8 +19,8 @@ import os
 import threading
 import zipfile
 import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -193,6 +193,23 @@ def add_tables(tables: Sequence[FacetTable]) -> FacetTable:
         keys=np.concatenate(keys),
         sums=np.concatenate([_stacked(table) for table in tables]),
         left_out=left_out,
+    )
+
+
+def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:
+    """The part of a table that belongs to the groups ``names``; inverse of :func:`add_tables` on such parts."""
+    kept = [k for k, name in enumerate(table.groups) if name in names]
+    place = np.full(len(table.groups), -1, np.int32)
+    place[kept] = np.arange(len(kept), dtype=np.int32)
+    rows = place[table.group] >= 0
+    arrays = {name: getattr(table, name)[rows] for name in ("facet_i", "facet_r", *_SUMS)}
+    left_out = table.left_out[kept] if len(table.left_out) == len(table.groups) else table.left_out
+    return replace(
+        table,
+        groups=tuple(table.groups[k] for k in kept),
+        group=place[table.group[rows]],
+        left_out=left_out,
+        **arrays,
     )
 
 
