@@ -40,7 +40,7 @@ class Settings:
 
 
 FULL = Settings()
-FEW = Settings(levels=(1, 2, 3, 4), orders=(0, 2, 6), strides=(4, 1), samples=(2000,))
+FEW = Settings(levels=(1, 2, 3), orders=(0, 4), strides=(4, 1), samples=(2000,))
 _LEAST_GAIN = 0.05  # a knee must lie this far below the chord, in the unit square of the logarithms
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from capture.errors import InputError
 from photogonio import __version__
 from photogonio.battery import Outcome, run_battery
-from photogonio.evaluate import Score, evaluate_scene, load_scenes, rendered, score_table
+from photogonio.evaluate import Score, evaluate_scenes, load_scenes, rendered, score_table
 from photogonio.history import load_scores, regressions
 from photogonio.outputs import staged_folder, to_json
 from photogonio.progress import Reporter
@@ -38,13 +38,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     if args.hard:
         return _finish(args, reporter, outcomes=run_battery(sets, workers=workers, reporter=reporter))
     scenes = load_scenes(args.scenes, quick=args.quick)
-    for scene in scenes:
-        rendered(scene, sets, workers=workers, reporter=reporter)
-    scores = []
-    for done, scene in enumerate(scenes):
-        reporter.progress("evaluating scenes", done, len(scenes))
-        scores.append(evaluate_scene(scene, sets, workers=workers, reporter=reporter))
-    reporter.clear()
+    scores = evaluate_scenes(scenes, sets, workers=workers, reporter=reporter)
     reporter.say(score_table(scores))
     turn = FEW if args.quick else FULL
     points = _tradeoff(scenes[-1], scores[-1], sets, workers, turn, reporter)
