@@ -60,7 +60,7 @@ def first_values(
         values[f"ball {k}"] = np.append(np.asarray(ball.center, float), ball.radius)
     if sample is not None:
         values["sample"] = sample
-        values["limb offset"] = np.zeros(1)
+    values["limb offset"] = np.zeros(1)
     if scene is not None:
         values["lamp"] = np.array([np.log(scene.lamp_radius), np.log(scene.black)])
     return values
@@ -120,6 +120,8 @@ def all_terms(
     for s in sights:
         if s.limb is not None and len(s.limb):
             terms.append((limb_term(model, s.pose_block, "sample", s.limb.pixels, s.limb.sigma), True))
+        for number, limb in s.ball_limbs.items():
+            terms.append((limb_term(model, s.pose_block, f"ball {number}", limb.pixels, limb.sigma), True))
         if s.view.name in fits:
             terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
     if model.square or model.centred:
@@ -146,7 +148,7 @@ def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> T
 
 def _expectations(photoset: PhotoSet, values: Values) -> list[tuple[Term, bool]]:
     """What the manifest leads one to expect of balls and sample."""
-    terms: list[tuple[Term, bool]] = []
+    terms: list[tuple[Term, bool]] = [(prior_term("limb offset", np.zeros(1), np.array([_LIMB_BIAS])), False)]
     for k, ball in enumerate(photoset.mirror_balls):
         sigma = ball.radius * np.array([BALL_PLACE] * 3 + [_BALL_RADIUS])
         terms.append((prior_term(f"ball {k}", np.append(ball.center, ball.radius), sigma), True))
@@ -154,7 +156,6 @@ def _expectations(photoset: PhotoSet, values: Values) -> list[tuple[Term, bool]]
     if "sample" in values and isinstance(sample, Sphere):
         sigma = sample.radius * np.array([SAMPLE_PLACE] * 3 + [_SAMPLE_RADIUS])
         terms.append((prior_term("sample", np.append(sample.center, sample.radius), sigma), False))
-        terms.append((prior_term("limb offset", np.zeros(1), np.array([_LIMB_BIAS])), False))
         if photoset.board is not None and abs(sample.center[2] - sample.radius) < 0.01 * sample.radius:
             terms.append((_standing_term(_STANDS * sample.radius), False))
     return terms

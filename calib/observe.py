@@ -9,9 +9,9 @@ from calib.camera import Camera
 from calib.highlights import find_highlight
 from calib.looking import Progress, Reader
 from calib.paper import sample_paper
-from calib.sample import find_limb, focal
+from calib.sample import Limb, focal, settled_limb
 from calib.shading import Reading
-from calib.sight import Sight
+from calib.sight import FIXED_POSE, Sight
 from calib.starts import local_noise
 from calib.tone import gray, without_fireflies
 from capture.photoset import MirrorBall, PhotoSet, Sphere
@@ -20,6 +20,7 @@ from capture.radiance import RadianceImage
 _ACROSS = 170  # paper samples along the board's longer side
 _CAUSTIC = 3.0  # radii around a polished ball where it throws light back onto the paper
 _FEWEST = 400  # samples of paper worth a fit
+_PILED = 16  # photos of a still camera that are laid over one another
 _ASTRAY = 0.04  # of the radius: how far a sample ball may stand from the manifest's place
 
 
@@ -31,7 +32,9 @@ def observe(
     balls: tuple[MirrorBall, ...],
     tell: Progress,
 ) -> None:
-    """Fill in highlights, limb and paper of every sight."""
+    """Fill in highlights, limbs and paper of every sight."""
+    still = len(sights) > 1 and all(s.pose_block == FIXED_POSE for s in sights)
+    brightest, middle = _Pile("max"), _Pile("median")
     for k, sight in enumerate(sights):
         image = reader(sight.view)
         if image is not None:
@@ -42,8 +45,42 @@ def observe(
             ]
             if not sight.probe:
                 sight.reading = _paper(photoset, image, camera, sight)
-                sight.limb = _limb(photoset, image, camera, sight)
+            if still:
+                (middle if sight.probe else brightest).add(sight, image)
+            elif not sight.probe:
+                sight.limb = _sample_limb(photoset, *_clean(image), camera, sight)
         tell("finding lamps, sample and paper", k + 1, len(sights))
+    if brightest.sight is not None:
+        brightest.sight.limb = _sample_limb(photoset, *brightest.picture(), camera, brightest.sight)
+    if middle.sight is not None:
+        middle.sight.ball_limbs = _ball_limbs(balls, *middle.picture(), camera, middle.sight)
+
+
+class _Pile:
+    """Photos of a still camera laid over one another: what no single lamp shows shows in all of them together."""
+
+    def __init__(self, how: str):
+        self.sight: Sight | None = None  # the first, which what is found will be booked on
+        self._how = how
+        self._levels: list[np.ndarray] = []
+        self._usable: np.ndarray | None = None
+
+    def add(self, sight: Sight, image: RadianceImage) -> None:
+        level, usable = _clean(image)
+        self.sight = self.sight or sight
+        self._usable = usable if self._usable is None else self._usable & usable
+        if self._how == "max" and self._levels:
+            self._levels[0] = np.maximum(self._levels[0], level)
+        elif len(self._levels) < _PILED:
+            self._levels.append(level)
+
+    def picture(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radiance (h, w) float32 and usable pixels of the pile."""
+        return np.median(self._levels, axis=0).astype(np.float32), self._usable
+
+
+def _clean(image: RadianceImage) -> tuple[np.ndarray, np.ndarray]:
+    return without_fireflies(gray(image)), np.isfinite(image.value).all(axis=2)
 
 
 def _paper(photoset: PhotoSet, image: RadianceImage, camera: Camera, sight: Sight) -> Reading | None:
@@ -73,12 +110,31 @@ def _paper(photoset: PhotoSet, image: RadianceImage, camera: Camera, sight: Sigh
     return Reading(samples, level, np.maximum(noise, (local_noise(samples, level) * level) ** 2))
 
 
-def _limb(photoset: PhotoSet, image: RadianceImage, camera: Camera, sight: Sight):
+def _sample_limb(
+    photoset: PhotoSet, level: np.ndarray, usable: np.ndarray, camera: Camera, sight: Sight
+) -> Limb | None:
     sample = photoset.sample
     if not isinstance(sample, Sphere):
         return None
-    scale = focal(camera) / np.linalg.norm(sight.pose.apply(np.asarray(sample.center, float)))
-    within = 2.0 + _ASTRAY * sample.radius * scale
-    level = without_fireflies(gray(image))
-    usable = np.isfinite(image.value).all(axis=2)
-    return find_limb(level, usable, camera, sight.pose, sample.center, sample.radius, within)
+    center = np.asarray(sample.center, float)
+    within = 2.0 + _ASTRAY * sample.radius * _scale(camera, sight, center)
+    return settled_limb(level, usable, camera, sight.pose, center, sample.radius, within)
+
+
+def _ball_limbs(
+    balls: tuple[MirrorBall, ...], level: np.ndarray, usable: np.ndarray, camera: Camera, sight: Sight
+) -> dict[int, Limb]:
+    """Limbs of the mirror balls by number, where they stand out of what is behind them."""
+    limbs = {}
+    for number, ball in enumerate(balls):
+        center = np.asarray(ball.center, float)
+        within = 2.0 + _ASTRAY * ball.radius * _scale(camera, sight, center)
+        limb = settled_limb(level, usable, camera, sight.pose, center, ball.radius, within)
+        if limb is not None:
+            limbs[number] = limb
+    return limbs
+
+
+def _scale(camera: Camera, sight: Sight, center: np.ndarray) -> float:
+    """Pixels per length unit at a place."""
+    return focal(camera) / float(np.linalg.norm(sight.pose.apply(center)))

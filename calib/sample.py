@@ -11,16 +11,16 @@ from scipy.optimize import least_squares
 
 from calib.camera import Camera, Pose
 from calib.highlights import outline
-from calib.reflect import hit_sphere
 
 _AROUND = 72  # places along the limb
 _STEP = 0.25  # pixels between samples across it
 _SOFT = 0.7  # pixels, the scale of the edge filter
 _NEAR = 1.5  # pixels within which the limb is looked for once it is roughly known
+_FEWEST = 18  # limb points, a quarter of all
+_CLEAR = 0.35  # pixels: typical distance from the circle beyond which a limb is not believed
 _MISPLACED = 0.03  # of the radius: how far off the manifest may place the ball
 _TRUSTED_RADIUS = 0.004  # of the radius
 _TRUSTED_EDGE = 0.5  # pixels: aliasing and the ball's own shading move all edges of a stretch alike
-_LOOSE = 0.15  # pixels, scale beyond which an edge counts less
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,14 +76,6 @@ def find_limb(
     return Limb(edge[clear], _TRUSTED_EDGE + 0.3 * rest[clear] / peak[clear])
 
 
-def limb_residual(
-    camera: Camera, pose: Pose, pixels: np.ndarray, center: np.ndarray, radius: float
-) -> np.ndarray:
-    """How far (n,) in pixels limb points lie outside the cone that touches the ball."""
-    rays = camera.rays(pixels)
-    return cone_residual(rays, pose.apply(np.asarray(center, float)), radius, focal(camera))
-
-
 def cone_residual(rays: np.ndarray, axis: np.ndarray, radius: float, focal_length: float) -> np.ndarray:
     """The same from unit rays and the ball's centre, both in the camera frame."""
     distance = np.linalg.norm(axis)
@@ -121,7 +113,7 @@ def place_ball(
 
     def residual(values: np.ndarray) -> np.ndarray:
         parts = [
-            cone_residual(r, pose.apply(values[:3]), values[3], focal(camera)) / (limb.sigma * (1 + _LOOSE))
+            cone_residual(r, pose.apply(values[:3]), values[3], focal(camera)) / limb.sigma
             for r, pose, limb in zip(rays, poses, limbs, strict=True)
         ]
         # a robust loss on the limbs, none on the prior, which is written as the square root of its loss
@@ -131,14 +123,33 @@ def place_ball(
     return found[:3], float(found[3])
 
 
+def settled_limb(
+    level: np.ndarray,
+    usable: np.ndarray,
+    camera: Camera,
+    pose: Pose,
+    center: np.ndarray,
+    radius: float,
+    within: float,
+) -> Limb | None:
+    """The limb found in wide reach, then again close to the circle it tells; None if it is not clear.
+
+    Edges of the background and of the ball's own shadow line lie off the circle, and fall away in the second look.
+    """
+    limb = find_limb(level, usable, camera, pose, center, radius, within)
+    for reach in (3 * _NEAR, _NEAR):
+        if len(limb) < _FEWEST:
+            return None
+        near, size = place_ball(camera, [pose], [limb], center, radius)
+        limb = find_limb(level, usable, camera, pose, near, size, reach)
+    if len(limb) < _FEWEST:
+        return None
+    near, size = place_ball(camera, [pose], [limb], center, radius)
+    off = cone_residual(camera.rays(limb.pixels), pose.apply(near), size, focal(camera))
+    return limb if np.median(np.abs(off)) < _CLEAR else None
+
+
 def _soften(residual: np.ndarray) -> np.ndarray:
     """Cauchy's loss as a residual: its square grows like a logarithm."""
     scale = 3.0
     return np.sign(residual) * scale * np.sqrt(np.log1p((residual / scale) ** 2))
-
-
-def hidden_by(
-    pose: Pose, camera: Camera, pixels: np.ndarray, center: np.ndarray, radius: float
-) -> np.ndarray:
-    """Whether pixels (n, 2) look onto a ball, (n,) bool."""
-    return np.isfinite(hit_sphere(pose.center, camera.world_rays(pose, pixels), center, radius)[:, 0])

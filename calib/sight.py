@@ -28,7 +28,8 @@ class Sight:
     pose_block: str  # shared by the views of a fixed camera
     pose_rms: float = float("nan")
     highlights: list[Highlight] = field(default_factory=list)
-    limb: Limb | None = None
+    limb: Limb | None = None  # of the sample; of a still camera's photos the first holds all
+    ball_limbs: dict[int, Limb] = field(default_factory=dict)  # of mirror balls, by number
     reading: Reading | None = None
     shading: np.ndarray | None = None  # local values of the latest shading fit
     rejected: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))  # pixels of corners left out

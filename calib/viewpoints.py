@@ -213,7 +213,10 @@ def scale_corners(camera: Camera, boards: list[Posed], sights: list[Sight]) -> f
         return 1.0
     factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))
     boards[:] = [(name, replace(c, sigma=factor * c.sigma), pose) for name, c, pose in boards]
+    still = sum(s.pose_block == FIXED_POSE for s in sights)
     for sight in sights:
         if sight.corners is not None:
-            sight.corners = replace(sight.corners, sigma=factor * sight.corners.sigma)
+            # a still camera's photos repeat the errors of where the pixels cut the print
+            alike = np.sqrt(still) if sight.pose_block == FIXED_POSE else 1.0
+            sight.corners = replace(sight.corners, sigma=alike * factor * sight.corners.sigma)
     return factor
