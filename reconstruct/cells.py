@@ -10,6 +10,7 @@ from reconstruct.angles import pair_angles, spherical_angles
 from reconstruct.table import FacetTable
 
 LEAST_SAMPLES = 3  # a cell of fewer pixels is mostly edge
+LEAST_ANGLE = 1e-3  # radians: nearer to the normal an azimuth means nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,13 +30,21 @@ class Cells:
     groups: tuple[str, ...]
     channels: tuple[str, ...]
     binned: bool  # False: every cell is one measurement of its own
+    turn: np.ndarray | None = (
+        None  # (n, 2) variance, radians^2, of the turns that lead from a cell's middle to its
+    )
+    # samples, about the tangent axes along and across the plane of incidence
+    canonical: bool = (
+        False  # directions were turned to one incident azimuth, and folded, before they were averaged
+    )
 
     def __len__(self) -> int:
         return len(self.theta_i)
 
     def take(self, keep: np.ndarray) -> Cells:
         """The cells that a mask or an index array (any, of n) names."""
-        return replace(self, **{name: getattr(self, name)[keep] for name in _ROWS})
+        turn = None if self.turn is None else self.turn[keep]
+        return replace(self, turn=turn, **{name: getattr(self, name)[keep] for name in _ROWS})
 
     def with_value(self, value: np.ndarray) -> Cells:
         """The same directions with other values (n, c)."""
@@ -86,4 +95,27 @@ def cells_of(table: FacetTable) -> Cells:
         groups=table.groups,
         channels=table.channels,
         binned=table.level >= 0,
+        turn=_turn(incident / weight, exit / weight, table.isotropic) if table.level >= 0 else None,
+        canonical=table.isotropic,
     )
+
+
+def _turn(incident: np.ndarray, exit: np.ndarray, canonical: bool) -> np.ndarray:
+    """Variances (n, 2) of the small turns, the same for both directions, that lead from a cell's middle to its samples.
+
+    On a ball the normal turns from sample to sample, and both directions with it; on a plane they turn together too,
+    if not quite alike. A mean of unit vectors falls short of 1 by half the variance of the angles between them. A turn
+    about the tangent axis a moves direction d by a x d; where the incident azimuth has been taken out, a turn about
+    the axis x along the plane of incidence moves the exit by x x d + cot(theta_i) z x d.
+    """
+    short = 2.0 * (1.0 - np.minimum(np.linalg.norm([incident, exit], axis=-1), 1.0))
+    theta_i, theta_r, dphi = pair_angles(incident, exit)
+    if not canonical:
+        alike = (short / (1.0 + np.cos([theta_i, theta_r]) ** 2)).mean(0)
+        return np.column_stack([alike, alike])
+    x, y, z = np.sin(theta_r) * np.cos(dphi), np.sin(theta_r) * np.sin(dphi), np.cos(theta_r)
+    cot = 1.0 / np.tan(np.maximum(theta_i, LEAST_ANGLE))
+    moved = (1.0 + cot**2) * y**2 + (cot * x - z) ** 2
+    rest = np.maximum(short[1] - short[0] * (1.0 - y**2), 0.0)
+    along = np.minimum(rest / np.maximum(moved, LEAST_ANGLE**2), short.max(0))
+    return np.column_stack([along, short[0]])

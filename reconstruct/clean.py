@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reconstruct.basis import Basis
+from reconstruct.binning import binning
 from reconstruct.cells import Cells
 from reconstruct.microfacet import families, second_lobe
 from reconstruct.model import LobeSet, Model
@@ -33,9 +34,9 @@ Progress = Callable[[str], None]
 class Cleaned:
     """Cells to fit, and candidate lobes."""
 
-    cells: Cells  # stray light removed, freed views divided by their scales
+    cells: Cells  # stray light and binning error removed, freed views divided by their scales
     deviation: np.ndarray  # (n, c) error model, up to a factor
-    stray: np.ndarray  # (n, c) removed, 1/sr
+    stray: np.ndarray  # (n, c) stray light removed, 1/sr
     scales: ViewScales
     pilots: tuple[Fitted, ...]  # on thinned cells
     discordant: tuple[str, ...] = ()  # views left out: what they show is not what all others show
@@ -55,7 +56,7 @@ def clean(
     stray: StrayLightOn | None = None,
     progress: Progress = lambda stage: None,
 ) -> Cleaned:
-    """Remove stray light and errors of scale, by turns with pilot fits of every kind of lobe.
+    """Remove stray light, binning error and errors of scale, by turns with pilot fits of every kind of lobe.
 
     ``view_errors`` (g,) are relative standard errors of the views' scales; ``lobes`` is how many were asked for,
     None for any.
@@ -63,14 +64,15 @@ def clean(
     progress("pilot fits")
     discordant = np.zeros(len(seen.groups), bool)
     scales = ViewScales.none(view_errors)
-    added = np.zeros_like(seen.value)
+    light = added = np.zeros_like(seen.value)
     work = _piloted(seen, added, scales, _kinds(lobes, absolute))
     many_views = len(np.unique(seen.group)) > 1
-    for _ in range(ROUNDS if many_views or stray is not None else 0):
+    for _ in range(ROUNDS if many_views or stray is not None or seen.binned else 0):
         reference = work.reference.model
         if stray is not None:
             progress("stray light")
-            added = stray(work.cells, reference)
+            light = stray(work.cells, reference)
+        added = light + binning(work.cells, reference)
         if many_views:
             believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
             scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)
@@ -79,10 +81,10 @@ def clean(
         if (discordant | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
             discordant |= odd
             keep = ~odd[seen.group]
-            seen, added = seen.take(keep), added[keep]
+            seen, light, added = seen.take(keep), light[keep], added[keep]
             work = _piloted(seen, added, scales, _kinds(lobes, absolute))
     work = _with_second_lobe(_piloted(seen, added, scales, _kinds(lobes, absolute)), lobes, absolute)
-    return replace(work, discordant=tuple(np.array(seen.groups)[discordant]))
+    return replace(work, stray=light, discordant=tuple(np.array(seen.groups)[discordant]))
 
 
 def _discordant(work: Cleaned) -> np.ndarray:

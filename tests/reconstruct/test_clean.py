@@ -22,7 +22,8 @@ def test_a_view_whose_scale_is_wrong_is_named_and_corrected_and_the_others_stay(
     assert np.flatnonzero(work.scales.freed).tolist() == [4]
     # found against a model of order 4 of a surface that it cannot follow everywhere
     np.testing.assert_allclose(work.scales.factor[4], 1.15, atol=0.02)
-    np.testing.assert_array_equal(work.cells.value[~wrong], seen.value[~wrong])
+    # the others lose nothing but the binning error, some per cent where facets of twelve degrees meet the horizon
+    np.testing.assert_allclose(np.median(work.cells.value[~wrong] / seen.value[~wrong]), 1.0, atol=2e-3)
 
 
 def test_stray_light_is_taken_away_as_the_pilot_says_and_doubted():
@@ -31,13 +32,13 @@ def test_stray_light_is_taken_away_as_the_pilot_says_and_doubted():
 
     def stray(cells, model):
         # what a perfect calibration would know: two per cent of what the surface sends out
-        return 0.02 / 1.02 * np.maximum(model.evaluate(cells), 0.0)
+        return 0.02 * np.maximum(model.evaluate(cells), 0.0)
 
     without = clean(seen, np.full(14, 0.003), lobes=0, absolute=True)
     work = clean(seen.with_value(seen.value + true), np.full(14, 0.003), lobes=0, absolute=True, stray=stray)
     assert (work.deviation >= without.deviation * 0.99).all()
     # the pilot misses the surface by some per cent, of which two per cent are removed
-    np.testing.assert_allclose(np.median(work.cells.value / seen.value), 1.0, atol=1e-3)
+    np.testing.assert_allclose(np.median(work.cells.value / without.cells.value), 1.0, atol=1e-3)
     np.testing.assert_allclose(np.median(work.stray / true), 1.0, atol=0.02)
 
 
