@@ -22,7 +22,7 @@ from photogonio.outputs import staged_file, staged_folder
 from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
 from photogonio.store import default_store
-from photogonio.stream import ReadAhead, reduce_photos
+from photogonio.stream import ReadAhead, Reduced, reduce_photos
 from photogonio.summary import fit_choices, rescaled
 from photogonio.surroundings import stray_light
 from photogonio.tables import read_table, take_channels
@@ -79,10 +79,10 @@ def process(
         mirror_balls=photoset.mirror_balls,
         white_patches=photoset.white_patches,
     )
-    table, failed = _reduced(radiance, setup, int(level.value), around, options, reporter)
-    for photo in failed:
+    reduced = _reduced(radiance, setup, int(level.value), around, options, reporter)
+    for photo in reduced.left_out:
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
-    table = take_channels(table, options)
+    table = take_channels(reduced.table, options)
     watch.lap("reduce")
     stray = stray_light(
         radiance,
@@ -95,14 +95,14 @@ def process(
     errors = view_errors(setup, table)
     fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=errors, stray=stray)
     watch.lap("fit")
-    provenance = _provenance("process", photoset, options)
+    provenance = _provenance("process", photoset, options, reduced.hashes)
     result = Result(
         name=photoset.name,
         setup=replace(setup, source=provenance.to_dict()),
         table=table,
         fit=fit,
         choices=(level, *fit_choices(fit)),
-        left_out=(*setup.left_out, *failed),
+        left_out=(*setup.left_out, *reduced.left_out),
         warnings=tuple(reporter.warnings),
         provenance=provenance,
         seconds=watch.seconds,
@@ -216,8 +216,7 @@ def _reduced(
     around: ReduceOptions,
     options: Options,
     reporter: Reporter,
-) -> tuple[FacetTable, tuple[LeftOut, ...]]:
-    """The table of all views, and those that could not be used."""
+) -> Reduced:
     if not compiled_before():
         reporter.say("compiling what photos are reduced with, this first time: some seconds")
     reduced = reduce_photos(
@@ -231,7 +230,7 @@ def _reduced(
     )
     if reduced.at_hand:
         reporter.say(f"{reduced.at_hand} of {len(setup.views)} photos were reduced before, and are not again")
-    return reduced.table, reduced.left_out
+    return reduced
 
 
 def view_errors(setup: Setup, table: FacetTable) -> np.ndarray:
@@ -270,11 +269,15 @@ def _fitted(
     return found
 
 
-def _provenance(command: str, photoset: PhotoSet, options: Options) -> Provenance:
+def _provenance(
+    command: str, photoset: PhotoSet, options: Options, hashes: Mapping[str, str] | None = None
+) -> Provenance:
     files = [photo.file for photo in photoset.photos]
     inputs = {
         MANIFEST: hash_file(photoset.folder / MANIFEST),
-        f"{len(set(files))} photos": hash_photos(photoset.folder, files, workers=options.threads()),
+        f"{len(set(files))} photos": hash_photos(
+            photoset.folder, files, workers=options.threads(), known=hashes or {}
+        ),
     }
     name = photoset.folder.resolve().name
     return Provenance(canonical_command(command, name, options.to_dict()), inputs)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from photogonio import __version__
 
@@ -56,12 +57,16 @@ def hash_files(paths: Iterable[Path], *, workers: int = 1) -> dict[Path, str]:
         return dict(zip(paths, pool.map(hash_file, paths), strict=True))
 
 
-def hash_photos(folder: Path, files: Iterable[str], *, workers: int = 1) -> str:
-    """One SHA-256 over the names and hashes of photos, whatever their order."""
-    hashes = hash_files([folder / name for name in sorted(set(files))], workers=workers)
+def hash_photos(
+    folder: Path, files: Iterable[str], *, workers: int = 1, known: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """One SHA-256 over the names and hashes of photos, whatever their order; ``known`` hashes are not made again."""
+    files = sorted(set(files))
+    hashes = hash_files([folder / name for name in files if name not in known], workers=workers)
     whole = hashlib.sha256()
-    for path, digest in hashes.items():
-        whole.update(f"{path.relative_to(folder).as_posix()} {digest}\n".encode())
+    for name in files:
+        digest = known[name] if name in known else hashes[folder / name]
+        whole.update(f"{Path(name).as_posix()} {digest}\n".encode())
     return whole.hexdigest()
 
 

@@ -7,22 +7,25 @@ added in the order of the views, whichever is done first, so that any number of 
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+
+import numpy as np
 
 from calib.setup import LeftOut, Setup, ViewSetup
 from capture.errors import InputError
 from capture.photoset import View
 from capture.radiance import RadianceImage, exposure_fault
 from capture.reader import RadianceReader
+from photogonio.provenance import hash_file
 from photogonio.store import Store, code_key, key_of
 from reconstruct.directions import ReduceOptions, region_of
 from reconstruct.reduce import reduce_view
 from reconstruct.table import FacetTable, add_tables
 
 BORDER = 24  # pixels around the sample that are read too: finding spots and spills takes neighbours
+SPARSE = 4  # every so many pixels tell whether a photo is black or full
 
 
 class ReadAhead:
@@ -67,6 +70,7 @@ class Reduced:
     table: FacetTable
     left_out: tuple[LeftOut, ...]
     at_hand: int
+    hashes: Mapping[str, str]  # SHA-256 of the photos' files, by file; none where no store asked for them
 
 
 def reduce_photos(
@@ -103,7 +107,8 @@ def reduce_photos(
         raise InputError(
             where, f"no sample photo can be used: {failed[0].reason if failed else 'none is left'}"
         )
-    return Reduced(add_tables(tables), failed, sum(r.at_hand for r in results if isinstance(r, _Done)))
+    at_hand = sum(result.at_hand for result in results if isinstance(result, _Done))
+    return Reduced(add_tables(tables), failed, at_hand, job.hashes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +143,7 @@ class _Job:
         self.reader, self.setup, self.level, self.options = reader, setup, level, options
         self.threads, self.store = threads, store
         self.views = {view.name: view for view in reader.photoset.views("sample")}
+        self.hashes: dict[str, str] = {}
         self.shared = None if store is None else _shared_key(reader, setup, level, options)
 
     def run(self, view: ViewSetup) -> _Done:
@@ -158,7 +164,7 @@ class _Job:
         if region[0] == region[2]:
             raise InputError(view.name, "the sample is outside the picture")
         radiance = self.reader.read(photos, _with_border(region, self.setup.camera.size))
-        fault = exposure_fault(radiance)
+        fault = exposure_fault(radiance, np.s_[::SPARSE, ::SPARSE])
         if fault:
             raise InputError(view.name, fault)
         table = reduce_view(self.setup, view, radiance, self.level, self.options, threads=self.threads)
@@ -168,13 +174,12 @@ class _Job:
 
     def _photo_key(self, view: View) -> str:
         """Of the bytes of a view's files, and of what the reader knows of them and their light."""
-        hashes = []
         for photo in view.photos:
             try:
-                with (self.reader.photoset.folder / photo.file).open("rb") as file:
-                    hashes.append(hashlib.file_digest(file, "sha256").hexdigest())
+                self.hashes[photo.file] = hash_file(self.reader.photoset.folder / photo.file)
             except OSError as error:
                 raise InputError(photo.file, f"cannot be read: {error.strerror}") from error
+        hashes = [self.hashes[photo.file] for photo in view.photos]
         exposures = [self.reader.exposures.get(photo.file) for photo in view.photos]
         return key_of(hashes, exposures, view.light)
 

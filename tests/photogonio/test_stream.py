@@ -13,6 +13,7 @@ from capture.errors import InputError
 from capture.manifest import load_photoset
 from capture.photoset import MirrorBall, Sphere
 from capture.prepare import prepare
+from photogonio.provenance import hash_file, hash_photos
 from photogonio.store import Store, default_store, key_of
 from photogonio.stream import ReadAhead, reduce_photos
 from reconstruct.directions import ReduceOptions
@@ -95,6 +96,9 @@ def test_finished_photos_are_at_hand_and_give_the_same_bytes(job):
     first, second = job.run(store=job.store), job.run(store=job.store, workers=2)
     assert (first.at_hand, second.at_hand) == (0, 3)
     assert bytes_of(plain.table) == bytes_of(first.table) == bytes_of(second.table)
+    assert first.hashes == second.hashes == {f: hash_file(job.folder / f) for f in job.files}
+    files = [*job.files, "photoset.toml"]
+    assert hash_photos(job.folder, files, known=first.hashes) == hash_photos(job.folder, files)
 
 
 def test_a_run_that_was_broken_off_goes_on(job):
