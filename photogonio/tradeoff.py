@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -115,7 +116,12 @@ def tradeoffs(
         *(("order", str(n), False, lambda n=n: bench.error(table, order=n)) for n in turn.orders),
         ("order", "auto", True, lambda: bench.error(table)),
         *(
-            ("pixels", f"1/{k * k}", k == 1, lambda k=k: bench.error(bench.table(level, stride=k)))
+            (
+                "pixels",
+                f"1/{k * k}",
+                k == 1,
+                lambda k=k: bench.error(bench.table(coarser(level, k), stride=k)),
+            )
             for k in turn.strides
         ),
         ("table or samples", f"table {level}", True, lambda: bench.error(bench.table(level))),
@@ -135,6 +141,11 @@ def tradeoffs(
         points.append(Point(knob, setting, time.process_time() - start, error, auto))
         tell(done, len(settings))
     return mark_knees([point for point in points if np.isfinite(point.error)])
+
+
+def coarser(level: int, stride: int) -> int:
+    """The level whose cells hold as many pixels when only every ``stride``-th in x and y is used."""
+    return max(1, level - round(math.log2(stride)))
 
 
 def direct_table(bench: Bench, count: int) -> FacetTable:
@@ -214,8 +225,8 @@ def _front(points: Iterable[Point]) -> list[Point]:
 def _knee(front: Sequence[Point]) -> Point | None:
     if len(front) == 0:
         return None
-    if len(front) < 3:
-        return front[0]
+    if len(front) < 3:  # no chord to lie below: the better bargain
+        return min(front, key=lambda p: p.seconds * p.error)
     x = np.log([point.seconds for point in front])
     y = np.log([point.error for point in front])
     x, y = (x - x[0]) / (x[-1] - x[0]), (y - y[-1]) / (y[0] - y[-1])
