@@ -1,0 +1,130 @@
+"""The setup's file gives back what was written, and is refused when it is not one."""
+
+import json
+from dataclasses import fields, is_dataclass
+
+import numpy as np
+import pytest
+
+from calib.camera import Camera, Pose
+from calib.setup import LeftOut, Light, Marks, Setup, ViewSetup, load_setup, save_setup
+from capture.errors import InputError
+from capture.photoset import MirrorBall, Plane, Sphere
+
+
+def view(name: str, rng: np.random.Generator, kind: str = "point", **more: object) -> ViewSetup:
+    place = rng.normal(size=3)
+    light = Light("lamp", kind, place / np.linalg.norm(place), rng.normal(size=(3, 3)), "mirror balls", 3.5)
+    pose = Pose.from_rodrigues(rng.normal(size=3), rng.normal(size=3) / 3)
+    return ViewSetup(name, light, pose, rng.random(3), rng.random(3), "white patch", **more)
+
+
+def setup(sample: Sphere | Plane) -> Setup:
+    rng = np.random.default_rng(5)
+    marks = Marks(*(rng.normal(size=(n, 2)) for n in (4, 4, 0, 7, 2, 2)))
+    full = view("sample/ä 1.png", rng, pose_rms=0.1, pose_covariance=rng.normal(size=(6, 6)), marks=marks)
+    return Setup(
+        camera=Camera(rng.normal(size=(3, 3)), rng.normal(size=5), (640, 480)),
+        sample=sample,
+        views=(full, view("b.png", rng, "directional")),
+        scale="absolute",
+        channels=("R", "G", "B"),
+        left_out=(LeftOut("c.png", "no board"),),
+        warnings=("a lamp is far",),
+        residuals={"rms": 0.1 + 0.2, "names": ["a", "b"], "good": True},
+        source={"program": "photogonio"},
+        mirror_balls=(MirrorBall(rng.normal(size=3), 0.1 + 0.7),),
+    )
+
+
+SAMPLES = [Sphere(np.array([0.1, 1 / 3, 7.0]), 7.1), Plane(np.array([[0.0, 0], [1, 0], [1, 1.1]]), 0.3)]
+
+
+def same(a: object, b: object) -> None:
+    """Equal to the last bit, NaN to NaN."""
+    if is_dataclass(a):
+        assert type(a) is type(b)
+        for f in fields(a):
+            same(getattr(a, f.name), getattr(b, f.name))
+    elif isinstance(a, np.ndarray):
+        np.testing.assert_array_equal(a, b)
+        assert a.shape == b.shape
+    elif isinstance(a, tuple):
+        assert isinstance(b, tuple) and len(a) == len(b)
+        for x, y in zip(a, b, strict=True):
+            same(x, y)
+    else:
+        assert a == b or (a != a and b != b)
+
+
+@pytest.mark.parametrize("sample", SAMPLES, ids=["sphere", "plane"])
+def test_a_setup_comes_back_to_the_last_bit(tmp_path, sample):
+    whole = setup(sample)
+    save_setup(whole, tmp_path / "setup.json")
+    same(whole, load_setup(tmp_path / "setup.json"))
+
+
+def test_saving_what_was_loaded_writes_the_same_bytes_and_leaves_no_part(tmp_path):
+    save_setup(setup(SAMPLES[0]), tmp_path / "one.json")
+    save_setup(load_setup(tmp_path / "one.json"), tmp_path / "two.json")
+    assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["one.json", "two.json"]
+
+
+def test_the_file_is_strict_json(tmp_path):
+    save_setup(setup(SAMPLES[0]), tmp_path / "setup.json")
+
+    def refuse(text: str) -> None:
+        raise AssertionError(f"{text} is not JSON")
+
+    json.loads((tmp_path / "setup.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"not json", b"\xff\xfe\x00", b"[]", b"null", b"{}", b'{"format": "another"}'],
+)
+def test_what_is_no_setup_is_refused_by_name(tmp_path, content):
+    path = tmp_path / "setup.json"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"setup\.json"):
+        load_setup(path)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere\.json"):
+        load_setup(tmp_path / "nowhere.json")
+
+
+@pytest.mark.parametrize("key", ["camera", "sample", "views", "scale", "channels", "left_out"])
+def test_a_setup_without_a_part_is_refused(tmp_path, key):
+    path = tmp_path / "setup.json"
+    save_setup(setup(SAMPLES[0]), path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    del data[key]
+    path.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(InputError, match=key):
+        load_setup(path)
+
+
+def test_a_number_that_is_a_word_is_refused(tmp_path):
+    path = tmp_path / "setup.json"
+    save_setup(setup(SAMPLES[0]), path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    data["views"][0]["strength"] = ["bright", 1, 1]
+    path.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(InputError, match="bright"):
+        load_setup(path)
+
+
+def test_light_falls_off_with_the_square_only_when_near():
+    points = np.array([[0.0, 0, 0], [0, 0, 1.0], [3.0, 0, 0]])
+    near = Light("a", "point", np.array([0, 0, 4.0]), np.zeros((3, 3)), "given")
+    toward, falloff = near.toward(points)
+    np.testing.assert_allclose(falloff, [1 / 16, 1 / 9, 1 / 25], rtol=1e-14)
+    reached = points + toward / np.sqrt(falloff)[:, None]
+    np.testing.assert_allclose(reached, near.place[None].repeat(3, 0), atol=1e-14)
+    far = Light("b", "directional", np.array([0.6, 0, 0.8]), np.zeros((3, 3)), "given")
+    toward, falloff = far.toward(points)
+    np.testing.assert_array_equal(falloff, 1.0)
+    np.testing.assert_array_equal(toward, far.place[None].repeat(3, 0))
