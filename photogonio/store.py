@@ -39,13 +39,15 @@ class Store:
             return None
         return table
 
-    def put(self, key: str, table: FacetTable) -> None:
+    def put(self, key: str, table: FacetTable) -> bool:
+        """Keep a table; False if the disk is full or cannot be written, which must not end a run."""
         path = self._path(key)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             save_table(table, path, compress=False)  # a tenth of the time
-        except OSError:  # a full or read-only disk must not end the run
-            return
+        except OSError:
+            return False
+        return True
 
     def prune(self, most_bytes: int = MOST_BYTES) -> None:
         """Drop what was not used for longest until the rest fits in ``most_bytes``."""

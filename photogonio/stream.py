@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import nullcontext
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -88,33 +91,44 @@ def reduce_photos(
     Raises:
         InputError: no view can be used.
     """
-    job = _Job(reader, setup, level, options, max(1, workers // max(1, len(setup.views))), store)
-    pool = ThreadPoolExecutor(max(1, min(workers, len(setup.views))))
+    threads = max(1, workers // max(1, len(setup.views)))
+    with nullcontext(store.folder) if store else TemporaryDirectory() as folder:
+        job = _Job(reader, setup, level, options, threads, Store(Path(folder)), named=store is not None)
+        results = _run_all(job, workers, progress)
+        done = [result for result in results if isinstance(result, _Done)]
+        failed = tuple(result for result in results if isinstance(result, LeftOut))
+        if not done:
+            where = failed[0].name if failed else reader.photoset.folder
+            why = failed[0].reason if failed else "none is left"
+            raise InputError(where, f"no sample photo can be used: {why}")
+        table = add_tables([job.table(one) for one in done])
+    if store is not None:
+        store.prune()
+    return Reduced(table, failed, sum(one.at_hand for one in done), job.hashes)
+
+
+@dataclass(frozen=True, slots=True)
+class _Done:
+    """A view whose table is in the store, or, where that failed, here."""
+
+    view: ViewSetup
+    key: str
+    table: FacetTable | None
+    at_hand: bool
+
+
+def _run_all(job: _Job, workers: int, progress: Callable[[int, int], None]) -> list[_Done | LeftOut]:
+    """Every view's result, in the order of the views."""
+    views = job.setup.views
+    pool = ThreadPoolExecutor(max(1, min(workers, len(views))))
     try:
-        futures = [pool.submit(job.run, view) for view in setup.views]
+        futures = [pool.submit(job.run, view) for view in views]
         for done, future in enumerate(as_completed(futures), 1):
             _raise_unless_input(future)
             progress(done, len(futures))
     finally:
         pool.shutdown(cancel_futures=True)  # after Ctrl-C: only the photos that are being decoded
-    if store is not None:
-        store.prune()
-    results = [_result(view, future) for view, future in zip(setup.views, futures, strict=True)]
-    tables = [result.table for result in results if isinstance(result, _Done)]
-    failed = tuple(result for result in results if isinstance(result, LeftOut))
-    if not tables:
-        where = failed[0].name if failed else reader.photoset.folder
-        raise InputError(
-            where, f"no sample photo can be used: {failed[0].reason if failed else 'none is left'}"
-        )
-    at_hand = sum(result.at_hand for result in results if isinstance(result, _Done))
-    return Reduced(add_tables(tables), failed, at_hand, job.hashes)
-
-
-@dataclass(frozen=True, slots=True)
-class _Done:
-    table: FacetTable
-    at_hand: bool
+    return [_result(view, future) for view, future in zip(views, futures, strict=True)]
 
 
 def _raise_unless_input(future: Future) -> None:
@@ -129,7 +143,7 @@ def _result(view: ViewSetup, future: Future) -> _Done | LeftOut:
 
 
 class _Job:
-    """What all views share."""
+    """What all views share. Finished tables wait in the store, not in memory, until they are added."""
 
     def __init__(
         self,
@@ -138,32 +152,35 @@ class _Job:
         level: int,
         options: ReduceOptions,
         threads: int,
-        store: Store | None,
+        store: Store,
+        *,
+        named: bool,
     ):
         self.reader, self.setup, self.level, self.options = reader, setup, level, options
         self.threads, self.store = threads, store
         self.views = {view.name: view for view in reader.photoset.views("sample")}
         self.hashes: dict[str, str] = {}
-        self.shared = None if store is None else _shared_key(reader, setup, level, options)
+        # without a store to keep them in, results need no more than a number
+        self.shared = _shared_key(reader, setup, level, options) if named else None
 
     def run(self, view: ViewSetup) -> _Done:
-        """One view's table. Raises InputError if the view cannot be used."""
-        photos = self.views[view.name]
-        if self.store is None:
-            return _Done(self._reduce(view, photos), False)
-        key = key_of(self.shared, view, self._photo_key(photos))
-        table = self.store.get(key)
-        if table is not None:
-            return _Done(table, True)
-        table = self._reduce(view, photos)
-        self.store.put(key, table)
-        return _Done(table, False)
+        """Sees to it that one view's table is in the store. Raises InputError if the view cannot be used."""
+        key = key_of(view.name) if self.shared is None else key_of(self.shared, view, self._photo_key(view))
+        if self.shared is not None and self.store.get(key) is not None:
+            return _Done(view, key, None, True)
+        table = self._reduce(view)
+        return _Done(view, key, None if self.store.put(key, table) else table, False)
 
-    def _reduce(self, view: ViewSetup, photos: View) -> FacetTable:
+    def table(self, done: _Done) -> FacetTable:
+        """The table of a finished view."""
+        found = self.store.get(done.key) if done.table is None else done.table
+        return self._reduce(done.view) if found is None else found  # another run may have cleared the store
+
+    def _reduce(self, view: ViewSetup) -> FacetTable:
         region = region_of(self.setup, view.pose)
         if region[0] == region[2]:
             raise InputError(view.name, "the sample is outside the picture")
-        radiance = self.reader.read(photos, _with_border(region, self.setup.camera.size))
+        radiance = self.reader.read(self.views[view.name], _with_border(region, self.setup.camera.size))
         fault = exposure_fault(radiance, np.s_[::SPARSE, ::SPARSE])
         if fault:
             raise InputError(view.name, fault)
@@ -172,16 +189,17 @@ class _Job:
             raise InputError(view.name, "no pixel of the sample can be used")
         return table
 
-    def _photo_key(self, view: View) -> str:
+    def _photo_key(self, view: ViewSetup) -> str:
         """Of the bytes of a view's files, and of what the reader knows of them and their light."""
-        for photo in view.photos:
+        photos, light = self.views[view.name].photos, self.views[view.name].light
+        for photo in photos:
             try:
                 self.hashes[photo.file] = hash_file(self.reader.photoset.folder / photo.file)
             except OSError as error:
                 raise InputError(photo.file, f"cannot be read: {error.strerror}") from error
-        hashes = [self.hashes[photo.file] for photo in view.photos]
-        exposures = [self.reader.exposures.get(photo.file) for photo in view.photos]
-        return key_of(hashes, exposures, view.light)
+        hashes = [self.hashes[photo.file] for photo in photos]
+        exposures = [self.reader.exposures.get(photo.file) for photo in photos]
+        return key_of(hashes, exposures, light)
 
 
 def _shared_key(reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions) -> str:

@@ -180,11 +180,12 @@ def add_tables(tables: Sequence[FacetTable]) -> FacetTable:
     groups = tuple(dict.fromkeys(name for table in tables for name in table.groups))
     number = {name: k for k, name in enumerate(groups)}
     left_out = np.zeros((len(groups), len(LEFT_OUT)), np.int64)
-    keys = []
-    for table in tables:
-        place = np.array([number[name] for name in table.groups], np.int64)
+    places = [np.array([number[name] for name in table.groups], np.int32) for table in tables]
+    for table, place in zip(tables, places, strict=True):
         np.add.at(left_out, place[: len(table.left_out)], table.left_out)
-        keys.append(pair_keys(place[table.group], table.facet_i, table.facet_r, table.level))
+    if len(groups) == sum(len(table.groups) for table in tables):
+        return _one_after_another(tables, places, groups, left_out)
+    keys = [pair_keys(p[t.group], t.facet_i, t.facet_r, t.level) for t, p in zip(tables, places, strict=True)]
     return table_of_sums(
         level=first.level,
         channels=first.channels,
@@ -194,6 +195,18 @@ def add_tables(tables: Sequence[FacetTable]) -> FacetTable:
         sums=np.concatenate([_stacked(table) for table in tables]),
         left_out=left_out,
     )
+
+
+def _one_after_another(
+    tables: Sequence[FacetTable], places: Sequence[np.ndarray], groups: tuple[str, ...], left_out: np.ndarray
+) -> FacetTable:
+    """The sum of tables that share no group: nothing is added, and memory holds everything but twice."""
+    columns = {
+        name: np.concatenate([getattr(table, name) for table in tables])
+        for name in ("facet_i", "facet_r", *_SUMS)
+    }
+    group = np.concatenate([place[table.group] for table, place in zip(tables, places, strict=True)])
+    return replace(tables[0], groups=groups, group=group, left_out=left_out, **columns)
 
 
 def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:
