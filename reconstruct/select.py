@@ -23,6 +23,7 @@ FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
 IMMATERIAL = 0.005  # of the loss: a gain of less is not worth a higher order
 WORTH_A_LOBE = 0.25  # of the loss: every lobe must lower it by as much
+SAVED = 0.2  # of the modes: or make do with as few
 BLOCK = np.radians(15.0)
 SMOOTHNESS = 2.0  # power of a mode's degree in the prior's precision
 STRENGTHS = tuple(
@@ -124,26 +125,46 @@ def choose(candidates: list[Candidate], tolerated: float = 0.0) -> tuple[Candida
     """The simplest candidate that predicts as well as the best, and the best.
 
     A lobe must pay: fewer lobes are kept unless more lower the loss by :data:`WORTH_A_LOBE` and by more than its
-    standard error. Losses that differ by less than ``tolerated`` count as equal: calibration and stray light leave
-    misfits of that size, and a mode bought to follow them goes astray where no photo holds it. Among lobes that
-    predict equally well with as many modes, those are taken that need the modes least: whose loss with the fewest
-    modes tried is least.
+    standard error, or do as well with a share :data:`SAVED` of the modes. Losses that differ by less than
+    ``tolerated`` count as equal: calibration and stray light leave misfits of that size, and a mode bought to follow
+    them goes astray where no photo holds it. Among lobes that predict equally well with as many modes, those are
+    taken that need the modes least: whose loss with the fewest modes tried is least.
     """
     best = min(candidates, key=lambda one: one.loss.mean())
+    simple: list[Candidate] = []
     for lobes in sorted({len(one.lobes.families) for one in candidates}):
-        simple = [one for one in candidates if len(one.lobes.families) == lobes]
-        least = min(simple, key=lambda one: one.loss.mean())
-        excess = least.loss - best.loss
-        if excess.mean() <= tolerated + WORTH_A_LOBE * best.loss.mean() or _within_one_error(
-            least.loss, best.loss
-        ):
-            break
-    good = [one for one in simple if _as_good(one.loss, least.loss, tolerated)]
-    order = min(one.order for one in good)
-    good = [one for one in good if one.order == order]
+        more = [one for one in candidates if len(one.lobes.families) == lobes]
+        if not simple or _pays(more, simple, best, tolerated):
+            simple = more
+    good = _simplest(simple, tolerated)
     alone = {id(one.lobes): _alone(simple, one.lobes) for one in good}
     lobes = min((one.lobes for one in good), key=lambda lobes: alone[id(lobes)])
     return min((one for one in good if one.lobes is lobes), key=lambda one: one.loss.mean()), best
+
+
+def _pays(more: list[Candidate], fewer: list[Candidate], best: Candidate, tolerated: float) -> bool:
+    """Whether models with more lobes are worth it, in loss or in modes."""
+    least, with_more = (min(some, key=lambda one: one.loss.mean()) for some in (fewer, more))
+    gain = least.loss - with_more.loss
+    if gain.mean() > tolerated + WORTH_A_LOBE * best.loss.mean() and not _within_one_error(
+        least.loss, with_more.loss
+    ):
+        return True
+    enough = [one for one in more if one.loss.mean() <= least.loss.mean()]
+    saved = _modes_of(_simplest(fewer, tolerated)[0])
+    return bool(enough) and min(map(_modes_of, enough)) <= SAVED * saved
+
+
+def _simplest(candidates: list[Candidate], tolerated: float) -> list[Candidate]:
+    """Those of the lowest order that predict as well as the best."""
+    least = min(candidates, key=lambda one: one.loss.mean())
+    good = [one for one in candidates if _as_good(one.loss, least.loss, tolerated)]
+    order = min(one.order for one in good)
+    return [one for one in good if one.order == order]
+
+
+def _modes_of(candidate: Candidate) -> int:
+    return len(Basis("isotropic", candidate.order).modes)
 
 
 def _alone(candidates: list[Candidate], lobes: LobeSet) -> float:
