@@ -4,7 +4,7 @@ The public API; everything is imported on first use, so that the command line an
 
     import photogonio
     result = photogonio.process("my-set", "my-set-brdf")
-    result.brdf.evaluate(incident, exit)
+    result.brdf(incident, exit)  # unit vectors (..., 3) in the tangent frame
 """
 
 from importlib import import_module
