@@ -1,0 +1,91 @@
+"""A board as a camera sees it, drawn by following every pixel's rays to the paper; nothing of the detector's."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from calib.camera import Camera, Pose
+from calib.looking import Reader
+from capture.photoset import Board, Photo, PhotoSet, Sphere, View
+from capture.radiance import RadianceImage
+
+BOARD = Board("charuco", "DICT_4X4_50", squares=(8, 6), square_length=12.0, marker_length=9.0)
+SIZE = (480, 360)
+CAMERA = Camera(
+    np.array([[700.0, 0, 243.2], [0, 703.0, 176.7], [0, 0, 1]]),
+    np.array([-0.1, 0.06, 4e-4, -3e-4, 0.0]),
+    SIZE,
+)
+_SCALE = 80  # pixels of the pattern a square: markers, their cells and gaps are whole numbers of them
+_RAYS = 4  # a side of each pixel
+BLACK, WHITE = 0.04, 0.8
+
+
+def pattern() -> np.ndarray:
+    """The print seen from the front, upright, (h, w) float32."""
+    marks = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    made = cv2.aruco.CharucoBoard(BOARD.squares, BOARD.square_length, BOARD.marker_length, marks)
+    size = tuple(_SCALE * n for n in BOARD.squares)
+    return np.where(made.generateImage(size, marginSize=0) > 127, WHITE, BLACK).astype(np.float32)
+
+
+def looking_at(eye: np.ndarray, target: np.ndarray, roll: float = 0.0) -> Pose:
+    """The pose of a camera at ``eye`` that has ``target`` on its axis and world y up, then rolled."""
+    axis = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(axis, [0, 1.0, 0])
+    right /= np.linalg.norm(right)
+    turn = np.stack([right, np.cross(axis, right), axis])
+    spin = Pose.from_rodrigues(np.array([0, 0, roll]), np.zeros(3)).rotation
+    return Pose(spin @ turn, -spin @ turn @ eye)
+
+
+def plane_points(camera: Camera, pose: Pose, height: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Where rays of every pixel's parts meet the plane z = height, two (rays, h, w) arrays of world x and y."""
+    width, rows = camera.size
+    x, y = np.meshgrid(np.arange(float(width)), np.arange(float(rows)))
+    rays = camera.rays(np.column_stack([x.ravel(), y.ravel()]))
+    flat = (rays[:, :2] / rays[:, 2:]).reshape(rows, width, 2)
+    down, across = np.gradient(flat, axis=(0, 1))
+    line = (np.arange(_RAYS) + 0.5) / _RAYS - 0.5
+    found = []
+    for dy in line:
+        for dx in line:
+            part = flat + dx * across + dy * down
+            world = np.concatenate([part, np.ones((rows, width, 1))], axis=2) @ pose.rotation
+            reach = (height - pose.center[2]) / world[..., 2]
+            found.append(pose.center[:2] + reach[..., None] * world[..., :2])
+    return np.array(found)[..., 0], np.array(found)[..., 1]
+
+
+def draw(camera: Camera, pose: Pose, noise: float, seed: int) -> np.ndarray:
+    """Linear radiance (h, w) of the board on a mid-gray table, each pixel the mean over its square."""
+    x, y = plane_points(camera, pose)
+    print_ = pattern()
+    column = (x * _SCALE / BOARD.square_length - 0.5).astype(np.float32)
+    row = (print_.shape[0] - y * _SCALE / BOARD.square_length - 0.5).astype(np.float32)
+    parts = [
+        cv2.remap(print_, c, r, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=WHITE)
+        for c, r in zip(column, row, strict=True)
+    ]
+    image = np.mean(parts, axis=0)
+    return image + noise * np.random.default_rng(seed).normal(size=image.shape)
+
+
+def radiance(level: np.ndarray, noise: float, channels: int = 1) -> RadianceImage:
+    """A picture without blemish."""
+    value = np.repeat(level[..., None], channels, axis=2).astype(np.float32)
+    clear = np.ones(level.shape, bool)
+    return RadianceImage(value, np.full_like(value, max(noise, 1e-5) ** 2), clear, ~clear)
+
+
+def reader_of(board: Board, images: dict[str, RadianceImage]) -> Reader:
+    """Photos held in memory, all of role "calibration"."""
+    photos = tuple(Photo(name, "calibration") for name in images)
+    sample = Sphere(np.array([0, 0, 1.0]), 1.0)
+    photoset = PhotoSet(Path("."), "drawn", "mm", sample, "auto", photos, board)
+    return Reader(photoset, lambda _, view: images[view.name])
+
+
+def views_of(reader: Reader) -> tuple[View, ...]:
+    return reader.photoset.views("calibration")

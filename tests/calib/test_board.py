@@ -1,0 +1,141 @@
+"""The board's frame, and its corners in drawn and in real photos: above all that they are not off on one side."""
+
+import itertools
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from calib.board import board_points, board_size, dictionary, find_corners
+from calib.intrinsics import fit_camera, quick_camera
+from calib.looking import look, look_closer
+from calib.pose import fit_pose
+from capture.errors import InputError
+from capture.photoset import Board
+from tests.calib.drawn import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "charuco-photos"
+NOISE = 0.004
+MIDDLE = np.append(board_size(BOARD) / 2, 0.0)
+OFFSETS = ((5, 3, 185), (90, 20, 160), (-75, 40, 165), (20, 95, 160), (-15, -90, 165), (60, -60, 170))
+POSES = [looking_at(MIDDLE + np.array(o, float), MIDDLE, 0.3 * k - 0.7) for k, o in enumerate(OFFSETS)]
+
+
+def quiet(label: str, done: int, total: int) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def reader():
+    images = {f"{k}.png": radiance(draw(CAMERA, p, NOISE, k), NOISE) for k, p in enumerate(POSES)}
+    return reader_of(BOARD, images)
+
+
+@pytest.fixture(scope="module")
+def first(reader):
+    return look(reader, views_of(reader), quiet, "")
+
+
+@pytest.fixture(scope="module")
+def closer(reader, first):
+    return look_closer(reader, quick_camera([s.corners for s in first], SIZE), first, quiet)
+
+
+def misses(seen) -> np.ndarray:
+    """Found less true pixel of every corner of all photos, (n, 2)."""
+    pairs = zip(seen, POSES, strict=True)
+    return np.concatenate([s.corners.pixels - CAMERA.project(p, s.corners.points) for s, p in pairs])
+
+
+def test_x_runs_right_y_up_and_z_out_of_the_print():
+    points = board_points(BOARD).reshape(5, 7, 3)  # OpenCV numbers them in rows from the top left
+    right, down = points[:, 1:] - points[:, :-1], points[1:] - points[:-1]
+    np.testing.assert_allclose(right, np.broadcast_to([12.0, 0, 0], right.shape), atol=1e-5)
+    np.testing.assert_allclose(down, np.broadcast_to([0, -12.0, 0], down.shape), atol=1e-5)
+    np.testing.assert_allclose(points[-1, 0], [12.0, 12.0, 0], atol=1e-5)  # origin: bottom left of the print
+
+
+def test_markers_of_a_grid_stand_clockwise_from_their_top_left():
+    board = Board("aruco-grid", "DICT_4X4_50", markers=(3, 2), marker_length=5.0, marker_separation=1.0)
+    np.testing.assert_allclose(board_size(board), [17.0, 11.0])
+    points = board_points(board).reshape(6, 4, 3)
+    np.testing.assert_allclose(points[0], [[0, 11, 0], [5, 11, 0], [5, 6, 0], [0, 6, 0]], atol=1e-5)
+    np.testing.assert_allclose(points[5], [[12, 5, 0], [17, 5, 0], [17, 0, 0], [12, 0, 0]], atol=1e-5)
+
+
+def test_an_unknown_dictionary_is_refused():
+    with pytest.raises(InputError, match="DICT_NONE"):
+        dictionary("DICT_NONE")
+
+
+@pytest.mark.parametrize("stage", ["first", "closer"])
+def test_corners_have_no_bias_and_little_scatter(stage, request):
+    miss = misses(request.getfixturevalue(stage))
+    assert len(miss) > 0.9 * len(POSES) * len(board_points(BOARD))
+    assert np.abs(miss.mean(0)).max() < 0.02, miss.mean(0)
+    assert np.sqrt((miss**2).sum(1).mean()) < 0.2
+
+
+def test_the_whole_print_places_corners_better_than_their_saddle_points(first, closer):
+    assert (misses(closer) ** 2).mean() < (misses(first) ** 2).mean()
+
+
+def test_a_picture_shifted_by_whole_pixels_shifts_its_corners(reader):
+    level = reader(views_of(reader)[0]).value[..., 0]
+    gray = (np.sqrt(np.clip(level, 0, 1)) * 255).astype(np.uint8)
+    whole = find_corners(BOARD, gray, level)
+    part = find_corners(BOARD, gray[9:, 14:].copy(), level[9:, 14:].copy())
+    _, here, there = np.intersect1d(whole.ids, part.ids, return_indices=True)
+    assert len(here) > 25
+    # each stops within a hundredth of a pixel of where it converges
+    np.testing.assert_allclose(part.pixels[there] + [14, 9], whole.pixels[here], atol=0.02)
+
+
+def test_an_empty_picture_holds_no_corners():
+    blank = np.full((120, 160), 90, np.uint8)
+    assert len(find_corners(BOARD, blank, blank.astype(np.float32) / 255)) == 0
+
+
+def test_the_pose_is_found_again_within_its_error(closer):
+    for one, pose in zip(closer, POSES, strict=True):
+        fit = fit_pose(CAMERA, one.corners)
+        assert fit is not None and fit.pose.center[2] > 0
+        np.testing.assert_allclose(fit.pose.center, pose.center, atol=0.002 * np.linalg.norm(pose.center))
+
+
+def test_camera_comes_back_from_drawn_photos(closer):
+    fit = fit_camera([s.corners for s in closer], SIZE)
+    assert fit is not None
+    assert fit.rms < 0.2
+    focal = fit.camera.matrix[[0, 1], [0, 1]]
+    true = CAMERA.matrix[[0, 1], [0, 1]]
+    assert np.abs(focal / true - 1).max() < 0.005
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared real photos are absent")
+def test_real_photos_give_the_published_camera():
+    board = Board("charuco", "DICT_6X6_250", squares=(5, 7), square_length=0.04, marker_length=0.02)
+    images = {}
+    for path in sorted(SHARED.glob("*.jpg")):
+        coded = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) / 255.0
+        linear = np.where(coded > 0.04045, ((coded + 0.055) / 1.055) ** 2.4, coded / 12.92)
+        images[path.name] = radiance(linear, 0.01)
+    reader = reader_of(board, images)
+    seen = look(reader, views_of(reader), quiet, "")
+    size = seen[0].size
+    closer = look_closer(reader, quick_camera([s.corners for s in seen], size), seen, quiet)
+    fit = fit_camera([s.corners for s in closer], size)
+    published = cv2.FileStorage(str(SHARED / "reference.yml"), cv2.FILE_STORAGE_READ)
+    focal = published.getNode("camera_matrix").mat()[[0, 1], [0, 1]]
+    assert fit is not None
+    assert fit.rms <= min(0.2, published.getNode("avg_reprojection_error").real())
+    off = (fit.camera.matrix[[0, 1], [0, 1]] - focal) / fit.standard_errors[:2]
+    assert np.abs(off).max() <= 3.0, (fit.camera.matrix, fit.standard_errors)
+    assert (fit.standard_errors[:2] < 0.1 * focal).all()  # four photos alike tell it to about 4 %
+
+
+def test_every_corner_has_one_number(closer):
+    for a, b in itertools.pairwise(np.sort(one.corners.ids) for one in closer):
+        assert len(np.unique(a)) == len(a)
+        assert len(np.unique(b)) == len(b)
