@@ -118,6 +118,6 @@ def code_key() -> str:
     """A hash of the program text that photos go through, and of the libraries' versions."""
     digest = hashlib.blake2b(f"{np.__version__} {cv2.__version__} {sys.version_info[:2]}".encode())
     for package in (capture, calib, reconstruct):
-        for path in sorted(Path(package.__file__).parent.glob("*.py")):
+        for path in sorted(Path(str(package.__file__)).parent.glob("*.py")):
             digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-
 from calib.setup import LeftOut, Setup, ViewSetup
 from capture.errors import InputError
 from capture.photoset import View
@@ -181,7 +179,7 @@ class _Job:
         if region[0] == region[2]:
             raise InputError(view.name, "the sample is outside the picture")
         radiance = self.reader.read(self.views[view.name], _with_border(region, self.setup.camera.size))
-        fault = exposure_fault(radiance, np.s_[::SPARSE, ::SPARSE])
+        fault = exposure_fault(_sparse(radiance))
         if fault:
             raise InputError(view.name, fault)
         table = reduce_view(self.setup, view, radiance, self.level, self.options, threads=self.threads)
@@ -200,6 +198,12 @@ class _Job:
         hashes = [self.hashes[photo.file] for photo in photos]
         exposures = [self.reader.exposures.get(photo.file) for photo in photos]
         return key_of(hashes, exposures, light)
+
+
+def _sparse(radiance: RadianceImage) -> RadianceImage:
+    """Every SPARSE-th pixel of every SPARSE-th row."""
+    names = ("value", "variance", "valid", "saturated")
+    return RadianceImage(*(getattr(radiance, name)[::SPARSE, ::SPARSE] for name in names))
 
 
 def _shared_key(reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions) -> str:

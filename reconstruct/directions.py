@@ -84,15 +84,18 @@ def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> Scene:
     """Everything about one view that the reduction needs."""
     eye, light = view.pose.center, view.light
     sample = setup.sample
-    spherical = isinstance(sample, Sphere)
+    if isinstance(sample, Sphere):
+        sphere, height, outline = np.array([*sample.center, sample.radius]), 0.0, np.zeros((0, 3))
+    else:
+        sphere, height, outline = np.zeros(4), sample.height, cone_of(eye, _corners(sample))
     balls, bounds = balls_beside(options.mirror_balls, sample), bounding_ball(sample)
     margin = options.margin / float(min(setup.camera.matrix[0, 0], setup.camera.matrix[1, 1]))
     return Scene(
         eye=eye,
         rotation=view.pose.rotation,
-        sphere=np.array([*sample.center, sample.radius]) if spherical else np.zeros(4),
-        height=0.0 if spherical else sample.height,
-        outline=np.zeros((0, 3)) if spherical else cone_of(eye, _corners(sample)),
+        sphere=sphere,
+        height=height,
+        outline=outline,
         margin=margin,
         covering=may_cover(balls, bounds, eye, margin),
         shading=may_shade(balls, bounds, light, options.lamp_angle),
@@ -103,7 +106,7 @@ def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> Scene:
         lamp_angle=options.lamp_angle,
         cos_i_min=float(np.cos(options.theta_i_max)),
         cos_r_min=float(np.cos(options.theta_r_max)),
-        isotropic=spherical or options.isotropic,
+        isotropic=isinstance(sample, Sphere) or options.isotropic,
         strength=np.asarray(view.strength, float),
         light=light,
     )
@@ -135,7 +138,7 @@ def _silhouette(sample: Sphere | Plane, pose: Pose) -> np.ndarray:
         steps = np.linspace(0.0, 1.0, 32, endpoint=False)[:, None, None]
         return (corners + steps * (np.roll(corners, -1, axis=0) - corners)).reshape(-1, 3)
     axis = sample.center - pose.center
-    distance = np.linalg.norm(axis)
+    distance = float(np.linalg.norm(axis))
     axis = axis / distance
     sine = min(sample.radius / distance, 1.0)
     u = np.linalg.svd(axis[None])[2][1:]  # two unit vectors across the axis

@@ -151,8 +151,10 @@ def _band(
     width, c = region[2] - region[0], frame.value.shape[2]
     step = len(lens.weights)
     wide = (width // step + 2) * step  # rays are made for whole cells of the lens's grid
-    vectors, numbers = (np.zeros((3, wide)) for _ in range(5)), np.zeros((5, wide))
-    row = Row(np.zeros(wide, np.int8), *vectors, *numbers, np.zeros(wide, np.int64))
+    ray, point, normal, incident, exit_ = np.zeros((5, 3, wide))
+    depth, side, falloff, geometry, inverse = np.zeros((5, wide))
+    reason, key = np.zeros(wide, np.int8), np.zeros(wide, np.int64)
+    row = Row(reason, ray, point, normal, incident, exit_, depth, side, falloff, geometry, inverse, key)
     room = Cells(
         np.full(4 * FIRST_ROOM, -1, np.int32),
         np.zeros(FIRST_ROOM, np.int64),
@@ -177,7 +179,7 @@ def _band(
 
 def compiled_before() -> bool:
     """Whether a compiled kernel is on disk; the first use takes some seconds if none is."""
-    return any(Path(reduce_rows.stats.cache_path).glob("stages.reduce_rows-*.nbi"))
+    return any(Path(str(reduce_rows.stats.cache_path)).glob("stages.reduce_rows-*.nbi"))
 
 
 @lru_cache(maxsize=4)

@@ -22,6 +22,7 @@ import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -201,7 +202,7 @@ def _one_after_another(
     tables: Sequence[FacetTable], places: Sequence[np.ndarray], groups: tuple[str, ...], left_out: np.ndarray
 ) -> FacetTable:
     """The sum of tables that share no group: nothing is added, and memory holds everything but twice."""
-    columns = {
+    columns: dict[str, Any] = {
         name: np.concatenate([getattr(table, name) for table in tables])
         for name in ("facet_i", "facet_r", *_SUMS)
     }
@@ -274,7 +275,7 @@ def load_table(path: Path) -> FacetTable:
             path, f"is not a facet table of format {FORMAT}: lacks {missing or 'the format number'}"
         )
     arrays.pop("format")
-    scalars = {
+    scalars: dict[str, Any] = {
         "level": int(arrays.pop("level")),
         "isotropic": bool(arrays.pop("isotropic")),
         "channels": tuple(str(name) for name in arrays.pop("channels")),
