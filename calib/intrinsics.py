@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import cv2
@@ -110,12 +112,24 @@ def _beats(larger: float, smaller: float, count: int, terms: int) -> bool:
     return count * ((smaller / larger) ** 2 - 1) > _WORTH * max(terms, 1)
 
 
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """OpenCV on one thread: with more, calibrateCamera adds up in the order of the threads, and no two runs agree."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
+
+
 def _calibrate(views: list[Corners], size: tuple[int, int], flags: int) -> tuple[float, Camera, np.ndarray]:
     points = [np.ascontiguousarray(v.points, np.float32).reshape(-1, 1, 3) for v in views]
     pixels = [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in views]
-    rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(
-        points, pixels, size, np.eye(3), None, flags=flags
-    )
+    with _one_thread():
+        rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(
+            points, pixels, size, np.eye(3), None, flags=flags
+        )
     distortion = np.asarray(distortion, float).reshape(-1)[: 8 if flags & cv2.CALIB_RATIONAL_MODEL else 5]
     return float(rms), Camera(matrix, distortion, size), np.asarray(errors, float).reshape(-1)
 
