@@ -185,8 +185,12 @@ def test_a_signal_in_the_midst_of_writing_leaves_nothing(tmp_path, number):
         "--quiet",
     ]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
+
+    def heed() -> None:  # a job started in the background inherits that interrupts are ignored
+        signal.signal(number, signal.SIG_DFL)
+
     with subprocess.Popen(
-        command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True
+        command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True, preexec_fn=heed
     ) as process:
         while not any(tmp_path.rglob("*.png")) and process.poll() is None:
             time.sleep(0.05)
