@@ -229,6 +229,7 @@ def noise_of(sensor: Sensor, images: Sequence[Image]) -> NoiseModel:
         value, quantisation = linear_signal(image, image.pixels, sensor)
         usable = ~grown(saturated(image.pixels, sensor.clip, image.saturated))
         if image.pixels.dtype.kind == "u":
-            usable &= (image.pixels > 0).all(axis=2)  # cut off at 0, noise looks smaller
+            for c in range(image.pixels.shape[2]):
+                usable &= image.pixels[..., c] > 0  # cut off at 0, noise looks smaller
         photos.append((value, np.broadcast_to(quantisation, value.shape), usable))
     return estimate_noise(photos) or assumed_noise(len(images[0].channels))

@@ -92,16 +92,19 @@ def line_signal(
     image: Image, line: Line, noise: NoiseModel, region: Region | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Signal and variance, (h, w, c) float32 each, of a photo or a region of it, in one pass."""
-    height, width, channels = image.pixels.shape
-    x0, y0, x1, y1 = region or (0, 0, width, height)
+    pixels, channels = image.pixels, image.pixels.shape[2]
+    x0, y0, x1, y1 = region or (0, 0, pixels.shape[1], pixels.shape[0])
+    top, left = y0, x0 * channels
+    if not pixels.flags.c_contiguous:
+        pixels, top, left = np.ascontiguousarray(cut(pixels, region)), 0, 0
     shape = (y1 - y0, (x1 - x0) * channels)
     value, variance = np.empty(shape, np.float32), np.empty(shape, np.float32)
     slope, read = (
         np.tile(part.astype(np.float32), x1 - x0) for part in (noise.slope, noise.read + line.floor)
     )
     scale, offset, step = (np.float32(part) for part in (line.scale, line.offset, line.step))
-    codes = np.ascontiguousarray(image.pixels).reshape(height, width * channels)
-    pointwise.scaled(codes, y0, x0 * channels, scale, offset, slope, read, step, value, variance)
+    codes = pixels.reshape(len(pixels), -1)
+    pointwise.scaled(codes, top, left, scale, offset, slope, read, step, value, variance)
     return value.reshape(y1 - y0, x1 - x0, channels), variance.reshape(y1 - y0, x1 - x0, channels)
 
 
