@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reconstruct.angles import pair_angles, unit_vectors
+from reconstruct.angles import pair_angles, spherical_angles, unit_vectors
 from reconstruct.cells import Cells
 from reconstruct.model import Model
 
@@ -21,7 +21,8 @@ def binning(cells: Cells, model: Model) -> np.ndarray:
     """(n, c) mean of ``model`` over each cell less its value at the cell's mean directions, 1/sr."""
     if cells.turn is None:
         return np.zeros((len(cells), model.coefficients.shape[1]))
-    incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    dphi = cells.phi_r - cells.phi_i if model.turning else cells.dphi
+    incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, dphi)
     step = np.sqrt(2.0 * cells.turn)  # a turn about one axis at a time
     total, means = 0.0, np.zeros((2, len(cells), 3))
     for axis, sign in ((0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)):
@@ -29,10 +30,18 @@ def binning(cells: Cells, model: Model) -> np.ndarray:
         theta_i, theta_r, dphi = pair_angles(*turned)
         if cells.canonical:
             turned = [unit_vectors(theta_i, 0.0), unit_vectors(theta_r, np.abs(dphi))]
-        total = total + 0.25 * model.evaluate(Cells.of_angles(theta_i, theta_r, np.abs(dphi)))
+        total = total + 0.25 * model.evaluate(_placed(cells, turned, model))
         means += turned
-    theta_i, theta_r, dphi = pair_angles(*means)
-    return total - model.evaluate(Cells.of_angles(theta_i, theta_r, np.abs(dphi)))
+    return total - model.evaluate(_placed(cells, means, model))
+
+
+def _placed(cells: Cells, directions, model: Model) -> Cells:
+    """Directions (n, 3) of incidence and exit, turned back from the plane of incidence if ``model`` heeds it."""
+    theta_i, theta_r, dphi = pair_angles(*directions)
+    if not model.turning:
+        return Cells.of_angles(theta_i, theta_r, np.abs(dphi))
+    (_, phi_i), (_, phi_r) = (spherical_angles(one) for one in directions)
+    return Cells.of_directions(theta_i, cells.phi_i + phi_i, theta_r, cells.phi_i + phi_r)
 
 
 def _turned(directions: np.ndarray, axis: int, angle: np.ndarray) -> np.ndarray:

@@ -53,12 +53,24 @@ class Cells:
     @classmethod
     def of_angles(cls, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> Cells:
         """Directions without observations, (n,) each, radians: where a model is to be evaluated."""
+        return cls._bare(theta_i, np.zeros(len(theta_i)), theta_r, dphi, dphi)
+
+    @classmethod
+    def of_directions(
+        cls, theta_i: np.ndarray, phi_i: np.ndarray, theta_r: np.ndarray, phi_r: np.ndarray
+    ) -> Cells:
+        """The same of a surface that need not be isotropic."""
+        folded = np.abs((phi_r - phi_i + np.pi) % (2.0 * np.pi) - np.pi)
+        return cls._bare(theta_i, phi_i, theta_r, phi_r, folded)
+
+    @classmethod
+    def _bare(cls, theta_i, phi_i, theta_r, phi_r, dphi) -> Cells:
         n = len(theta_i)
         return cls(
             theta_i=theta_i,
-            phi_i=np.zeros(n),
+            phi_i=phi_i,
             theta_r=theta_r,
-            phi_r=dphi,
+            phi_r=phi_r,
             dphi=dphi,
             value=np.empty((n, 0)),
             variance=np.empty((n, 0)),

@@ -4,8 +4,10 @@ Every family is D G F / (4 cos_i cos_r) with the GGX distribution (Walter et al.
 masking G (height-correlated, Heitz 2014; or separable) and in Fresnel's F (Schlick 1994 with a free base reflectance
 a channel, as in the coefficient file; or the exact dielectric formula with one index for all channels). A dielectric
 lobe is that of a coat: under it lies a diffuse ground, lit and seen through the interface, (1 - F(i)) (1 - F(r)) times
-a free coefficient a channel. The file knows only height-correlated Schlick lobes: :mod:`reconstruct.represent` says
-the others in its terms.
+a free coefficient a channel. A turning family has a roughness along two axes of the sample: the tangential part of
+GGX's ellipsoid is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that e = k = 0 is isotropic and nothing is singular
+there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher axis lies at half the azimuth of (e, k). The
+file knows only isotropic height-correlated Schlick lobes: :mod:`reconstruct.represent` says the others in its terms.
 """
 
 from __future__ import annotations
@@ -17,6 +19,8 @@ import numpy as np
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
 ROUGHNESS_BOUNDS = (0.02, 1.0)
 F0_BOUNDS = (0.005, 0.3)  # of a dielectric: index 1.15 to 3.4
+TURN_BOUNDS = (1.0 / 3.5, 3.5)  # of exp e and exp k: roughnesses that differ by a factor of 12
+TURN_NAMES = ("stretch", "skew")  # exp e and exp k: shapes are searched as logarithms
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +32,13 @@ class Family:
     masking: str  # "correlated" | "separable"
     absolute: bool  # weight 1; else a free weight a channel
     limit: float = np.inf  # of a free weight
+    turning: bool = False  # of unequal roughness along two axes of the sample
 
     @property
     def shape_names(self) -> tuple[str, ...]:
         """The nonlinear parameters, shared by all channels."""
-        return ("roughness", "f0") if self.fresnel == "dielectric" and self.absolute else ("roughness",)
+        own = ("roughness", "f0") if self.fresnel == "dielectric" and self.absolute else ("roughness",)
+        return own + TURN_NAMES if self.turning else own
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:
@@ -61,9 +67,13 @@ _KINDS = (
 )
 
 
-def families(*, absolute: bool) -> tuple[Family, ...]:
+def families(*, absolute: bool, turning: bool = False) -> tuple[Family, ...]:
     """All families; those of a relative scale have a free weight a channel."""
-    return tuple(Family(f"{masking}-{fresnel}", fresnel, masking, absolute) for fresnel, masking in _KINDS)
+    mark = "anisotropic " if turning else ""
+    return tuple(
+        Family(f"{mark}{masking}-{fresnel}", fresnel, masking, absolute, turning=turning)
+        for fresnel, masking in _KINDS
+    )
 
 
 def second_lobe(*, absolute: bool) -> Family:
@@ -72,13 +82,20 @@ def second_lobe(*, absolute: bool) -> Family:
 
 
 def lobe_columns(
-    family: Family, shape: np.ndarray, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray
+    family: Family,
+    shape: np.ndarray,
+    theta_i: np.ndarray,
+    theta_r: np.ndarray,
+    dphi: np.ndarray,
+    phi_i: np.ndarray | float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The fixed part (n,) and the columns (n, q) of a lobe; lobe = fixed + columns @ coefficients, 1/sr.
 
-    ``shape`` holds the nonlinear parameters in the order of ``family.shape_names``.
+    ``shape`` holds the nonlinear parameters in the order of ``family.shape_names``. Only a turning family needs
+    ``phi_i``, and ``dphi`` with its sign.
     """
-    base, cos_h = _without_fresnel(family.masking, shape[0], theta_i, theta_r, dphi)
+    turn = np.log(shape[-2:]) if family.turning else None
+    base, cos_h = _without_fresnel(family.masking, shape[0], theta_i, theta_r, dphi, phi_i, turn)
     if family.fresnel == "schlick":
         grazing = base * (1.0 - cos_h) ** 5
         if family.absolute:
@@ -102,18 +119,47 @@ def dielectric_fresnel(cos: np.ndarray, f0: float) -> np.ndarray:
     return 0.5 * (s * s + p * p)
 
 
-def _without_fresnel(masking, roughness, theta_i, theta_r, dphi) -> tuple[np.ndarray, np.ndarray]:
+def turned_roughness(shape: np.ndarray) -> tuple[float, float, float]:
+    """Larger and smaller roughness of a turning lobe's ``shape``, and the azimuth in [0, pi) of the larger."""
+    e, k = np.log(shape[-2:])
+    size = float(np.hypot(e, k))
+    azimuth = float(0.5 * np.arctan2(k, e) % np.pi)
+    return float(shape[0]) * np.exp(size), float(shape[0]) * np.exp(-size), azimuth
+
+
+def _without_fresnel(
+    masking, roughness, theta_i, theta_r, dphi, phi_i, turn
+) -> tuple[np.ndarray, np.ndarray]:
     """D G / (4 cos_i cos_r), (n,), and the cosine between half vector and light, (n,)."""
     cos_i, cos_r = np.cos(theta_i), np.cos(theta_r)
     between = np.clip(cos_i * cos_r + np.sin(theta_i) * np.sin(theta_r) * np.cos(dphi), -1.0, 1.0)
     length = np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-18))
     cos_n = np.minimum((cos_i + cos_r) / length, 1.0)
     a2 = roughness * roughness
-    d = a2 / (np.pi * (1.0 + (a2 - 1.0) * cos_n * cos_n) ** 2)
-    root_i = np.sqrt(a2 + (1.0 - a2) * cos_i * cos_i)
-    root_r = np.sqrt(a2 + (1.0 - a2) * cos_r * cos_r)
+    if turn is None:
+        d = a2 / (np.pi * (1.0 + (a2 - 1.0) * cos_n * cos_n) ** 2)
+        root_i = np.sqrt(a2 + (1.0 - a2) * cos_i * cos_i)
+        root_r = np.sqrt(a2 + (1.0 - a2) * cos_r * cos_r)
+    else:
+        incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
+        d = 1.0 / (np.pi * a2 * (_stretched((incident + exit) / length, -turn) / a2 + cos_n * cos_n) ** 2)
+        root_i = np.sqrt(cos_i * cos_i + a2 * _stretched(incident, turn))
+        root_r = np.sqrt(cos_r * cos_r + a2 * _stretched(exit, turn))
     if masking == "correlated":
         visibility = 0.5 / np.maximum(cos_r * root_i + cos_i * root_r, 1e-12)
     else:
         visibility = 1.0 / ((cos_i + root_i) * (cos_r + root_r))
     return d * visibility, 0.5 * length
+
+
+def _tangential(theta: np.ndarray, phi: np.ndarray | float) -> np.ndarray:
+    """x and y of directions, (2, n)."""
+    return np.sin(theta) * np.stack(np.broadcast_arrays(np.cos(phi), np.sin(phi)))
+
+
+def _stretched(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """v^T exp(2 E) v, (n,), of vectors (2, n) with E = [[e, k], [k, -e]] of ``turn`` = (e, k)."""
+    (x, y), (e, k) = vector, turn
+    size = 2.0 * np.hypot(e, k)
+    share = 2.0 * np.sinh(size) / size if size > 0.0 else 2.0
+    return np.cosh(size) * (x * x + y * y) + share * (e * (x * x - y * y) + 2.0 * k * x * y)

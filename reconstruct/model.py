@@ -22,7 +22,11 @@ class LobeSet:
         """Fixed part (n,) and columns (n, q) of all lobes together."""
         fixed, columns = np.zeros(len(cells)), [np.empty((len(cells), 0))]
         for family, shape in zip(self.families, self.shapes, strict=True):
-            part, extra = lobe_columns(family, shape, cells.theta_i, cells.theta_r, cells.dphi)
+            if family.turning:
+                angles = cells.theta_i, cells.theta_r, cells.phi_r - cells.phi_i, cells.phi_i
+            else:
+                angles = cells.theta_i, cells.theta_r, cells.dphi
+            part, extra = lobe_columns(family, shape, *angles)
             fixed += part
             columns.append(extra)
         return fixed, np.hstack(columns)
@@ -41,6 +45,11 @@ class LobeSet:
         return LobeSet(self.families, tuple(np.split(np.exp(logs), sizes)) if self.families else ())
 
     @property
+    def turning(self) -> bool:
+        """Whether any lobe changes when the sample is turned."""
+        return any(family.turning for family in self.families)
+
+    @property
     def name(self) -> str:
         return " + ".join(family.name for family in self.families) or "none"
 
@@ -53,6 +62,11 @@ class Model:
     coefficients: np.ndarray  # (m, c)
     lobes: LobeSet
     lobe_coefficients: np.ndarray  # (q, c)
+
+    @property
+    def turning(self) -> bool:
+        """Whether the azimuths against the sample matter, and not only their difference."""
+        return self.basis.symmetry != "isotropic" or self.lobes.turning
 
     def evaluate(self, cells: Cells) -> np.ndarray:
         """Values (n, c) at the cells' mean directions."""

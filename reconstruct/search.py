@@ -12,13 +12,14 @@ from scipy.optimize import minimize
 
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
-from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TYPICAL_F0, Family
+from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TURN_BOUNDS, TYPICAL_F0, Family
 from reconstruct.model import LobeSet, Model
 from reconstruct.robust import freedom_of, independence, level, residual_scale, student_cost, student_weights
 from reconstruct.select import Prior
 from reconstruct.solve import Common, Factors, FoldedDesign, Statistics, solve
 
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
+TURNS = ((1.0, 1.0), (1.6, 1.0), (1.0, 1.6), (0.625, 1.0), (1.0, 0.625))  # stretch and skew
 ROUNDS = 4  # of reweighting
 SEARCH_CELLS = 6000  # more do not move the shapes
 COARSE, FINE = 0.15, 0.03  # first steps of the search, in logarithms of the shapes
@@ -104,8 +105,9 @@ def thinned(cells: Cells, deviation: np.ndarray) -> tuple[Cells, np.ndarray]:
     return cells.take(np.arange(0, len(cells), step)), deviation[::step]
 
 
-def starting_shape(family: Family, roughness: float) -> np.ndarray:
-    return np.array([roughness, TYPICAL_F0][: len(family.shape_names)])
+def starting_shape(family: Family, roughness: float, turn: tuple[float, float] = TURNS[0]) -> np.ndarray:
+    start = {"roughness": roughness, "f0": TYPICAL_F0, "stretch": turn[0], "skew": turn[1]}
+    return np.array([start[name] for name in family.shape_names])
 
 
 class Profile:
@@ -165,15 +167,17 @@ def descend(profile: Profile, lobes: LobeSet, step: float) -> LobeSet:
 
 def _best_start(profile: Profile, start: LobeSet, free: int) -> LobeSet:
     kept = start.shapes[: len(start.shapes) - free]
+    anew = start.families[len(kept) :]
     trials = []
-    for roughness in STARTS:
-        new = tuple(starting_shape(family, roughness) for family in start.families[len(kept) :])
-        trials.append(LobeSet(start.families, kept + new))
+    for turn in TURNS if any(family.turning for family in anew) else TURNS[:1]:
+        for roughness in STARTS:
+            new = tuple(starting_shape(family, roughness, turn) for family in anew)
+            trials.append(LobeSet(start.families, kept + new))
     return min(trials, key=profile.cost)
 
 
 def _bounds(lobes: LobeSet) -> list[tuple[float, float]]:
-    limits = {"roughness": ROUGHNESS_BOUNDS, "f0": F0_BOUNDS}
+    limits = {"roughness": ROUGHNESS_BOUNDS, "f0": F0_BOUNDS, "stretch": TURN_BOUNDS, "skew": TURN_BOUNDS}
     return [tuple(np.log(limits[name])) for family in lobes.families for name in family.shape_names]
 
 
