@@ -14,22 +14,25 @@ from numpy.typing import ArrayLike
 from capture.errors import InputError
 from reconstruct import coefficients, integrals, modes
 from reconstruct.angles import spherical_angles
-from reconstruct.lobes import ggx
+from reconstruct.lobes import RETRO, ggx, retro
 from reconstruct.quadrature import elevation_rule
 
 
 @dataclass(frozen=True, slots=True)
 class Lobe:
-    """GGX: weight D G2 F / (4 cos_i cos_r), height-correlated Smith G2, Schlick F."""
+    """GGX: weight D G2 F / (4 cos_i cos_r), height-correlated Smith G2, Schlick F; or a retro-reflective peak."""
 
     roughness: float  # GGX alpha
     f0: np.ndarray  # (c,) base reflectance
     weight: np.ndarray  # (c,)
-    model: str = "ggx"
+    model: str = "ggx"  # one of reconstruct.lobes.MODELS; a retro-reflective one has no use for f0
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
 
     def evaluate(self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike) -> np.ndarray:
         """(..., c) BRDF, 1/sr; angles in radians that broadcast together."""
+        if self.model.startswith(RETRO):
+            peak = retro(theta_i, theta_r, dphi, self.roughness, self.model.removeprefix(RETRO))
+            return np.asarray(self.weight, float) * peak[..., None]
         return np.asarray(self.weight, float) * ggx(theta_i, theta_r, dphi, self.roughness, self.f0)
 
     def directional_albedo(self, theta_i: ArrayLike) -> np.ndarray:

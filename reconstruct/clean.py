@@ -10,21 +10,19 @@ import numpy as np
 from reconstruct.basis import Basis
 from reconstruct.binning import binning
 from reconstruct.cells import Cells
-from reconstruct.microfacet import families, second_lobe
+from reconstruct.discord import discordant
+from reconstruct.microfacet import Family, families, retro_lobe, second_lobe
 from reconstruct.model import LobeSet, Model
-from reconstruct.robust import FREE, ViewScales, error_model, level, view_scales
-from reconstruct.search import Fitted, search_lobes, starting_shape, thinned
+from reconstruct.robust import FREE, ViewScales, error_model, view_scales
+from reconstruct.search import SEARCH_CELLS, Fitted, search_lobes, starting_shape, thinned
 from reconstruct.select import Prior
 
 PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
 ROUNDS = 3  # stray light from a model of the surface, and the model without it
 START = 0.25  # roughness
-DISCORD = 4.0  # times the misfit of the middle view
-WORST = 0.5  # of the largest misfit: the worst go first, since they spoil the pilot for the others
-LEAST_DISCORD = 0.02  # relative misfit below which no view is suspected
+LIKELIEST = 4  # pilots with one lobe that are tried further
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
-FEWEST_TO_JUDGE = 5  # views
 
 StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
 Progress = Callable[[str], None]
@@ -88,30 +86,30 @@ def clean(
 
 
 def _discordant(work: Cleaned) -> np.ndarray:
-    """(g,) bool: views whose cells miss the likeliest pilot by far more than those of other views, whatever their
-    scale: a light or a pose that is wrong, a shadow, a photo of something else."""
+    """(g,) bool: views that contradict the others, seen against the likeliest pilot."""
     model, cells = work.reference.model, work.cells
-    predicted = np.maximum(model.evaluate(cells), 1e-3 * level(cells))
-    ratio = cells.value / predicted
-    views = np.unique(cells.group)
-    typical = np.array([_scatter(ratio[cells.group == view]) for view in views])
-    odd = typical > max(DISCORD * float(np.median(typical)), LEAST_DISCORD, WORST * float(typical.max()))
-    result = np.zeros(len(cells.groups), bool)
-    result[views[odd]] = len(views) >= FEWEST_TO_JUDGE
-    return result
-
-
-def _scatter(ratio: np.ndarray) -> float:
-    """Typical departure of the ratios (n, c) of one view from their median, relative."""
-    middle = np.maximum(np.median(ratio, axis=0), np.finfo(float).tiny)
-    return float(np.median(np.abs(ratio / middle - 1.0).mean(1)))
+    few = cells.take(np.arange(0, len(cells), -(-len(cells) // SEARCH_CELLS)))
+    return discordant(few, model.evaluate(few))
 
 
 def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
-    single = [LobeSet((f,), (starting_shape(f, START),)) for f in families(absolute=absolute)]
     if lobes == 0:
         return [LobeSet()]
+    single = [_alone(family) for family in (*families(absolute=absolute), retro_lobe(absolute=absolute))]
     return single if lobes else [LobeSet(), *single]
+
+
+def _alone(family: Family) -> LobeSet:
+    return LobeSet((family,), (starting_shape(family, START),))
+
+
+def _without_tails(pilots: Sequence[Fitted]) -> list[LobeSet]:
+    """Beckmann's form of the likeliest lobe."""
+    single = [one for one in pilots if len(one.model.lobes.families) == 1]
+    if not single:
+        return []
+    family = min(single, key=lambda one: one.cost).model.lobes.families[0]
+    return [_alone(family.with_beckmann)] if family.distribution == "ggx" else []
 
 
 def _scales(
@@ -140,20 +138,41 @@ def _piloted(
     few, few_deviation = thinned(cells, deviation)
     basis = Basis("isotropic", PILOT_ORDER)
     free = None if anew else 0
-    pilots = [
-        search_lobes(few, few_deviation, basis, PILOT_PRIOR, lobes, free=free, view_errors=scales.error)
-        for lobes in starts
-    ]
+
+    def fitted(lobes: LobeSet) -> Fitted:
+        return search_lobes(
+            few, few_deviation, basis, PILOT_PRIOR, lobes, free=free, view_errors=scales.error
+        )
+
+    pilots = [fitted(lobes) for lobes in starts]
+    if anew:
+        pilots += [fitted(lobes) for lobes in _without_tails(pilots)]
     return Cleaned(cells, deviation, added, scales, tuple(pilots))
 
 
 def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Cleaned:
+    """The pilots that are worth trying, and the likeliest lobe with each kind of second one."""
     first = work.reference.model.lobes
-    if len(first.families) != 1 or lobes not in (None, 2):
-        return work
-    family = second_lobe(absolute=absolute)
-    both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
-    few, deviation = thinned(work.cells, work.deviation)
-    basis = Basis("isotropic", PILOT_ORDER)
-    second = search_lobes(few, deviation, basis, PILOT_PRIOR, both, free=1, view_errors=work.scales.error)
-    return Cleaned(work.cells, work.deviation, work.stray, work.scales, (*work.pilots, second))
+    pilots = _likeliest(work.pilots)
+    if len(first.families) == 1 and lobes in (None, 2):
+        few, deviation = thinned(work.cells, work.deviation)
+        basis = Basis("isotropic", PILOT_ORDER)
+        for family in _seconds(first.families[0], absolute):
+            both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
+            pilots.append(
+                search_lobes(few, deviation, basis, PILOT_PRIOR, both, free=1, view_errors=work.scales.error)
+            )
+    return replace(work, pilots=tuple(pilots))
+
+
+def _seconds(first: Family, absolute: bool) -> tuple[Family, ...]:
+    mirror = second_lobe(absolute=absolute)
+    return (mirror,) if first.retro else (mirror, retro_lobe(absolute=absolute))
+
+
+def _likeliest(pilots: Sequence[Fitted]) -> list[Fitted]:
+    """The pilot without a lobe and the :data:`LIKELIEST` with one, in the order in which they were tried."""
+    plain = [one for one in pilots if not one.model.lobes.families]
+    single = [one for one in pilots if one.model.lobes.families]
+    kept = sorted(single, key=lambda one: one.cost)[:LIKELIEST]
+    return plain + [one for one in single if any(one is other for other in kept)]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from capture.errors import InputError
+from reconstruct.lobes import MODELS
 
 FORMAT, VERSION = "surface-scattering-modes", 1
 _CHOICES = {
@@ -180,12 +181,13 @@ def _array(path, key, given, shape, may_miss=False) -> np.ndarray:
 
 def _lobe(path, place, lobe, channels) -> dict:
     where = f"lobes[{place}]"
-    if lobe.get("model") != "ggx":
-        raise InputError(f"{path}: {where}.model", f"'ggx' is the one model known, not {lobe.get('model')!r}")
+    model = lobe.get("model")
+    if model not in MODELS:
+        raise InputError(f"{path}: {where}.model", f"one of {', '.join(MODELS)} is needed, not {model!r}")
     roughness = lobe.get("roughness")
     if not isinstance(roughness, int | float) or not 0 < roughness <= 1:
         raise InputError(f"{path}: {where}.roughness", f"a number in (0, 1] is needed, not {roughness!r}")
-    known = {"model": "ggx", "roughness": float(roughness)}
+    known = {"model": model, "roughness": float(roughness)}
     for key in ("f0", "weight"):
         known[key] = _array(path, f"{where}.{key}", lobe.get(key), (channels,))
     return known | {"extra": {key: value for key, value in lobe.items() if key not in _LOBE_KEYS}}

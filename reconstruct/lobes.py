@@ -1,13 +1,17 @@
-"""Specular lobes: what modes of low order cannot carry.
+"""Lobes: what modes of low order cannot carry.
 
-GGX microfacets (Walter et al. 2007) with Smith's height-correlated masking and shadowing (Heitz 2014) and
-Schlick's Fresnel term (1994), as docs/modes.md defines them. Pure functions of angles.
+Mirror lobes are GGX microfacets (Walter et al. 2007) with Smith's height-correlated masking and shadowing (Heitz
+2014) and Schlick's Fresnel term (1994), retro-reflective ones the same peak about the light, as docs/modes.md defines
+them. Pure functions of angles.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+RETRO = "retro-"  # begins the file's names of retro-reflective lobes
+MODELS = ("ggx", f"{RETRO}ggx", f"{RETRO}beckmann")  # that the file knows
 
 
 def ggx(
@@ -43,3 +47,31 @@ def _half_vector(theta_i, theta_r, dphi):
     sin_i, sin_r = np.sin(theta_i), np.sin(theta_r)
     aside = (sin_i - sin_r) ** 2 + 4 * sin_i * sin_r * np.cos(dphi / 2) ** 2
     return cos_i, cos_r, (cos_i + cos_r) ** 2, aside
+
+
+def retro(
+    theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, roughness: float, distribution: str = "ggx"
+) -> np.ndarray:
+    """A retro-reflective lobe of weight 1, 1/sr: D(psi / 2) / 4, psi the angle between the two directions.
+
+    Angles in radians broadcast together. At normal incidence that is the mirror lobe of the same roughness and
+    distribution ("ggx" or "beckmann") without masking, and ``weight`` the fraction that it returns; unlike the mirror
+    lobe it is as high at any incidence, as that of beads and corner cubes nearly is.
+    """
+    theta_i, theta_r, dphi = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, theta_r, dphi)])
+    # sin^2(psi / 2) by sums of squares: no digits are lost near the peak
+    across = np.sin(theta_i) * np.sin(theta_r) * np.sin(0.5 * dphi) ** 2
+    sine2 = np.minimum(np.sin(0.5 * (theta_i - theta_r)) ** 2 + across, 1.0)
+    return 0.25 * slopes_density(np.sqrt(1.0 - sine2), roughness, distribution, sine2)
+
+
+def slopes_density(
+    cos_n: np.ndarray, roughness: float, distribution: str, sine2: np.ndarray | None = None
+) -> np.ndarray:
+    """D of microfacets whose normals lie at ``cos_n`` from the surface's, 1/sr (Walter et al. 2007)."""
+    sine2 = 1.0 - cos_n * cos_n if sine2 is None else sine2
+    a2 = roughness * roughness
+    if distribution == "ggx":
+        return a2 / (np.pi * (a2 * cos_n * cos_n + sine2) ** 2)
+    cos2 = np.maximum(cos_n * cos_n, 1e-12)
+    return np.exp(-sine2 / (cos2 * a2)) / (np.pi * a2 * cos2 * cos2)

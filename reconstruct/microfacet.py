@@ -1,20 +1,24 @@
-"""Families of GGX lobes that a fit may try, each as a fixed part plus columns with bounded coefficients.
+"""Families of lobes that a fit may try, each as a fixed part plus columns with bounded coefficients.
 
-Every family is D G F / (4 cos_i cos_r) with the GGX distribution (Walter et al. 2007). They differ in Smith's
+A mirror lobe is D G F / (4 cos_i cos_r) with slopes of GGX or of Beckmann (Walter et al. 2007). They differ in Smith's
 masking G (height-correlated, Heitz 2014; or separable) and in Fresnel's F (Schlick 1994 with a free base reflectance
 a channel, as in the coefficient file; or the exact dielectric formula with one index for all channels). A dielectric
 lobe is that of a coat: under it lies a diffuse ground, lit and seen through the interface, (1 - F(i)) (1 - F(r)) times
 a free coefficient a channel. A turning family has a roughness along two axes of the sample: the tangential part of
 GGX's ellipsoid is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that e = k = 0 is isotropic and nothing is singular
-there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher axis lies at half the azimuth of (e, k). The
-file knows only isotropic height-correlated Schlick lobes: :mod:`reconstruct.represent` says the others in its terms.
+there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher axis lies at half the azimuth of (e, k). A
+retro-reflective lobe has a free weight a channel. Of mirror lobes the file knows only isotropic GGX with
+height-correlated masking and Schlick's Fresnel: :mod:`reconstruct.represent` says the others in its terms.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import erf
+
+from reconstruct.lobes import RETRO, retro, slopes_density
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
 ROUGHNESS_BOUNDS = (0.02, 1.0)
@@ -28,11 +32,28 @@ class Family:
     """One kind of lobe."""
 
     name: str
-    fresnel: str  # "schlick" | "dielectric"
-    masking: str  # "correlated" | "separable"
+    fresnel: str  # "schlick" | "dielectric" | "none": a retro-reflective lobe
+    masking: str  # "correlated" | "separable"; of no meaning for a retro-reflective lobe
     absolute: bool  # weight 1; else a free weight a channel
     limit: float = np.inf  # of a free weight
-    turning: bool = False  # of unequal roughness along two axes of the sample
+    turning: bool = False  # of unequal roughness along two axes of the sample; GGX only
+    distribution: str = "ggx"  # of slopes: "ggx" | "beckmann"
+
+    @property
+    def in_file(self) -> bool:
+        """Whether the coefficient file says it as it is."""
+        own = (self.fresnel, self.masking, self.distribution, self.turning)
+        return self.retro or own == ("schlick", "correlated", "ggx", False)
+
+    @property
+    def retro(self) -> bool:
+        return self.fresnel == "none"
+
+    @property
+    def with_beckmann(self) -> Family:
+        """The same with Beckmann's slopes: a peak of the same width with hardly any tails."""
+        name = f"{RETRO}beckmann" if self.retro else f"beckmann-{self.name}"
+        return replace(self, name=name, distribution="beckmann")
 
     @property
     def shape_names(self) -> tuple[str, ...]:
@@ -43,6 +64,8 @@ class Family:
     @property
     def coefficient_names(self) -> tuple[str, ...]:
         """The linear coefficients, one each a channel."""
+        if self.retro:
+            return ("weight",)
         if self.fresnel == "schlick":
             return ("f0",) if self.absolute else ("weight f0", "weight (1 - f0)")
         return ("ground",) if self.absolute else ("weight", "ground")
@@ -76,6 +99,11 @@ def families(*, absolute: bool, turning: bool = False) -> tuple[Family, ...]:
     )
 
 
+def retro_lobe(*, absolute: bool) -> Family:
+    """A peak about the light's own direction, its weight free, and at most 1 on an absolute scale."""
+    return Family(f"{RETRO}ggx", "none", "", False, limit=1.0 if absolute else np.inf)
+
+
 def second_lobe(*, absolute: bool) -> Family:
     """What is added to a first lobe: the file's own kind, its weight free, and at most 1 on an absolute scale."""
     return Family("second", "schlick", "correlated", False, limit=1.0 if absolute else np.inf)
@@ -94,8 +122,11 @@ def lobe_columns(
     ``shape`` holds the nonlinear parameters in the order of ``family.shape_names``. Only a turning family needs
     ``phi_i``, and ``dphi`` with its sign.
     """
+    if family.retro:
+        column = retro(theta_i, theta_r, dphi, shape[0], family.distribution)
+        return np.zeros_like(column), column[:, None]
     turn = np.log(shape[-2:]) if family.turning else None
-    base, cos_h = _without_fresnel(family.masking, shape[0], theta_i, theta_r, dphi, phi_i, turn)
+    base, cos_h = _without_fresnel(family, shape[0], theta_i, theta_r, dphi, phi_i, turn)
     if family.fresnel == "schlick":
         grazing = base * (1.0 - cos_h) ** 5
         if family.absolute:
@@ -128,28 +159,32 @@ def turned_roughness(shape: np.ndarray) -> tuple[float, float, float]:
 
 
 def _without_fresnel(
-    masking, roughness, theta_i, theta_r, dphi, phi_i, turn
+    family: Family, roughness: float, theta_i, theta_r, dphi, phi_i, turn
 ) -> tuple[np.ndarray, np.ndarray]:
     """D G / (4 cos_i cos_r), (n,), and the cosine between half vector and light, (n,)."""
     cos_i, cos_r = np.cos(theta_i), np.cos(theta_r)
     between = np.clip(cos_i * cos_r + np.sin(theta_i) * np.sin(theta_r) * np.cos(dphi), -1.0, 1.0)
     length = np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-18))
     cos_n = np.minimum((cos_i + cos_r) / length, 1.0)
+    if family.distribution == "beckmann":
+        density = slopes_density(cos_n, roughness, "beckmann")
+        return density * _beckmann_visibility(family.masking, roughness, cos_i, cos_r), 0.5 * length
     a2 = roughness * roughness
     if turn is None:
-        d = a2 / (np.pi * (1.0 + (a2 - 1.0) * cos_n * cos_n) ** 2)
+        density = slopes_density(cos_n, roughness, "ggx")
         root_i = np.sqrt(a2 + (1.0 - a2) * cos_i * cos_i)
         root_r = np.sqrt(a2 + (1.0 - a2) * cos_r * cos_r)
     else:
         incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
-        d = 1.0 / (np.pi * a2 * (_stretched((incident + exit) / length, -turn) / a2 + cos_n * cos_n) ** 2)
+        slopes = _stretched((incident + exit) / length, -turn) / a2
+        density = 1.0 / (np.pi * a2 * (slopes + cos_n * cos_n) ** 2)
         root_i = np.sqrt(cos_i * cos_i + a2 * _stretched(incident, turn))
         root_r = np.sqrt(cos_r * cos_r + a2 * _stretched(exit, turn))
-    if masking == "correlated":
+    if family.masking == "correlated":
         visibility = 0.5 / np.maximum(cos_r * root_i + cos_i * root_r, 1e-12)
     else:
         visibility = 1.0 / ((cos_i + root_i) * (cos_r + root_r))
-    return d * visibility, 0.5 * length
+    return density * visibility, 0.5 * length
 
 
 def _tangential(theta: np.ndarray, phi: np.ndarray | float) -> np.ndarray:
@@ -163,3 +198,17 @@ def _stretched(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
     size = 2.0 * np.hypot(e, k)
     share = 2.0 * np.sinh(size) / size if size > 0.0 else 2.0
     return np.cosh(size) * (x * x + y * y) + share * (e * (x * x - y * y) + 2.0 * k * x * y)
+
+
+def _beckmann_visibility(masking: str, roughness: float, cos_i: np.ndarray, cos_r: np.ndarray) -> np.ndarray:
+    """G / (4 cos_i cos_r), (n,), of Gaussian slopes."""
+    hidden_i, hidden_r = _beckmann_hidden(cos_i, roughness), _beckmann_hidden(cos_r, roughness)
+    both = 0.0 if masking == "correlated" else hidden_i * hidden_r
+    return 0.25 / np.maximum(cos_i * cos_r * (1.0 + hidden_i + hidden_r + both), 1e-12)
+
+
+def _beckmann_hidden(cos: np.ndarray, roughness: float) -> np.ndarray:
+    """Smith's Lambda of Gaussian slopes (Smith 1967): (exp(-a^2) / (a sqrt(pi)) - erfc(a)) / 2, a = cot / roughness."""
+    sine = np.sqrt(np.maximum(1.0 - cos * cos, 1e-30))
+    a = np.maximum(cos, 1e-9) / (roughness * sine)
+    return 0.5 * (np.exp(-a * a) / (a * np.sqrt(np.pi)) - (1.0 - erf(a)))

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from reconstruct.cells import Cells
+from reconstruct.discord import pair_places
 from reconstruct.model import Model
 from reconstruct.robust import level
 from reconstruct.uncertainty import Uncertainty
@@ -63,16 +64,10 @@ def seen_at(cells: Cells, where: Cells) -> np.ndarray:
     tree = cKDTree(
         np.concatenate(
             [
-                _places(cells.theta_i, cells.theta_r, cells.dphi),
-                _places(cells.theta_r, cells.theta_i, cells.dphi),
+                pair_places(cells.theta_i, cells.theta_r, cells.dphi),
+                pair_places(cells.theta_r, cells.theta_i, cells.dphi),
             ]
         )
     )
-    distance, _ = tree.query(_places(where.theta_i, where.theta_r, where.dphi))
+    distance, _ = tree.query(pair_places(where.theta_i, where.theta_r, where.dphi))
     return distance <= NEAR
-
-
-def _places(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> np.ndarray:
-    """(n, 4) points whose distance is about the angle by which the directions differ, the light's azimuth being 0."""
-    sine = np.sin(theta_r)
-    return np.column_stack([theta_i, sine * np.cos(dphi), sine * np.sin(dphi), np.cos(theta_r)])

@@ -25,6 +25,11 @@ FADE = np.radians(76.0)  # beyond it the lobe counts less: few photos see it and
 FADE_WIDTH = np.radians(2.5)
 BEYOND = 0.02  # weight of what lies beyond, against 1
 PENALTY = 1e-8  # of the weight's sum: keeps fine modes from trading places
+RATIOS = (
+    0.8,
+    1.1,
+)  # of the roughness of GGX lobes that stand for one of Beckmann's: with modes of order 16 they
+# come as close as three do
 NODES = (28, 40)  # Gauss nodes in cos theta, midpoints in dphi
 
 
@@ -47,12 +52,12 @@ def represent(model: Model, order: int) -> Represented:
     for family, shape in zip(model.lobes.families, model.lobes.shapes, strict=True):
         own = model.lobe_coefficients[first : first + len(family.coefficient_names)]
         first += len(own)
-        if (family.fresnel, family.masking) == ("schlick", "correlated"):
+        if family.in_file:
             lobes.append(_as_it_is(family, shape, own))
             continue
         nearest = _nearest(family, shape, own, order)
         coefficients += nearest.coefficients
-        lobes.append(_weighted(shape, nearest.lobe_coefficients, channels))
+        lobes += _all_weighted(nearest, channels)
         missing = missing + nearest.missing
     judged = _judged()
     error = np.sqrt(np.average(missing**2, axis=0, weights=judged[judged > 0.0])) if np.ndim(missing) else 0.0
@@ -60,9 +65,20 @@ def represent(model: Model, order: int) -> Represented:
 
 
 def _as_it_is(family: Family, shape: np.ndarray, own: np.ndarray) -> Lobe:
+    if family.retro:
+        return Lobe(float(shape[0]), np.ones_like(own[0]), own[0], family.name)
     if family.absolute:
         return Lobe(roughness=float(shape[0]), f0=own[0], weight=np.ones_like(own[0]))
     return _weighted(shape, own, own.shape[1])
+
+
+def _all_weighted(nearest: _Nearest, channels: int) -> list[Lobe]:
+    pairs = np.split(nearest.lobe_coefficients, len(nearest.shapes))
+    return [
+        _weighted(shape, own, channels)
+        for shape, own in zip(nearest.shapes, pairs, strict=True)
+        if own.any() or len(pairs) == 1
+    ]
 
 
 def _weighted(shape: np.ndarray, own: np.ndarray, channels: int) -> Lobe:
@@ -79,12 +95,13 @@ def _weighted(shape: np.ndarray, own: np.ndarray, channels: int) -> Lobe:
 @dataclass(frozen=True, slots=True)
 class _Nearest:
     coefficients: np.ndarray  # (m, c or 1)
-    lobe_coefficients: np.ndarray  # (2, c or 1) of the file's family
+    shapes: tuple[np.ndarray, ...]  # (1,) roughness of each lobe
+    lobe_coefficients: np.ndarray  # (2 lobes, c or 1) of the file's family
     missing: np.ndarray  # (k, c or 1) at the nodes below the limit
 
 
 def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int) -> _Nearest:
-    """The file's lobe of the same roughness, and modes, nearest to a lobe with coefficients ``own`` (q, c).
+    """The file's lobe of the same roughness, or two, and modes, nearest to a lobe with coefficients ``own`` (q, c).
 
     A ground under the lobe is said by modes alone, so that all channels keep the same lobe.
     """
@@ -92,14 +109,18 @@ def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int) -> 
     fixed, columns = lobe_columns(family, shape, grid.theta_i, grid.theta_r, grid.dphi)
     lobes = len(own) - family.has_ground
     wanted = fixed[:, None] + columns[:, :lobes] @ own[:lobes] if lobes else fixed[:, None]
-    found = _closest(wanted, LobeSet((FILE_FAMILY,), (shape[:1],)), order)
+    shapes = tuple(
+        np.minimum(shape[:1] * ratio, 1.0)
+        for ratio in (RATIOS if family.distribution == "beckmann" else (1.0,))
+    )
+    found = _closest(wanted, LobeSet((FILE_FAMILY,) * len(shapes), shapes), order)
     missing = found.evaluate(grid) - wanted
     coefficients = found.coefficients
     if family.has_ground:
         ground = _closest(columns[:, lobes:], LobeSet(), order)
         coefficients = coefficients + ground.coefficients @ own[lobes:]
         missing = missing + (ground.evaluate(grid) - columns[:, lobes:]) @ own[lobes:]
-    return _Nearest(coefficients, found.lobe_coefficients, missing[_judged() > 0.0])
+    return _Nearest(coefficients, shapes, found.lobe_coefficients, missing[_judged() > 0.0])
 
 
 def _closest(wanted: np.ndarray, lobes: LobeSet, order: int) -> Model:

@@ -162,7 +162,7 @@ def _moved(logs: np.ndarray, p: int, step: float) -> np.ndarray:
 
 def _represented_change(model: Model, said: Represented, p: int, coefficients: int) -> np.ndarray:
     """(m, c) change of the file's coefficients with lobe parameter ``p``: coefficients first, then shapes."""
-    if all((f.fresnel, f.masking) == ("schlick", "correlated") for f in model.lobes.families):
+    if all(family.in_file for family in model.lobes.families):
         return np.zeros_like(said.coefficients)
     lobes, own = model.lobes, model.lobe_coefficients
     if p < coefficients:

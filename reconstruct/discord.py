@@ -1,0 +1,79 @@
+"""Views that show what all others contradict: a light or a pose that is wrong, a shadow, a photo of something else.
+
+A view is judged against the other views at nearly the same pairs of directions, never by a model's misfit alone: a
+peak that the model cannot follow is missed by all views alike, and one that a single view shows is news, not a fault.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from reconstruct.cells import Cells
+from reconstruct.robust import level
+
+DISCORD = 4.0  # times the scatter of the middle view
+WORST = 0.5  # of the largest scatter: the worst go first, since they spoil the comparison for the others
+LEAST_DISCORD = 0.02  # relative scatter below which no view is suspected
+FEWEST_TO_JUDGE = 5  # views
+FEWEST_CELLS = 12  # of a view that others see too
+NEAR = np.radians(5.0)  # between pairs that are compared
+NEIGHBOURS = 24
+
+
+def discordant(cells: Cells, predicted: np.ndarray) -> np.ndarray:
+    """(g,) bool: views that contradict the others, whatever their scale.
+
+    ``predicted`` (n, c) is a model's value at the cells; only what the cells have beyond it is compared, so that f
+    may change between neighbours.
+    """
+    ratio = cells.value / np.maximum(predicted, 1e-3 * level(cells))
+    views = np.unique(cells.group)
+    result = np.zeros(len(cells.groups), bool)
+    if len(views) < FEWEST_TO_JUDGE:
+        return result
+    contrast = _against_others(cells, _of_one_scale(cells, ratio, views))
+    scatter = np.array([_typical(contrast[cells.group == view]) for view in views])
+    known = np.isfinite(scatter)
+    if known.any():
+        middle, largest = np.median(scatter[known]), scatter[known].max()
+        result[views[known]] = scatter[known] > max(DISCORD * middle, LEAST_DISCORD, WORST * largest)
+    return result
+
+
+def _of_one_scale(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> np.ndarray:
+    """Ratios (n, c) divided by their view's median."""
+    one_scale = np.empty_like(ratio)
+    for view in views:
+        rows = cells.group == view
+        one_scale[rows] = ratio[rows] / np.maximum(np.median(ratio[rows], axis=0), np.finfo(float).tiny)
+    return one_scale
+
+
+def _against_others(cells: Cells, ratio: np.ndarray) -> np.ndarray:
+    """(n,) how far a cell is from the median of other views' cells near it, mean of the channels; NaN: none is near."""
+    there, back = (
+        pair_places(cells.theta_i, cells.theta_r, cells.dphi),
+        pair_places(cells.theta_r, cells.theta_i, cells.dphi),
+    )
+    tree = cKDTree(np.concatenate([there, back]))
+    distance, near = tree.query(there, k=min(NEIGHBOURS, 2 * len(cells)), distance_upper_bound=NEAR)
+    near = np.where(np.isfinite(distance), near % len(cells), 0)
+    others = np.isfinite(distance) & (cells.group[near] != cells.group[:, None])
+    seen = others.any(1)
+    contrast = np.full(len(cells), np.nan)
+    if seen.any():
+        values = np.where(others[seen, :, None], ratio[near[seen]], np.nan)
+        contrast[seen] = np.abs(ratio[seen] - np.nanmedian(values, axis=1)).mean(1)
+    return contrast
+
+
+def _typical(contrast: np.ndarray) -> float:
+    judged = contrast[np.isfinite(contrast)]
+    return float(np.median(judged)) if len(judged) >= FEWEST_CELLS else np.nan
+
+
+def pair_places(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> np.ndarray:
+    """(n, 4) points whose distance is about the angle by which the directions differ, the light's azimuth being 0."""
+    sine = np.sin(theta_r)
+    return np.column_stack([theta_i, sine * np.cos(dphi), sine * np.sin(dphi), np.cos(theta_r)])
