@@ -60,7 +60,7 @@ def clean(
     None for any.
     """
     progress("pilot fits")
-    discordant = np.zeros(len(seen.groups), bool)
+    left_out = np.zeros(len(seen.groups), bool)
     scales = ViewScales.none(view_errors)
     light = added = np.zeros_like(seen.value)
     work = _piloted(seen, added, scales, _kinds(lobes, absolute))
@@ -76,13 +76,13 @@ def clean(
             scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)
         work = _piloted(seen, added, scales, [reference.lobes], anew=False)
         odd = _discordant(work)
-        if (discordant | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
-            discordant |= odd
+        if (left_out | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
+            left_out |= odd
             keep = ~odd[seen.group]
             seen, light, added = seen.take(keep), light[keep], added[keep]
             work = _piloted(seen, added, scales, _kinds(lobes, absolute))
     work = _with_second_lobe(_piloted(seen, added, scales, _kinds(lobes, absolute)), lobes, absolute)
-    return replace(work, stray=light, discordant=tuple(np.array(seen.groups)[discordant]))
+    return replace(work, stray=light, discordant=tuple(np.array(seen.groups)[left_out]))
 
 
 def _discordant(work: Cleaned) -> np.ndarray:

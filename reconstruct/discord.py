@@ -13,7 +13,6 @@ from reconstruct.cells import Cells
 from reconstruct.robust import level
 
 DISCORD = 4.0  # times the scatter of the middle view
-WORST = 0.5  # of the largest scatter: the worst go first, since they spoil the comparison for the others
 LEAST_DISCORD = 0.02  # relative scatter below which no view is suspected
 FEWEST_TO_JUDGE = 5  # views
 FEWEST_CELLS = 12  # of a view that others see too
@@ -28,17 +27,28 @@ def discordant(cells: Cells, predicted: np.ndarray) -> np.ndarray:
     may change between neighbours.
     """
     ratio = cells.value / np.maximum(predicted, 1e-3 * level(cells))
-    views = np.unique(cells.group)
     result = np.zeros(len(cells.groups), bool)
-    if len(views) < FEWEST_TO_JUDGE:
-        return result
+    views = np.unique(cells.group)
+    while len(views) >= FEWEST_TO_JUDGE:
+        keep = ~result[cells.group]
+        worst = _worst(cells.take(keep), ratio[keep], views)
+        if worst is None:
+            break
+        result[worst] = True
+        views = views[views != worst]
+    return result
+
+
+def _worst(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> int | None:
+    """The view that contradicts the others most; None where none does. One at a time, since a bad view makes those
+    that it is compared with look bad."""
     contrast = _against_others(cells, _of_one_scale(cells, ratio, views))
     scatter = np.array([_typical(contrast[cells.group == view]) for view in views])
-    known = np.isfinite(scatter)
-    if known.any():
-        middle, largest = np.median(scatter[known]), scatter[known].max()
-        result[views[known]] = scatter[known] > max(DISCORD * middle, LEAST_DISCORD, WORST * largest)
-    return result
+    if not np.isfinite(scatter).any():
+        return None
+    worst = int(np.nanargmax(scatter))
+    odd = scatter[worst] > max(DISCORD * np.nanmedian(scatter), LEAST_DISCORD)
+    return int(views[worst]) if odd else None
 
 
 def _of_one_scale(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> np.ndarray:

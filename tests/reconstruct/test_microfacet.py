@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from reconstruct.angles import unit_vectors
-from reconstruct.lobes import ggx
+from reconstruct.lobes import ggx, slopes_density
 from reconstruct.microfacet import (
     CORRELATED_SCHLICK,
     dielectric_fresnel,
     families,
     lobe_columns,
+    retro_lobe,
     second_lobe,
     turned_roughness,
 )
@@ -44,7 +45,8 @@ def test_the_files_own_family_is_the_files_lobe(roughness):
 def test_every_family_is_reciprocal_and_not_negative(absolute):
     theta_i, theta_r, dphi = pairs()
     rng = np.random.default_rng(1)
-    for family in (*families(absolute=absolute), second_lobe(absolute=absolute)):
+    mirrors = (*families(absolute=absolute), second_lobe(absolute=absolute), retro_lobe(absolute=absolute))
+    for family in (*mirrors, *(one.with_beckmann for one in mirrors)):
         own = coefficients_of(family, rng)
         there = lobe_columns(family, shape_of(family, 0.2), theta_i, theta_r, dphi)
         back = lobe_columns(family, shape_of(family, 0.2), theta_r, theta_i, dphi)
@@ -159,3 +161,41 @@ def test_a_turning_lobe_is_reciprocal():
         there = lobe_columns(family, shape, theta_i, theta_r, dphi, phi_i)
         back = lobe_columns(family, shape, theta_r, theta_i, -dphi, phi_i + dphi)
         np.testing.assert_allclose(back[0] + back[1] @ own, there[0] + there[1] @ own, rtol=1e-10)
+
+
+def projected(distribution, roughness, theta):
+    """Area of all facets seen from ``theta``, each facet once: the integral of D <i, h> over the hemisphere of h."""
+    nodes, weights = np.polynomial.legendre.leggauss(300)
+    cos, phi = 0.5 * (nodes + 1), np.pi * (np.arange(400) + 0.5) / 400
+    density = slopes_density(cos, roughness, distribution)
+    facing = np.sin(theta) * np.sqrt(1 - cos**2)[:, None] * np.cos(phi) + np.cos(theta) * cos[:, None]
+    return 2 * np.pi * np.sum(0.5 * weights[:, None] * density[:, None] * np.maximum(facing, 0.0)) / 400
+
+
+@pytest.mark.parametrize("roughness", [0.2, 0.5])
+@pytest.mark.parametrize("theta", [0.0, 1.0, 1.4])
+def test_beckmanns_masking_is_what_its_facets_hide(roughness, theta):
+    """Smith: what is seen is the surface's own area, cos; all facets together have (1 + Lambda) times as much."""
+    family = families(absolute=False)[0].with_beckmann
+    up = lobe_columns(family, np.array([roughness]), *(np.array([a]) for a in (theta, 0.0, 0.0)))[1][0, 0]
+    cos_h = np.array([np.cos(0.5 * theta)])
+    seen = up * 4 * np.cos(theta) / slopes_density(cos_h, roughness, "beckmann")[0]  # 1 / (1 + Lambda)
+    all_facets = projected("beckmann", roughness, theta)
+    assert all_facets * seen == pytest.approx(np.cos(theta), rel=1e-3)  # 400 azimuths of a kinked integrand
+
+
+@pytest.mark.parametrize("distribution", ["ggx", "beckmann"])
+def test_slopes_of_either_distribution_cover_the_surface_once(distribution):
+    assert projected(distribution, 0.4, 0.0) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_retro_lobe_of_weight_1_returns_all_at_normal_incidence_and_is_as_high_at_any():
+    for family in (retro_lobe(absolute=True), retro_lobe(absolute=True).with_beckmann):
+        nodes, weights = np.polynomial.legendre.leggauss(200)
+        theta = 0.25 * np.pi * (nodes + 1)
+        value = lobe_columns(family, np.array([0.05]), 0 * theta, theta, 0 * theta)[1][:, 0]
+        sent = 2 * np.pi * np.sum(0.25 * np.pi * weights * value * np.cos(theta) * np.sin(theta))
+        # tails beyond a right angle and the cosine's fall within the peak: of the square of the roughness
+        assert sent == pytest.approx(1.0, abs=20 * 0.05**2)
+        peak = lobe_columns(family, np.array([0.1]), theta, theta, 0 * theta)[1][:, 0]
+        np.testing.assert_allclose(peak, 1 / (4 * np.pi * 0.1**2), rtol=1e-12)
