@@ -16,7 +16,9 @@ from reconstruct.basis import Basis
 from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells, cells_of
 from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
+from reconstruct.misfit import Misfit, misfit_of
 from reconstruct.model import Model
+from reconstruct.physics import enforced, held_pairs, violated
 from reconstruct.region import Region, region_of
 from reconstruct.represent import Represented, represent
 from reconstruct.robust import ViewScales, independence, level
@@ -31,6 +33,9 @@ HIGHEST_AUTO_TABLE = 12
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 CLOSE = 0.005  # relative representation error that needs no finer modes
+MOST_MOVED = (
+    4.0  # standard errors, a bound: data that would have to move further contradict physics, and are not bent
+)
 FINEST = 16  # order of the representation
 
 
@@ -43,6 +48,7 @@ class FitOptions:
     lobes: int | None = None
     theta_max: float = np.radians(80.0)  # cells beyond are not used
     absolute: bool = True  # the table's scale
+    physics: str = "auto"  # "auto": where the plain fit is unphysical by more than its error | "on" | "off"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +63,17 @@ class FitResult:
     stray: np.ndarray  # (n, c) removed from the cells' values, 1/sr
     scales: ViewScales
     uncertainty: Uncertainty
+    misfit: Misfit
     region: Region  # what is determined, seen and extrapolated
     diagnostics: dict[str, object]  # plain JSON values
 
     def standard_error(self, cells: Cells) -> np.ndarray:
-        """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, and of its being said in modes."""
+        """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, of what it misses systematically,
+        and of its being said in modes."""
         said = self.brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
-        own = self.uncertainty.standard_error(self.model, cells)
-        return np.hypot(own, said - self.model.evaluate(cells))
+        return np.hypot(
+            error_of(self.model, self.uncertainty, self.misfit, cells), said - self.model.evaluate(cells)
+        )
 
 
 def fit_table(
@@ -177,7 +186,8 @@ def _result(
 ) -> FitResult:
     model, cells = final.model, work.cells
     said = _said(model, options, cells.value)
-    region = region_of(spread, model, cells)
+    misfit = misfit_of(cells, model.evaluate(cells))
+    region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
     errors = spread.file_errors(model, said)
     basis = Basis(SYMMETRY, said.order)
     brdf = Brdf(
@@ -191,6 +201,7 @@ def _result(
         scale="absolute" if options.absolute else "relative",
         valid=region.valid(),
     )
+    brdf, physics = _physical(brdf, model, spread, misfit, options.physics)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     diagnostics = {
         "order": chosen.order,
@@ -202,8 +213,49 @@ def _result(
         "views left out": list(work.discordant),
         "views rescaled": [cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "representation error": said.error.tolist(),
+        "physics": physics,
     }
     brdf = replace(brdf, fit=diagnostics)
     return FitResult(
-        brdf, model, cells, predicted, final.weight, work.stray, work.scales, spread, region, diagnostics
+        brdf,
+        model,
+        cells,
+        predicted,
+        final.weight,
+        work.stray,
+        work.scales,
+        spread,
+        misfit,
+        region,
+        diagnostics,
     )
+
+
+def error_of(model: Model, spread: Uncertainty, misfit: Misfit, cells: Cells) -> np.ndarray:
+    """Standard error (n, c) of ``model`` at the directions of ``cells``, 1/sr, with what it misses systematically."""
+    return np.hypot(spread.standard_error(model, cells), misfit.at(cells, model.evaluate(cells)))
+
+
+def _physical(
+    brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, wanted: str
+) -> tuple[Brdf, dict[str, object]]:
+    """The BRDF, held to physics where that is wanted, and what it took."""
+    if wanted == "off" or brdf.symmetry != "isotropic":
+        return brdf, {"held": False}
+    if wanted == "auto" and not violated(brdf, error_of(model, spread, misfit, held_pairs())):
+        return brdf, {"held": False}
+    size, known = len(brdf.modes), min(spread.modes, len(brdf.modes))
+    own = np.zeros((len(brdf.channels), size, size))
+    own[:, :known, :known] = spread.covariance[:, :known, :known]
+    found = enforced(brdf, own)
+    if found is None:
+        return brdf, {"held": False, "contradicted": True}
+    said = {
+        "least f": found.least,
+        "largest albedo": found.albedo,
+        "bounds": found.active,
+        "standard errors moved": found.distance,
+    }
+    if wanted == "auto" and found.distance > MOST_MOVED:
+        return brdf, {"held": False, "contradicted": True} | said
+    return replace(brdf, coefficients=found.coefficients), {"held": found.active > 0} | said

@@ -3,12 +3,13 @@
 A mirror lobe is D G F / (4 cos_i cos_r) with slopes of GGX or of Beckmann (Walter et al. 2007). They differ in Smith's
 masking G (height-correlated, Heitz 2014; or separable) and in Fresnel's F (Schlick 1994 with a free base reflectance
 a channel, as in the coefficient file; or the exact dielectric formula with one index for all channels). A dielectric
-lobe is that of a coat: under it lies a diffuse ground, lit and seen through the interface, (1 - F(i)) (1 - F(r)) times
-a free coefficient a channel. A turning family has a roughness along two axes of the sample: the tangential part of
-GGX's ellipsoid is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that e = k = 0 is isotropic and nothing is singular
-there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher axis lies at half the azimuth of (e, k). A
-retro-reflective lobe has a free weight a channel. Of mirror lobes the file knows only isotropic GGX with
-height-correlated masking and Schlick's Fresnel: :mod:`reconstruct.represent` says the others in its terms.
+lobe is that of a coat: under it lies a diffuse ground, lit and seen through the rough interface, (1 - E(i)) (1 - E(r))
+times a free coefficient a channel, E being all that the interface sends back. A turning family has a roughness along
+two axes of the sample: the tangential part of GGX's ellipsoid is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that
+e = k = 0 is isotropic and nothing is singular there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher
+axis lies at half the azimuth of (e, k). A retro-reflective lobe has a free weight a channel. Of mirror lobes the file
+knows only isotropic GGX with height-correlated masking and Schlick's Fresnel: :mod:`reconstruct.represent` says the
+others in its terms.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import erf
 
+from reconstruct.interface import coat_albedo, dielectric_fresnel, ggx_visibility, visibility
 from reconstruct.lobes import RETRO, retro, slopes_density
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
@@ -134,20 +135,14 @@ def lobe_columns(
         return np.zeros_like(base), np.column_stack([base, grazing])
     f0 = shape[1] if family.absolute else TYPICAL_F0
     lobe = base * dielectric_fresnel(cos_h, f0)
-    passed = 1.0 - np.stack([dielectric_fresnel(np.cos(theta), f0) for theta in (theta_i, theta_r)])
-    ground = passed[0] * passed[1] / np.pi
+    entered_i, entered_r = (
+        1.0 - coat_albedo(family.masking, family.distribution, shape[0], f0, theta)
+        for theta in (theta_i, theta_r)
+    )
+    ground = entered_i * entered_r / np.pi
     if family.absolute:
         return lobe, ground[:, None]
     return np.zeros_like(lobe), np.column_stack([lobe, ground])
-
-
-def dielectric_fresnel(cos: np.ndarray, f0: float) -> np.ndarray:
-    """Unpolarised reflectance of a smooth dielectric with reflectance ``f0`` at normal incidence."""
-    index = (1.0 + np.sqrt(f0)) / (1.0 - np.sqrt(f0))
-    inside = np.sqrt(1.0 - (1.0 - cos * cos) / index**2)
-    s = (cos - index * inside) / (cos + index * inside)
-    p = (index * cos - inside) / (index * cos + inside)
-    return 0.5 * (s * s + p * p)
 
 
 def turned_roughness(shape: np.ndarray) -> tuple[float, float, float]:
@@ -166,25 +161,17 @@ def _without_fresnel(
     between = np.clip(cos_i * cos_r + np.sin(theta_i) * np.sin(theta_r) * np.cos(dphi), -1.0, 1.0)
     length = np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-18))
     cos_n = np.minimum((cos_i + cos_r) / length, 1.0)
-    if family.distribution == "beckmann":
-        density = slopes_density(cos_n, roughness, "beckmann")
-        return density * _beckmann_visibility(family.masking, roughness, cos_i, cos_r), 0.5 * length
-    a2 = roughness * roughness
     if turn is None:
-        density = slopes_density(cos_n, roughness, "ggx")
-        root_i = np.sqrt(a2 + (1.0 - a2) * cos_i * cos_i)
-        root_r = np.sqrt(a2 + (1.0 - a2) * cos_r * cos_r)
-    else:
-        incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
-        slopes = _stretched((incident + exit) / length, -turn) / a2
-        density = 1.0 / (np.pi * a2 * (slopes + cos_n * cos_n) ** 2)
-        root_i = np.sqrt(cos_i * cos_i + a2 * _stretched(incident, turn))
-        root_r = np.sqrt(cos_r * cos_r + a2 * _stretched(exit, turn))
-    if family.masking == "correlated":
-        visibility = 0.5 / np.maximum(cos_r * root_i + cos_i * root_r, 1e-12)
-    else:
-        visibility = 1.0 / ((cos_i + root_i) * (cos_r + root_r))
-    return density * visibility, 0.5 * length
+        density = slopes_density(cos_n, roughness, family.distribution)
+        seen = visibility(family.masking, family.distribution, roughness, cos_i, cos_r)
+        return density * seen, 0.5 * length
+    a2 = roughness * roughness
+    incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
+    slopes = _stretched((incident + exit) / length, -turn) / a2
+    density = 1.0 / (np.pi * a2 * (slopes + cos_n * cos_n) ** 2)
+    root_i = np.sqrt(cos_i * cos_i + a2 * _stretched(incident, turn))
+    root_r = np.sqrt(cos_r * cos_r + a2 * _stretched(exit, turn))
+    return density * ggx_visibility(family.masking, cos_i, cos_r, root_i, root_r), 0.5 * length
 
 
 def _tangential(theta: np.ndarray, phi: np.ndarray | float) -> np.ndarray:
@@ -198,17 +185,3 @@ def _stretched(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
     size = 2.0 * np.hypot(e, k)
     share = 2.0 * np.sinh(size) / size if size > 0.0 else 2.0
     return np.cosh(size) * (x * x + y * y) + share * (e * (x * x - y * y) + 2.0 * k * x * y)
-
-
-def _beckmann_visibility(masking: str, roughness: float, cos_i: np.ndarray, cos_r: np.ndarray) -> np.ndarray:
-    """G / (4 cos_i cos_r), (n,), of Gaussian slopes."""
-    hidden_i, hidden_r = _beckmann_hidden(cos_i, roughness), _beckmann_hidden(cos_r, roughness)
-    both = 0.0 if masking == "correlated" else hidden_i * hidden_r
-    return 0.25 / np.maximum(cos_i * cos_r * (1.0 + hidden_i + hidden_r + both), 1e-12)
-
-
-def _beckmann_hidden(cos: np.ndarray, roughness: float) -> np.ndarray:
-    """Smith's Lambda of Gaussian slopes (Smith 1967): (exp(-a^2) / (a sqrt(pi)) - erfc(a)) / 2, a = cot / roughness."""
-    sine = np.sqrt(np.maximum(1.0 - cos * cos, 1e-30))
-    a = np.maximum(cos, 1e-9) / (roughness * sine)
-    return 0.5 * (np.exp(-a * a) / (a * np.sqrt(np.pi)) - (1.0 - erf(a)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,6 @@ from reconstruct.cells import Cells
 from reconstruct.discord import pair_places
 from reconstruct.model import Model
 from reconstruct.robust import level
-from reconstruct.uncertainty import Uncertainty
 
 STEP = 5.0  # degrees between the map's directions
 NEAR = np.radians(7.5)  # a direction is seen if data lie as near
@@ -47,14 +47,14 @@ class Region:
         return {"theta_i_max": top, "theta_r_max": top}
 
 
-def region_of(spread: Uncertainty, model: Model, cells: Cells) -> Region:
-    """The map of a fitted ``model`` whose data are ``cells``."""
+def region_of(error: Callable[[Cells], np.ndarray], model: Model, cells: Cells) -> Region:
+    """The map of a fitted ``model`` whose data are ``cells`` and whose standard ``error`` at cells is (n, c), 1/sr."""
     theta = np.radians(np.arange(0.5 * STEP, 90.0, STEP))
     dphi = np.radians(np.arange(1.5 * STEP, 180.0, 3.0 * STEP))
     i, r, d = (a.ravel() for a in np.meshgrid(theta, theta, dphi, indexing="ij"))
     grid = Cells.of_angles(i, r, d)
     size = np.maximum(np.abs(model.evaluate(grid)), 1e-3 * level(cells))
-    relative = (spread.standard_error(model, grid) / size).mean(1)
+    relative = (error(grid) / size).mean(1)
     shape = (len(theta), len(theta), len(dphi))
     return Region(theta, dphi, seen_at(cells, grid).reshape(shape), relative.reshape(shape))
 
