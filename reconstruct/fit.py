@@ -242,11 +242,13 @@ def _physical(
     """The BRDF, held to physics where that is wanted, and what it took."""
     if wanted == "off" or brdf.symmetry != "isotropic":
         return brdf, {"held": False}
-    if wanted == "auto" and not violated(brdf, error_of(model, spread, misfit, held_pairs())):
+    pairs = held_pairs()
+    said = brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi) - model.evaluate(pairs)
+    if wanted == "auto" and not violated(brdf, np.hypot(error_of(model, spread, misfit, pairs), said)):
         return brdf, {"held": False}
     size, known = len(brdf.modes), min(spread.modes, len(brdf.modes))
     own = np.zeros((len(brdf.channels), size, size))
-    own[:, :known, :known] = spread.covariance[:, :known, :known]
+    own[:, :known, :known] = spread.of_modes_alone()[:, :known, :known]
     found = enforced(brdf, own)
     if found is None:
         return brdf, {"held": False, "contradicted": True}

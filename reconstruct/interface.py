@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import erf
 
-ANGLES = np.linspace(0.0, 0.5 * np.pi - 1e-3, 33)  # of incidence, at which a coat's albedo is known
-TILTS, TURNS = 48, 24  # half vectors: equal shares of the slopes, azimuths of half a turn
+ANGLES = np.linspace(0.0, 0.5 * np.pi - 1e-3, 25)  # of incidence, at which a coat's albedo is known
+TILTS, TURNS = 32, 16  # half vectors: equal shares of the slopes, azimuths of half a turn
 
 
 def dielectric_fresnel(cos: np.ndarray, f0: float) -> np.ndarray:
@@ -57,7 +57,7 @@ def coat_albedo(
     return np.interp(theta, ANGLES, nodes)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=256)
 def _albedo_nodes(masking: str, distribution: str, roughness: float, f0: float) -> np.ndarray:
     """At :data:`ANGLES`: the mean over half vectors h drawn by D cos_h of F G <i, h> / (cos_i cos_h)."""
     share = (np.arange(TILTS) + 0.5) / TILTS

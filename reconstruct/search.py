@@ -21,7 +21,7 @@ from reconstruct.solve import Common, Factors, FoldedDesign, Statistics, solve
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
 TURNS = ((1.0, 1.0), (1.6, 1.0), (1.0, 1.6), (0.625, 1.0), (1.0, 0.625))  # stretch and skew
 ROUNDS = 4  # of reweighting
-SEARCH_CELLS = 6000  # more do not move the shapes
+SEARCH_CELLS = 3000  # more do not move the shapes
 COARSE, FINE = 0.15, 0.03  # first steps of the search, in logarithms of the shapes
 TOLERANCE = 1e-3  # of the logarithms
 

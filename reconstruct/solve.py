@@ -91,9 +91,12 @@ class Common:
 
     def sums(self, rows: np.ndarray) -> np.ndarray:
         """(u, k) sums of ``rows`` (n, k) over the cells of each unit."""
+        return self.members() @ rows
+
+    def members(self) -> csr_array:
+        """(u, n) 1 where a cell belongs to a unit."""
         cells = np.arange(len(self.unit))
-        members = csr_array((np.ones(len(cells)), (self.unit, cells)))
-        return members @ rows
+        return csr_array((np.ones(len(cells)), (self.unit, cells)))
 
 
 class FoldedDesign:
@@ -115,6 +118,9 @@ class FoldedDesign:
         self._common = common.take(order) if common is not None else None
         self._gram = np.stack([self._fold_gram(s) for s in self._slices()])
         if self._common is not None:
+            self._members = self._common.members()
+            self._pattern = self._weight * self._common.pattern
+            self._size = np.sqrt(1.0 + self._members @ (self._pattern * self._common.pattern))
             self._unit_fold = np.zeros(self._common.unit.max(initial=-1) + 1, int)
             self._unit_fold[self._common.unit] = fold[order]
             self._modes_along = self._along(self._design)
@@ -129,13 +135,11 @@ class FoldedDesign:
 
     def _along(self, rows: np.ndarray) -> np.ndarray:
         """(u, c, k) parts of ``rows`` (n, k) or (n, c, k) along each unit's pattern, scaled for the outer products."""
-        scaled = self._weight * self._common.pattern
-        size = np.sqrt(1.0 + self._common.sums(scaled * self._common.pattern))
         columns = [
-            self._common.sums(scaled[:, c, None] * (rows[:, c] if rows.ndim == 3 else rows))
-            for c in range(scaled.shape[1])
+            self._members @ (self._pattern[:, c, None] * (rows[:, c] if rows.ndim == 3 else rows))
+            for c in range(self._pattern.shape[1])
         ]
-        return np.stack(columns, axis=1) / size[..., None]
+        return np.stack(columns, axis=1) / self._size[..., None]
 
     def _products(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """(f, c, k, k') sums over the units of each fold of outer products."""

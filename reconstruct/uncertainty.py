@@ -45,6 +45,19 @@ class Uncertainty:
     def modes(self) -> int:
         return len(self.basis.modes)
 
+    def of_modes_alone(self) -> np.ndarray:
+        """(c, m, m) covariance of the modes with everything about the lobes held as it is."""
+        m = self.modes
+        own, across, rest = (
+            self.covariance[:, :m, :m],
+            self.covariance[:, :m, m:],
+            self.covariance[:, m:, m:],
+        )
+        taken = (
+            across @ np.linalg.pinv(rest, hermitian=True) @ np.swapaxes(across, 1, 2) if rest.size else 0.0
+        )
+        return own - taken
+
     def standard_error(self, model: Model, cells: Cells) -> np.ndarray:
         """Of ``model`` (n, c) at the directions of ``cells``, 1/sr."""
         common = np.hstack([self.basis.design(cells), model.lobes.columns(cells)[1]])

@@ -24,15 +24,6 @@ def schlick(cos: np.ndarray, f0: Channels) -> np.ndarray:
     return base + (1.0 - base) * ((1.0 - cos) ** 5)[:, None]
 
 
-@lru_cache
-def diffuse_fresnel(ior: float, approximate: bool) -> float:
-    """Mean outside Fresnel reflectance of diffuse light, 2 integral F cos dcos, by Gauss-Legendre."""
-    node, weight = np.polynomial.legendre.leggauss(256)
-    cos = 0.5 * (node + 1.0)
-    value = schlick(cos, (normal_reflectance(ior),))[:, 0] if approximate else fresnel(cos, ior)
-    return float(np.sum(weight * cos * value))
-
-
 def normal_reflectance(ior: float) -> float:
     return ((ior - 1.0) / (ior + 1.0)) ** 2
 
@@ -47,6 +38,48 @@ def ggx(pairs: Pairs, alpha_x: float, alpha_y: float) -> np.ndarray:
 
     shared = pairs.cos_r * slant(pairs.incident) + pairs.cos_i * slant(pairs.exit)
     return 0.5 * density / shared
+
+
+COAT_ANGLES = np.linspace(0.0, 0.5 * np.pi, 65)  # of incidence, at which a coat's albedo is tabulated
+
+
+@lru_cache
+def coat_albedo(roughness: float, ior: float, approximate: bool) -> np.ndarray:
+    """Share of light that a rough clear coat (GGX) reflects at :data:`COAT_ANGLES`: the integral of its lobe times
+    cos_r, over half vectors, of which tan^2 = roughness^2 u / (1 - u) takes equal shares of D cos_h for even u."""
+    node, weight = np.polynomial.legendre.leggauss(96)
+    share, turn = 0.5 * (node + 1.0), (np.arange(96) + 0.5) * np.pi / 96
+    tan = roughness * np.sqrt(share / (1.0 - share))
+    cos_h = 1.0 / np.sqrt(1.0 + tan**2)
+    half = np.stack(
+        np.broadcast_arrays(
+            np.outer(tan * cos_h, np.cos(turn)), np.outer(tan * cos_h, np.sin(turn)), cos_h[:, None]
+        ),
+        axis=-1,
+    ).reshape(-1, 3)
+    part = np.repeat(0.5 * weight, len(turn)) / len(turn)
+    return np.array(
+        [
+            _reflected(np.array([np.sin(a), 0.0, np.cos(a)]), half, part, roughness, ior, approximate)
+            for a in COAT_ANGLES
+        ]
+    )
+
+
+def _reflected(light, half, part, roughness, ior, approximate) -> float:
+    """Share of ``light`` (3,) that facets of normals ``half`` (n, 3), ``part`` (n,) of all, send above the horizon."""
+    cos_d = half @ light
+    exit = 2.0 * cos_d[:, None] * half - light
+    up = (cos_d > 0.0) & (exit[:, 2] > 0.0) & (light[2] > 1e-9)
+    if not up.any():
+        return 1.0
+    pairs = Pairs(np.broadcast_to(light, (int(up.sum()), 3)), exit[up])
+    density = roughness**2 / (np.pi * (1.0 + (roughness**2 - 1.0) * pairs.cos_h**2) ** 2)
+    reflectance = (
+        schlick(cos_d[up], (normal_reflectance(ior),))[:, 0] if approximate else fresnel(cos_d[up], ior)
+    )
+    lobe = ggx(pairs, roughness, roughness) / density
+    return float(np.sum(part[up] * reflectance * lobe * pairs.cos_r * 4.0 * cos_d[up] / pairs.cos_h))
 
 
 @dataclass(frozen=True)
@@ -176,9 +209,9 @@ class BrushedMetal(AnisotropicConductor):
 class Plastic(Reflectance):
     """A rough clear coat (GGX) over a coloured diffuse ground.
 
-    Light enters and leaves through the coat, (1 - F(i))(1 - F(r)), and what the coat sends back inside is
-    scattered again: diffuse = albedo / (pi n^2 (1 - albedo F_in)), 1 - F_in = (1 - F_out) / n^2. The
-    transmission is that of the smooth coat. ``approximate``: Schlick instead of Fresnel.
+    Light enters and leaves through the coat, (1 - E(i))(1 - E(r)), E being all that the rough coat reflects, and
+    what it sends back inside is scattered again: diffuse = albedo / (pi n^2 (1 - albedo E_in)), 1 - E_in =
+    (1 - E_out) / n^2, so that a white ground returns all that enters. ``approximate``: Schlick instead of Fresnel.
     """
 
     albedo: Channels = (0.5, 0.3, 0.2)
@@ -193,11 +226,18 @@ class Plastic(Reflectance):
 
     def above(self, pairs: Pairs) -> np.ndarray:
         albedo = np.asarray(self.albedo, float)
-        let_out = (1.0 - diffuse_fresnel(self.ior, self.approximate)) / self.ior**2
+        back = coat_albedo(self.roughness, self.ior, self.approximate)
+        node, weight = np.polynomial.legendre.leggauss(64)
+        cos = 0.5 * (node + 1.0)
+        mean = float(np.sum(weight * cos * np.interp(np.arccos(cos), COAT_ANGLES, back)))
+        let_out = (1.0 - mean) / self.ior**2
         ground = albedo / (np.pi * self.ior**2 * (1.0 - albedo * (1.0 - let_out)))
-        passed = (1.0 - self.reflected(pairs.cos_i)) * (1.0 - self.reflected(pairs.cos_r))
+        entered_i, entered_r = (
+            1.0 - np.interp(np.arccos(np.minimum(cos, 1.0)), COAT_ANGLES, back)
+            for cos in (pairs.cos_i, pairs.cos_r)
+        )
         coat = ggx(pairs, self.roughness, self.roughness) * self.reflected(pairs.cos_d)
-        return spread(passed, ground) + coat[:, None]
+        return spread(entered_i * entered_r, ground) + coat[:, None]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
+from reconstruct.integrals import albedo_by_quadrature
 from synthetic.brdf import MODELS, angle_grid, directions, make_brdf, on_grid
 
 WHITE = (1.0, 1.0, 1.0)
@@ -75,10 +76,9 @@ def test_no_model_returns_more_than_it_gets(name, theta):
         changes = {"albedo": (0.98,)}
     if name == "retro-reflector":
         changes = {"albedo": (0.7,)}
-    # a coat rougher than its transmission assumes can return up to 2 % too much at grazing, see Plastic
-    assert directional_albedo(make_brdf(name, changes), theta).max() <= (
-        1.02 if "albedo" in changes else 1.0 + 1e-6
-    )
+    # what coats reflect is tabulated; glossy paint's mirror returns its share at any angle and a little more grazing
+    excess = {"plastic": 2e-3, "plastic-schlick": 2e-3, "satin-paint": 2e-3, "glossy-paint": 0.02}
+    assert directional_albedo(make_brdf(name, changes), theta).max() <= 1.0 + excess.get(name, 1e-6)
 
 
 @pytest.mark.parametrize("theta", TILTS)
@@ -157,15 +157,18 @@ def test_blinn_and_torrance_sparrow_slopes_are_normalised():
 
 
 @pytest.mark.parametrize("name", ["plastic", "plastic-schlick"])
+@pytest.mark.parametrize("roughness", [0.1, 0.4])
 @pytest.mark.parametrize("theta", TILTS)
-def test_white_ground_returns_all_that_enters_the_coat(name, theta):
-    """Albedo 1 minus albedo 0 integrates to 1 - F(theta), with F from Snell's law written anew."""
-    grounds = [directional_albedo(make_brdf(name, {"albedo": (a,)}), theta)[0] for a in (1.0, 0.0)]
-    ior, inside = 1.5, np.arcsin(np.sin(theta) / 1.5)
-    ci, ct = np.cos(theta), np.cos(inside)
-    exact = 0.5 * (((ci - ior * ct) / (ci + ior * ct)) ** 2 + ((ior * ci - ct) / (ior * ci + ct)) ** 2)
-    reflected = exact if name == "plastic" else 0.04 + 0.96 * (1 - ci) ** 5
-    assert grounds[0] - grounds[1] == pytest.approx(1 - reflected, rel=1e-4)
+def test_white_ground_returns_all_that_enters_the_coat(name, roughness, theta):
+    """What a white ground adds is what the coat alone, integrated by another rule, does not send back."""
+    white, coat = (make_brdf(name, {"albedo": (a,), "roughness": roughness}) for a in (1.0, 0.0))
+
+    def lobe(*angles):
+        theta_i, theta_r, dphi = np.broadcast_arrays(*angles)
+        return coat(directions(theta_i, 0.0 * theta_i), directions(theta_r, dphi))
+
+    added = directional_albedo(white, theta)[0] - directional_albedo(coat, theta)[0]
+    assert added == pytest.approx(1.0 - albedo_by_quadrature(lobe, theta, 0.5 * roughness)[0], abs=1e-3)
 
 
 def test_brushed_metal_is_streaked_across_the_strokes():
