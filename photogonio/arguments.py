@@ -215,6 +215,12 @@ def _fit_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--symmetry", choices=_SYMMETRIES, default="auto")
     parser.add_argument("--lobes", type=_lobes, default="auto", help="auto, none, or how many")
+    parser.add_argument(
+        "--physics",
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="hold the result to f >= 0 and albedos up to 1; auto: where the plain fit is off by more than its error",
+    )
     parser.add_argument("--channels", metavar="A,B,...", type=_names, help="only these, by name")
     _workers(parser)
 

@@ -28,6 +28,7 @@ class Options:
     level: Auto = None
     symmetry: str = "auto"  # "auto" | "isotropic" | "reciprocal" | "general"
     lobes: Auto = None  # how many
+    physics: str = "auto"  # "auto" | "on" | "off": reconstruct.fit.FitOptions
     channels: tuple[str, ...] | None = None  # None: all
     workers: int | None = None  # None: one a core
 
@@ -42,6 +43,7 @@ class Options:
             "level": self.level,
             "symmetry": self.symmetry,
             "lobes": lobes,
+            "physics": None if self.physics == "auto" else self.physics,
             "channels": self.channels,
         }
 

@@ -23,7 +23,7 @@ from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
 from photogonio.store import default_store
 from photogonio.stream import ReadAhead, Reduced, reduce_photos
-from photogonio.summary import fit_choices, rescaled
+from photogonio.summary import fit_choices, physics_warnings, rescaled
 from photogonio.surroundings import stray_light
 from photogonio.tables import read_table, take_channels
 from reconstruct.brdf import Brdf
@@ -251,7 +251,11 @@ def _fitted(
     stray: StrayLight | None = None,
 ) -> FitResult:
     asked = FitOptions(
-        order=options.order, symmetry=symmetry, lobes=options.lobes, absolute=scale == "absolute"
+        order=options.order,
+        symmetry=symmetry,
+        lobes=options.lobes,
+        absolute=scale == "absolute",
+        physics=options.physics,
     )
     found = fit_table(
         table,
@@ -264,6 +268,8 @@ def _fitted(
         raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
     for name, factor in rescaled(found):
         reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
+    for warning in physics_warnings(found):
+        reporter.warn(warning)
     for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
     return found

@@ -34,6 +34,23 @@ def rescaled(fit: FitResult) -> list[tuple[str, float]]:
     ]
 
 
+def physics_warnings(fit: FitResult) -> list[str]:
+    """What the fit had to be held to, or breaks too firmly to be held to."""
+    found = fit.diagnostics["physics"]
+    if found.get("contradicted"):
+        return [
+            "the data ask for more light out than came in, or for less than none, by more than their errors allow: "
+            "the scale, a light or the stray light is wrong somewhere, or the law has no bound near grazing"
+        ]
+    if found["held"]:
+        least, albedo = found["least f"], found["largest albedo"]
+        return [
+            f"the plain fit broke physics (least f {least:.3g} 1/sr, largest albedo {albedo:.3f}) by more than its "
+            f"error; held to it, by {found['standard errors moved']:.1f} standard errors"
+        ]
+    return []
+
+
 def stray_share(fit: FitResult) -> tuple[float, float]:
     """Stray light that was removed, over the value: median and 95 % quantile of the cells."""
     share = np.abs(fit.stray).sum(1) / np.maximum(np.abs(fit.cells.value).sum(1), np.finfo(float).tiny)
@@ -67,6 +84,7 @@ def numbers(result: Result) -> dict[str, object]:
         "relative_median": median,
         "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
         "valid": brdf.valid,
+        "physics": result.fit.diagnostics["physics"],
         "stray_light": stray_share(result.fit) if result.setup else None,
         "rescaled": dict(rescaled(result.fit)),
         "level": result.table.level,

@@ -16,6 +16,7 @@ def options_of(args: argparse.Namespace) -> Options:
         level=level,
         symmetry=args.symmetry,
         lobes=lobes,
+        physics=args.physics,
         channels=args.channels,
         workers=args.workers,
     )
