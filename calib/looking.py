@@ -6,15 +6,13 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from calib.board import Corners, board_points, find_corners
 from calib.camera import Camera
 from calib.masks import things_mask
 from calib.paper import draw_print
 from calib.pose import fit_pose
 from calib.register import refined_corners
-from calib.tone import detection_image, fine_image, gray, without_fireflies
+from calib.tone import detection_image, fine_image, finite, gray, without_fireflies
 from capture.errors import InputError
 from capture.photoset import PhotoSet, View
 from capture.radiance import RadianceImage
@@ -98,7 +96,7 @@ def look_closer(reader: Reader, camera: Camera, seen: list[Seen], progress: Prog
         if fit is None or image is None or every is None:
             closer.append(one)
             continue
-        usable = ~image.saturated & np.isfinite(image.value).all(axis=2)
+        usable = ~image.saturated & finite(image)
         if one.view.photos[0].role != "calibration":
             shape = usable.shape
             usable &= ~things_mask(reader.photoset, camera, fit.pose, shape, _GROW)

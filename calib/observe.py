@@ -13,7 +13,7 @@ from calib.sample import Limb, focal, settled_limb
 from calib.shading import Reading
 from calib.sight import FIXED_POSE, Sight
 from calib.starts import local_noise
-from calib.tone import gray, without_fireflies
+from calib.tone import finite, gray, without_fireflies
 from capture.photoset import MirrorBall, PhotoSet, Sphere
 from capture.radiance import RadianceImage
 
@@ -80,7 +80,7 @@ class _Pile:
 
 
 def _clean(image: RadianceImage) -> tuple[np.ndarray, np.ndarray]:
-    return without_fireflies(gray(image)), np.isfinite(image.value).all(axis=2)
+    return without_fireflies(gray(image)), finite(image)
 
 
 def _paper(photoset: PhotoSet, image: RadianceImage, camera: Camera, sight: Sight) -> Reading | None:

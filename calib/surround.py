@@ -7,7 +7,7 @@ other photos times the lamp's irradiance there, with the sample's shadow.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,21 +39,43 @@ class Surround:
     lit: np.ndarray  # (m,) share of the lamp's disc seen from the cell
 
 
+ReadAt = Callable[
+    [np.ndarray], tuple[np.ndarray, np.ndarray]
+]  # pixels (n, 2) -> radiance (n, c), validity (n,)
+Bounds = tuple[int, int, int, int]  # columns and rows [x0, x1) x [y0, y1) that can be read
+
+
 def measure_surround(
     setup: Setup, view: ViewSetup, image: RadianceImage, mirror_balls: tuple[MirrorBall, ...] = ()
 ) -> Surround | None:
     """What one photo shows of the surroundings; None for a flat sample, on which nothing beside it shines."""
     if not isinstance(setup.sample, Sphere):
         return None
+    x0, y0 = image.origin
+    height, width = image.valid.shape
+
+    def read_at(pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        column, row = pixels[:, 0] - x0, pixels[:, 1] - y0
+        return image.value[row, column], image.valid[row, column]
+
+    bounds = (x0, y0, x0 + width, y0 + height)
+    return surround_of(setup, view, radiance_around(setup, view, read_at, bounds, mirror_balls))
+
+
+def surround_of(setup: Setup, view: ViewSetup, radiance: np.ndarray) -> Surround:
+    """The surroundings of one view, whose ``radiance`` is :func:`radiance_around`'s."""
     points, size = _grid(setup.sample)
     lamp, lit = _lamp_on(points, view, setup.sample)
-    return Surround(
-        points=points,
-        area=size**2,
-        radiance=_read(points, size, setup.camera, view, image, _balls(setup.sample, mirror_balls)),
-        lamp=lamp,
-        lit=lit,
-    )
+    return Surround(points=points, area=size**2, radiance=radiance, lamp=lamp, lit=lit)
+
+
+def radiance_around(
+    setup: Setup, view: ViewSetup, read_at: ReadAt, bounds: Bounds, mirror_balls: tuple[MirrorBall, ...] = ()
+) -> np.ndarray:
+    """Mean radiance (m, c) of the cells around a ball, NaN where too little of a cell can be read."""
+    points, size = _grid(setup.sample)
+    balls = _balls(setup.sample, mirror_balls)
+    return _read(points, size, setup.camera, view, read_at, bounds, balls)
 
 
 def completed(surrounds: Sequence[Surround | None]) -> tuple[Surround | None, ...]:
@@ -137,7 +159,9 @@ def _lamp_on(points: np.ndarray, view: ViewSetup, sample: Sphere) -> tuple[np.nd
     return irradiance[:, None] * view.strength, lit
 
 
-def _read(points, size, camera: Camera, view: ViewSetup, image: RadianceImage, balls) -> np.ndarray:
+def _read(
+    points, size, camera: Camera, view: ViewSetup, read_at: ReadAt, bounds: Bounds, balls
+) -> np.ndarray:
     """Mean radiance (m, c) of each cell's readable points, NaN where too few are."""
     line = (np.arange(SUBCELLS) + 0.5) / SUBCELLS - 0.5
     offset = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 1, 2) * size[:, None]
@@ -146,12 +170,13 @@ def _read(points, size, camera: Camera, view: ViewSetup, image: RadianceImage, b
     usable = view.pose.apply(fine)[:, 2] > 0.0
     for center, radius in balls:
         usable &= ~behind_ball(fine, eye, center, radius * MARGIN)
-    x, y = np.rint(camera.project(view.pose, fine)).T - np.array(image.origin)[:, None]
-    height, width = image.valid.shape
-    usable &= (x >= 0) & (y >= 0) & (x < width) & (y < height)
-    column, row = np.where(usable, x, 0).astype(int), np.where(usable, y, 0).astype(int)
-    usable &= image.valid[row, column]
-    value = np.where(usable[:, None], image.value[row, column], 0.0)
+    pixels = np.rint(camera.project(view.pose, fine))
+    x0, y0, x1, y1 = bounds
+    usable &= ((pixels >= [x0, y0]) & (pixels < [x1, y1])).all(1)
+    found, valid = read_at(pixels[usable].astype(int))
+    value = np.zeros((len(fine), found.shape[1]), found.dtype)
+    value[usable] = np.where(valid[:, None], found, 0.0)
+    usable[usable] = valid
     value = value.reshape(SUBCELLS**2, len(points), -1).sum(0)
     count = usable.reshape(SUBCELLS**2, len(points)).sum(0)
     enough = count >= LEAST_READ * SUBCELLS**2

@@ -2,33 +2,55 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 
+from capture import pointwise
 from capture.radiance import RadianceImage
 
 _BRIGHT = 98.0  # percentile taken as white: highlights and a white patch should not darken the board
+_JUDGED = 1_000_000  # pixels, about, that tell a large picture's percentiles
 
 
 def gray(image: RadianceImage) -> np.ndarray:
     """Mean of the channels, (h, w) float32, non-finite pixels as 0."""
-    value = image.value.mean(axis=2, dtype=np.float32)
-    return np.nan_to_num(value, nan=0.0, posinf=0.0, neginf=0.0)
+    level = np.empty(image.value.shape[:2], np.float32)
+    pointwise.mean_level(np.ascontiguousarray(image.value, np.float32), level)
+    return level
+
+
+def finite(image: RadianceImage) -> np.ndarray:
+    """Pixels (h, w) bool all of whose channels are finite."""
+    total = np.empty(image.value.shape[:2], np.float32)
+    pointwise.totals(np.ascontiguousarray(image.value, np.float32), total)
+    return np.isfinite(total)
 
 
 def without_fireflies(level: np.ndarray) -> np.ndarray:
     """Single bright pixels replaced by the median around them, (h, w) float32."""
-    middle = cv2.medianBlur(level.astype(np.float32), 3)
-    return np.where(level > 4 * middle + 1e-3 * float(np.percentile(level, 99)), middle, level)
+    level = np.ascontiguousarray(level, np.float32)
+    middle = cv2.medianBlur(level, 3)
+    pointwise.calmed(level, middle, np.float32(1e-3 * _percentile(level, 99.0)))
+    return middle
 
 
 def detection_image(level: np.ndarray) -> np.ndarray:
     """8-bit picture for the marker search of linear gray (h, w): white at the bright percentile, square-root tone."""
-    white = float(np.percentile(level, _BRIGHT)) or 1.0
-    return (np.sqrt(np.clip(level / white, 0.0, 1.0)) * 255).astype(np.uint8)
+    tone = np.empty(level.shape, np.uint8)
+    white = _percentile(level, _BRIGHT) or 1.0
+    pointwise.toned(np.ascontiguousarray(level, np.float32), np.float32(white), tone)
+    return tone
 
 
 def fine_image(level: np.ndarray) -> np.ndarray:
     """Linear gray scaled to [0, 1] for sub-pixel work, (h, w) float32."""
-    white = float(np.percentile(level, 99.5)) or 1.0
-    return np.clip(level / white, 0.0, 1.0).astype(np.float32)
+    fine = level.astype(np.float32)
+    fine /= np.float32(_percentile(level, 99.5) or 1.0)
+    return np.clip(fine, 0.0, 1.0, out=fine)
+
+
+def _percentile(level: np.ndarray, share: float) -> float:
+    step = max(1, math.isqrt(level.size // _JUDGED))
+    return float(np.percentile(level[::step, ::step], share))

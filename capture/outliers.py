@@ -15,13 +15,13 @@ WINDOW = 33  # pixels
 MOST = 0.05  # share of a window: with more, the surface itself sparkles there, and nothing is rejected
 
 
-def isolated_spots(value: np.ndarray, variance: np.ndarray) -> np.ndarray:
+def isolated_spots(value: np.ndarray, variance: np.ndarray, *, crowded: bool = True) -> np.ndarray:
     """Pixels (h, w) bool of spots, from radiance and variance (h, w, c).
 
     A spot's peak is the extreme of its 3 x 3 pixels and stands off the median of the 16 pixels of the ring
     around them by REACH standard deviations, of noise or of the ring; and the ring is calm. A highlight that
     spreads over more than 3 x 3 pixels lifts its ring and stays; and where spots are many, they are the
-    surface's own and stay. A lamp's image in a small mirror ball can be a spot.
+    surface's own and stay, if the ``crowded`` are looked for. A lamp's image in a small mirror ball can be a spot.
     """
     level, noise = np.empty(value.shape[:2], np.float32), np.empty(value.shape[:2], np.float32)
     pointwise.gray(np.ascontiguousarray(value), np.ascontiguousarray(variance), level, noise)
@@ -31,7 +31,7 @@ def isolated_spots(value: np.ndarray, variance: np.ndarray) -> np.ndarray:
     # a first, quick test: the ring of a real spot is calm, so that its mean is near its median
     pointwise.extremes(level, noise, np.float32(0.5 * REACH), np.float32(0.5 * CONTRAST), candidates)
     pointwise.calm_spots(level, noise, candidates, REACH, CONTRAST, CALM, CALM_NOISE, result)
-    if result.any():
+    if crowded and result.any():
         share = cv2.boxFilter(result.astype(np.float32), -1, (WINDOW, WINDOW))
         result &= share <= MOST
     return result

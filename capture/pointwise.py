@@ -31,6 +31,62 @@ def scaled(pixels, top, left, scale, offset, slope, read, step, value, variance)
 
 
 @_jit
+def full(pixels, clip, result):
+    """Marks the pixels (h, w) some channel of which, of (h, w, c), is at or above ``clip``; most rows have none."""
+    for y in range(len(pixels)):
+        row = pixels[y].reshape(-1)
+        most = row[0]
+        for x in range(np.uint64(len(row))):
+            most = max(most, row[x])
+        if most >= clip:
+            for x in range(pixels.shape[1]):
+                for c in range(pixels.shape[2]):
+                    result[y, x] |= pixels[y, x, c] >= clip
+
+
+@_jit
+def totals(value, level):
+    """Sum over channels (h, w) of (h, w, c); three of them are added in vector lanes."""
+    for y in range(len(value)):
+        row, three = value[y].reshape(-1), np.uint64(3)
+        if value.shape[2] == 3:
+            for x in range(np.uint64(value.shape[1])):
+                level[y, x] = row[three * x] + row[three * x + np.uint64(1)] + row[three * x + np.uint64(2)]
+        else:
+            for x in range(value.shape[1]):
+                level[y, x] = value[y, x].sum()
+
+
+@_jit
+def mean_level(value, level):
+    """Mean over channels (h, w) of (h, w, c), 0 where it is not finite."""
+    totals(value, level)
+    channels = np.float32(value.shape[2])
+    for y in range(len(level)):
+        for x in range(np.uint64(level.shape[1])):
+            mean = level[y, x] / channels
+            level[y, x] = mean if mean - mean == np.float32(0.0) else np.float32(0.0)
+
+
+@_jit
+def calmed(level, middle, floor):
+    """``middle`` (h, w), the medians of neighbourhoods, becomes ``level`` where that is not far above it."""
+    for y in range(len(level)):
+        for x in range(np.uint64(level.shape[1])):
+            if not level[y, x] > np.float32(4.0) * middle[y, x] + floor:
+                middle[y, x] = level[y, x]
+
+
+@_jit
+def toned(level, white, tone):
+    """255 sqrt(level / white) between 0 and 255, cut off to integers; (h, w) each."""
+    for y in range(len(level)):
+        for x in range(np.uint64(level.shape[1])):
+            part = min(max(level[y, x] / white, np.float32(0.0)), np.float32(1.0))
+            tone[y, x] = np.uint8(np.sqrt(part) * np.float32(255.0))
+
+
+@_jit
 def gray(value, variance, level, noise):
     """Mean over channels, and its standard deviation, (h, w) each, of (h, w, c)."""
     channels = np.uint64(value.shape[2])

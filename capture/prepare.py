@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -32,15 +32,18 @@ ASSUMED_ELECTRONS = 20000.0  # at white level, where no photo tells
 ASSUMED_READ = 5.0
 
 
-def prepare(photoset: PhotoSet, *, camera: Rays | None = None) -> RadianceReader:
-    """A reader for a set. ``camera`` (its ``rays`` and ``size``) is needed for ``vignetting = "cos4"`` only.
+def prepare(
+    photoset: PhotoSet, *, camera: Rays | None = None, decode: Callable[..., Image] = read_image
+) -> RadianceReader:
+    """A reader for a set. ``camera`` (its ``rays`` and ``size``) is needed for ``vignetting = "cos4"`` only;
+    ``decode`` is what photos are read with.
 
     Raises InputError if no photo can be read, if photos differ in size, or if dark, flat or ambient frames
     cannot be used. A single unreadable photo is left for :meth:`RadianceReader.read` to name.
     """
     headers = read_headers(photoset)
     size = common_size(photoset, headers)
-    images = look(photoset)
+    images = look(photoset, decode)
     exposures = {
         photo.file: combine(photo, headers[photo.file].exposure if photo.file in headers else Exposure())
         for photo in photoset.photos
@@ -58,6 +61,7 @@ def prepare(photoset: PhotoSet, *, camera: Rays | None = None) -> RadianceReader
         fields=fields,
         notes=(*notes, sensor_note(sensor)),
         warnings=doubts(photoset, images[0], sensor),
+        decode=decode,
     )
     dark, unread = dark_frame(reader)
     reader = replace(reader, dark=dark, warnings=reader.warnings + unread)
@@ -100,7 +104,7 @@ def common_size(photoset: PhotoSet, headers: Mapping[str, Header]) -> tuple[int,
     return size
 
 
-def look(photoset: PhotoSet) -> list[Image]:
+def look(photoset: PhotoSet, decode: Callable[..., Image] = read_image) -> list[Image]:
     """A few readable photos of the sample, evenly spread; of a bracket the middle one."""
     views = photoset.views("sample") or tuple(View((photo,)) for photo in photoset.photos)
     chosen = {round(k) for k in np.linspace(0, len(views) - 1, min(LOOKED_AT, len(views)))}
@@ -109,7 +113,7 @@ def look(photoset: PhotoSet) -> list[Image]:
     def attempt(k: int) -> Image | InputError:
         photo = views[k].photos[len(views[k].photos) // 2]
         try:
-            return bands(read_image(photoset.folder / photo.file, demosaic=photoset.radiometry.demosaic))
+            return bands(decode(photoset.folder / photo.file, demosaic=photoset.radiometry.demosaic))
         except InputError as error:
             return error
 

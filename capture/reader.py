@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,7 +15,7 @@ from capture.images import Image, read_image
 from capture.outliers import isolated_spots
 from capture.photoset import Photo, PhotoSet, View
 from capture.radiance import RadianceImage
-from capture.signal import Region, Sensor, Signal, cut, grown, part_of, signal_of
+from capture.signal import MIDDLE, WINDOW, Region, Sensor, Signal, Windows, cut, grown, part_of, signal_of
 
 STEP_PIXELS = 1_000_000  # about, that the exposure steps of a bracket are measured on
 BELOW_BLACK = 4.0  # standard deviations below black that a pixel may read
@@ -43,9 +43,10 @@ class RadianceReader:
     ambient: Mapping[str | None, RadianceImage] = field(default_factory=dict)  # by light
     notes: tuple[str, ...] = ()  # what was found of the sensor, in words
     warnings: tuple[str, ...] = ()  # what a person should look at
+    decode: Callable[..., Image] = read_image  # or one of the same arguments that keeps what it decoded
 
-    def read(self, view: View, roi: Region | None = None) -> RadianceImage:
-        """Radiance of a view, or of its region ``[x0, x1) x [y0, y1)``.
+    def read(self, view: View, roi: Region | Windows | None = None) -> RadianceImage:
+        """Radiance of a view, or of its region ``[x0, x1) x [y0, y1)``, or of windows.
 
         Raises InputError, naming the photo, if it cannot be read, differs in size or channels from the
         others, or lacks an exposure quantity that others have.
@@ -62,10 +63,18 @@ class RadianceReader:
             value *= gain
             variance *= gain**2
         valid = image.valid & ~grown(saturated)
-        valid &= ~isolated_spots(value, variance)
+        valid &= ~isolated_spots(value, variance, crowded=not isinstance(roi, Windows))
         return RadianceImage(value, variance, valid, saturated, image.origin, image.ghost)
 
-    def exposed(self, view: View, roi: Region | None = None) -> RadianceImage:
+    def read_at(self, view: View, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Radiance (n, c) and validity (n,) at single pixels (n, 2), at least MIDDLE from the photo's edge.
+
+        As :meth:`read` has them, but that many spots close together are rejected too.
+        """
+        read = self.read(view, Windows(pixels))
+        return read.value[MIDDLE::WINDOW, MIDDLE], read.valid[MIDDLE::WINDOW, MIDDLE]
+
+    def exposed(self, view: View, roi: Region | Windows | None = None) -> RadianceImage:
         """Exposures joined and divided out; ambient light and vignetting still in it."""
         factors = [self.factor(photo) for photo in view.photos]
         ghost = None
@@ -88,7 +97,8 @@ class RadianceReader:
         valid.ravel()[too_low // value.shape[2]] = False
         if self.dark is not None:
             valid &= ~cut(self.dark.hot, roi)
-        return RadianceImage(value, variance, valid, saturated, roi[:2] if roi else (0, 0), ghost)
+        origin = roi[:2] if isinstance(roi, tuple) else (0, 0)
+        return RadianceImage(value, variance, valid, saturated, origin, ghost)
 
     def factor(self, photo: Photo) -> float:
         """Exposure of a photo: signal over radiance."""
@@ -110,7 +120,7 @@ class RadianceReader:
         except ValueError as error:
             raise InputError(path, str(error)) from error
 
-    def signal(self, photo: Photo, roi: Region | None = None) -> Signal:
+    def signal(self, photo: Photo, roi: Region | Windows | None = None) -> Signal:
         """Linear signal of a photo without its dark signal."""
         signal = signal_of(self.image(photo), self.sensor, roi)
         if self.dark is not None:
@@ -122,7 +132,7 @@ class RadianceReader:
     def image(self, photo: Photo) -> Image:
         """The decoded photo, of the set's size and channels."""
         path = self.photoset.folder / photo.file
-        image = read_image(path, demosaic=self.photoset.radiometry.demosaic)
+        image = self.decode(path, demosaic=self.photoset.radiometry.demosaic)
         height, width = image.pixels.shape[:2]
         if (width, height) != self.size:
             expected = f"{self.size[0]} x {self.size[1]}"

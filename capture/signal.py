@@ -13,6 +13,10 @@ from capture.images import Image
 from capture.noise import NoiseModel
 
 Region = tuple[int, int, int, int]  # columns and rows [x0, x1) x [y0, y1)
+WINDOW, MIDDLE = (
+    7,
+    3,
+)  # pixels of a window's side, and its middle: a pixel's validity hangs on so many neighbours
 HALF_STEP = 2.0**-11  # relative spacing of half floats, taken for all float files
 FLOAT_FLOOR = 1e-14  # variance of a float's zero
 
@@ -25,6 +29,23 @@ class Signal:
 
 
 @dataclass(frozen=True, slots=True)
+class Windows:
+    """Small windows around single pixels, laid under one another as one narrow picture (n * WINDOW, WINDOW).
+
+    ``picture[MIDDLE::WINDOW, MIDDLE]`` are the pixels themselves. At least MIDDLE pixels must lie between them and the
+    photo's edge.
+    """
+
+    pixels: np.ndarray  # (n, 2) int columns and rows
+
+    def of(self, array: np.ndarray) -> np.ndarray:
+        """The windows of an image (h, w, ...), a copy."""
+        step = np.arange(-MIDDLE, MIDDLE + 1)
+        rows = (self.pixels[:, 1, None] + step).reshape(-1, 1)
+        return array[rows, np.repeat(self.pixels[:, 0, None] + step, WINDOW, axis=0)]
+
+
+@dataclass(frozen=True, slots=True)
 class Sensor:
     """How the camera's files stand for light."""
 
@@ -34,20 +55,22 @@ class Sensor:
     own_levels: bool = False  # the manifest gives black or white, also for RAW files
 
 
-def cut(array: np.ndarray, region: Region | None) -> np.ndarray:
-    """The region's part of an image, a view; all of it without a region."""
+def cut(array: np.ndarray, region: Region | Windows | None) -> np.ndarray:
+    """The region's part of an image, a view (of windows a copy); all of it without a region."""
     if region is None:
         return array
+    if isinstance(region, Windows):
+        return region.of(array)
     x0, y0, x1, y1 = region
     return array[y0:y1, x0:x1]
 
 
-def part_of(signal: Signal, region: Region | None, step: int = 1) -> Signal:
+def part_of(signal: Signal, region: Region | Windows | None, step: int = 1) -> Signal:
     """The region's part of a signal, every ``step``-th row of it."""
     return Signal(*(cut(a, region)[::step] for a in (signal.value, signal.variance, signal.saturated)))
 
 
-def signal_of(image: Image, sensor: Sensor, region: Region | None = None) -> Signal:
+def signal_of(image: Image, sensor: Sensor, region: Region | Windows | None = None) -> Signal:
     """Signal, variance and saturation of a photo, or of a region of it."""
     pixels = cut(image.pixels, region)
     line = straight(image, sensor)
@@ -89,10 +112,12 @@ def straight(image: Image, sensor: Sensor) -> Line | None:
 
 
 def line_signal(
-    image: Image, line: Line, noise: NoiseModel, region: Region | None
+    image: Image, line: Line, noise: NoiseModel, region: Region | Windows | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Signal and variance, (h, w, c) float32 each, of a photo or a region of it, in one pass."""
     pixels, channels = image.pixels, image.pixels.shape[2]
+    if isinstance(region, Windows):
+        pixels, region = region.of(pixels), None
     x0, y0, x1, y1 = region or (0, 0, pixels.shape[1], pixels.shape[0])
     top, left = y0, x0 * channels
     if not pixels.flags.c_contiguous:
@@ -112,8 +137,9 @@ def saturated(pixels: np.ndarray, clip: float, known: np.ndarray | None) -> np.n
     """Pixels (h, w) some channel of which is at or above ``clip``, or known from the mosaic."""
     result = np.zeros(pixels.shape[:2], bool) if known is None else known.copy()
     if np.isfinite(clip):
-        for c in range(pixels.shape[2]):  # quicker than a maximum over a short axis
-            result |= pixels[..., c] >= clip
+        pointwise.full(
+            np.ascontiguousarray(pixels), np.float32(clip) if pixels.dtype.kind == "f" else clip, result
+        )
     return result
 
 

@@ -21,10 +21,11 @@ from photogonio.options import Choice, Options, asked_symmetry, choose_level
 from photogonio.outputs import staged_file, staged_folder
 from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
-from photogonio.store import default_store
+from photogonio.scratch import Scratch
+from photogonio.store import KeptSetup, default_store
 from photogonio.stream import ReadAhead, Reduced, reduce_photos
 from photogonio.summary import fit_choices, physics_warnings, rescaled
-from photogonio.surroundings import stray_light
+from photogonio.surroundings import is_stray_light_known, joined_stray_light
 from photogonio.tables import read_table, take_channels
 from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
@@ -70,28 +71,22 @@ def process(
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
-    setup, radiance = _calibrated(photoset, reporter, options.threads())
-    watch.lap("calibrate")
-    level = choose_level(setup, options)
-    reporter.say(f"{level.what} {level.value}: {level.reason}")
-    around = ReduceOptions(
-        isotropic=symmetry == "isotropic",
-        mirror_balls=photoset.mirror_balls,
-        white_patches=photoset.white_patches,
-    )
-    reduced = _reduced(radiance, setup, int(level.value), around, options, reporter)
+    with Scratch() as scratch:
+        setup, radiance, hashes = _calibrated(photoset, reporter, options.threads(), scratch)
+        watch.lap("calibrate")
+        level = choose_level(setup, options)
+        reporter.say(f"{level.what} {level.value}: {level.reason}")
+        around = ReduceOptions(
+            isotropic=symmetry == "isotropic",
+            mirror_balls=photoset.mirror_balls,
+            white_patches=photoset.white_patches,
+        )
+        reduced = _reduced(radiance, setup, int(level.value), around, options, hashes, reporter)
     for photo in reduced.left_out:
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
     table = take_channels(reduced.table, options)
     watch.lap("reduce")
-    stray = stray_light(
-        radiance,
-        setup,
-        table,
-        workers=options.threads(),
-        progress=lambda done, total: reporter.progress("reading the surroundings", done, total),
-    )
-    watch.lap("surroundings")
+    stray = joined_stray_light(setup, table, reduced.around)
     errors = view_errors(setup, table)
     fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=errors, stray=stray)
     watch.lap("fit")
@@ -127,8 +122,9 @@ def calibrate(
     """
     photoset = load_photoset(folder)
     threads = Options(workers=workers).threads()
-    setup, _ = _calibrated(photoset, reporter or Reporter(quiet=True), threads)
-    setup = replace(setup, source=_provenance("calibrate", photoset, Options()).to_dict())
+    with Scratch() as scratch:
+        setup, _, hashes = _calibrated(photoset, reporter or Reporter(quiet=True), threads, scratch)
+    setup = replace(setup, source=_provenance("calibrate", photoset, Options(), hashes).to_dict())
     if out is not None:
         with staged_file(Path(out)) as stage:
             save_setup(setup, stage)
@@ -187,13 +183,23 @@ def write_result(result: Result, out: Path) -> None:
         (stage / "report.html").write_text(page.report_html(result, pictures), encoding="utf-8")
 
 
-def _calibrated(photoset: PhotoSet, reporter: Reporter, workers: int) -> tuple[Setup, RadianceReader]:
-    """Where everything was, and the reader that the sample photos are to be read with."""
-    radiance = prepare(photoset)
-    setup = _found(photoset, radiance, reporter, workers)
-    if photoset.radiometry.vignetting == "cos4":  # it takes the camera, and changes the white patch's reading
-        radiance = replace(radiance, gain=vignetting(radiance, setup.camera))
+def _calibrated(
+    photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch
+) -> tuple[Setup, RadianceReader, dict[str, str]]:
+    """Where everything was, the reader that the sample photos are to be read with, and the hashes of the files."""
+    radiance = prepare(photoset, decode=scratch.keep)
+    kept = KeptSetup.of(photoset, default_store(), workers)
+    setup = kept.load()
+    if setup is not None:
+        reporter.say("calibrated before, with the same photos, and not again")
+    else:
         setup = _found(photoset, radiance, reporter, workers)
+        if (
+            photoset.radiometry.vignetting == "cos4"
+        ):  # takes the camera, and changes the white patch's reading
+            setup = _found(photoset, with_vignetting(radiance, setup), reporter, workers)
+        setup = kept.save(setup)
+    radiance = replace(with_vignetting(radiance, setup), decode=scratch.take)
     for note in radiance.notes:
         reporter.say(note)
     for warning in (*radiance.warnings, *setup.warnings):
@@ -201,7 +207,14 @@ def _calibrated(photoset: PhotoSet, reporter: Reporter, workers: int) -> tuple[S
     setup = replace(setup, residuals=setup.residuals | {"radiometry": list(radiance.notes)})
     used, total = len(setup.views), len(photoset.views("sample"))
     reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
-    return setup, radiance
+    return setup, radiance, kept.hashes
+
+
+def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
+    """The reader with the gain of cos^4 where the manifest asks for it, which the camera tells."""
+    if radiance.photoset.radiometry.vignetting != "cos4":
+        return radiance
+    return replace(radiance, gain=vignetting(radiance, setup.camera))
 
 
 def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, workers: int) -> Setup:
@@ -215,6 +228,7 @@ def _reduced(
     level: int,
     around: ReduceOptions,
     options: Options,
+    hashes: Mapping[str, str],
     reporter: Reporter,
 ) -> Reduced:
     if not compiled_before():
@@ -226,6 +240,8 @@ def _reduced(
         options=around,
         workers=options.threads(),
         store=default_store(),
+        hashes=hashes,
+        around=is_stray_light_known(radiance.photoset, setup),
         progress=lambda done, total: reporter.progress("reducing photos", done, total),
     )
     if reduced.at_hand:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,7 +17,10 @@ import numpy as np
 import calib
 import capture
 import reconstruct
+from calib.setup import Setup, load_setup, save_setup
 from capture.errors import InputError
+from capture.photoset import MANIFEST, PhotoSet
+from photogonio.provenance import hash_files
 from reconstruct.table import FacetTable, load_table, save_table
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
@@ -25,7 +29,8 @@ SUFFIX = ".npz"
 
 
 class Store:
-    """A folder of facet tables by key. Any number of runs may share it; a damaged entry counts as absent."""
+    """A folder of facet tables and small files by key. Any number of runs may share it; a damaged entry counts as
+    absent."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -49,6 +54,33 @@ class Store:
             return False
         return True
 
+    def get_array(self, key: str) -> np.ndarray | None:
+        """Inverse of :meth:`put_array`; None if there is none."""
+        try:
+            return np.load(self._path(key, ".npy"), allow_pickle=False)
+        except (OSError, ValueError, EOFError):
+            return None
+
+    def put_array(self, key: str, array: np.ndarray) -> bool:
+        """Keep a small array; False if it cannot be."""
+        return self.put_bytes(key, ".npy", lambda path: np.save(path, array))
+
+    def put_bytes(self, key: str, suffix: str, write: Callable[[Path], object]) -> bool:
+        """Keep a file that ``write`` makes at the path it is given; False if it cannot be."""
+        path = self._path(key, suffix)
+        part = path.with_name(f"{path.stem}.{os.getpid()}-{threading.get_ident()}.part{suffix}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write(part)
+            os.replace(part, path)
+        except OSError:
+            return False
+        return True
+
+    def file(self, key: str, suffix: str) -> Path:
+        """Where :meth:`put_bytes` keeps it."""
+        return self._path(key, suffix)
+
     def prune(self, most_bytes: int = MOST_BYTES) -> None:
         """Drop what was not used for longest until the rest fits in ``most_bytes``."""
         try:
@@ -62,8 +94,8 @@ class Store:
         except OSError:
             return
 
-    def _path(self, key: str) -> Path:
-        return self.folder / key[:2] / (key + SUFFIX)
+    def _path(self, key: str, suffix: str = SUFFIX) -> Path:
+        return self.folder / key[:2] / (key + suffix)
 
 
 def default_store() -> Store | None:
@@ -78,6 +110,47 @@ def default_store() -> Store | None:
     else:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Store(Path(base) / "photogonio" / "views")
+
+
+@dataclass(frozen=True, slots=True)
+class KeptSetup:
+    """The calibration of a photo set, kept under the contents of its files and of the program."""
+
+    store: Store | None
+    key: str
+    hashes: dict[str, str]  # SHA-256 of the photos' files, by file; none without a store
+
+    @classmethod
+    def of(cls, photoset: PhotoSet, store: Store | None, workers: int) -> KeptSetup:
+        if store is None:
+            return cls(None, "", {})
+        files = sorted({photo.file for photo in photoset.photos})
+        try:
+            found = hash_files([photoset.folder / name for name in (MANIFEST, *files)], workers=workers)
+        except OSError:
+            return cls(None, "", {})  # whoever reads the file will say what is wrong with it
+        hashes = {name: found[photoset.folder / name] for name in files}
+        key = key_of("setup", code_key(), found[photoset.folder / MANIFEST], hashes)
+        return cls(store, key, hashes)
+
+    def load(self) -> Setup | None:
+        """The setup that was kept; None if there is none."""
+        if self.store is None:
+            return None
+        path = self.store.file(self.key, ".json")
+        try:
+            setup = load_setup(path)
+            os.utime(path)
+        except (InputError, OSError):
+            return None
+        return setup
+
+    def save(self, setup: Setup) -> Setup:
+        """Keep a setup; returned as it will be loaded, so that later runs go on from the same numbers."""
+        if self.store is None:
+            return setup
+        self.store.put_bytes(self.key, ".json", lambda path: save_setup(setup, path))
+        return self.load() or setup
 
 
 def key_of(*parts: object) -> str:

@@ -10,17 +10,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 from calib.setup import LeftOut, Setup, ViewSetup
 from capture.errors import InputError
+from capture.images import Image
 from capture.photoset import View
 from capture.radiance import RadianceImage, exposure_fault
 from capture.reader import RadianceReader
 from photogonio.provenance import hash_file
 from photogonio.store import Store, code_key, key_of
+from photogonio.surroundings import photo_around
 from reconstruct.directions import ReduceOptions, region_of
 from reconstruct.reduce import reduce_view
 from reconstruct.table import FacetTable, add_tables
@@ -72,6 +76,7 @@ class Reduced:
     left_out: tuple[LeftOut, ...]
     at_hand: int
     hashes: Mapping[str, str]  # SHA-256 of the photos' files, by file; none where no store asked for them
+    around: tuple[np.ndarray | None, ...]  # radiance around the sample in each of the table's groups
 
 
 def reduce_photos(
@@ -82,16 +87,23 @@ def reduce_photos(
     options: ReduceOptions,
     workers: int = 1,
     store: Store | None = None,
+    hashes: Mapping[str, str] | None = None,
+    around: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Reduced:
     """Reduce every view of a setup. With ``store``, finished photos are kept there, and taken from there.
+
+    ``hashes`` are the files' that are known. With ``around``, what lies around the sample is read on the way.
 
     Raises:
         InputError: no view can be used.
     """
     threads = max(1, workers // max(1, len(setup.views)))
     with nullcontext(store.folder) if store else TemporaryDirectory() as folder:
-        job = _Job(reader, setup, level, options, threads, Store(Path(folder)), named=store is not None)
+        kept = Store(Path(folder))
+        job = _Job(
+            reader, setup, level, options, threads, kept, dict(hashes or {}), around, named=bool(store)
+        )
         results = _run_all(job, workers, progress)
         done = [result for result in results if isinstance(result, _Done)]
         failed = tuple(result for result in results if isinstance(result, LeftOut))
@@ -102,7 +114,8 @@ def reduce_photos(
         table = add_tables([job.table(one) for one in done])
     if store is not None:
         store.prune()
-    return Reduced(table, failed, sum(one.at_hand for one in done), job.hashes)
+    at_hand = sum(one.at_hand for one in done)
+    return Reduced(table, failed, at_hand, job.hashes, tuple(one.around for one in done))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +125,7 @@ class _Done:
     view: ViewSetup
     key: str
     table: FacetTable | None
+    around: np.ndarray | None  # (m, c) radiance around the sample, where it was asked for
     at_hand: bool
 
 
@@ -151,34 +165,45 @@ class _Job:
         options: ReduceOptions,
         threads: int,
         store: Store,
+        hashes: dict[str, str],
+        around: bool,
         *,
         named: bool,
     ):
         self.reader, self.setup, self.level, self.options = reader, setup, level, options
-        self.threads, self.store = threads, store
+        self.threads, self.store, self.around = threads, store, around
         self.views = {view.name: view for view in reader.photoset.views("sample")}
-        self.hashes: dict[str, str] = {}
+        self.hashes = hashes
         # without a store to keep them in, results need no more than a number
         self.shared = _shared_key(reader, setup, level, options) if named else None
 
     def run(self, view: ViewSetup) -> _Done:
         """Sees to it that one view's table is in the store. Raises InputError if the view cannot be used."""
         key = key_of(view.name) if self.shared is None else key_of(self.shared, view, self._photo_key(view))
-        if self.shared is not None and self.store.get(key) is not None:
-            return _Done(view, key, None, True)
-        table = self._reduce(view)
-        return _Done(view, key, None if self.store.put(key, table) else table, False)
+        if self.shared is not None:
+            around = self.store.get_array(key)
+            if (around is not None or not self.around) and self.store.get(key) is not None:
+                return _Done(view, key, None, around if self.around else None, True)
+        reader = _remembering(self.reader)
+        photo = self.views[view.name]
+        around = photo_around(reader, self.setup, view, photo) if self.around else None
+        table = self._reduce(reader, view)
+        if around is not None and self.shared is not None:
+            self.store.put_array(key, around)
+        return _Done(view, key, None if self.store.put(key, table) else table, around, False)
 
     def table(self, done: _Done) -> FacetTable:
         """The table of a finished view."""
         found = self.store.get(done.key) if done.table is None else done.table
-        return self._reduce(done.view) if found is None else found  # another run may have cleared the store
+        return (
+            self._reduce(self.reader, done.view) if found is None else found
+        )  # another run may have cleared the store
 
-    def _reduce(self, view: ViewSetup) -> FacetTable:
+    def _reduce(self, reader: RadianceReader, view: ViewSetup) -> FacetTable:
         region = region_of(self.setup, view.pose)
         if region[0] == region[2]:
             raise InputError(view.name, "the sample is outside the picture")
-        radiance = self.reader.read(self.views[view.name], _with_border(region, self.setup.camera.size))
+        radiance = reader.read(self.views[view.name], _with_border(region, self.setup.camera.size))
         fault = exposure_fault(_sparse(radiance))
         if fault:
             raise InputError(view.name, fault)
@@ -191,6 +216,8 @@ class _Job:
         """Of the bytes of a view's files, and of what the reader knows of them and their light."""
         photos, light = self.views[view.name].photos, self.views[view.name].light
         for photo in photos:
+            if photo.file in self.hashes:
+                continue
             try:
                 self.hashes[photo.file] = hash_file(self.reader.photoset.folder / photo.file)
             except OSError as error:
@@ -198,6 +225,18 @@ class _Job:
         hashes = [self.hashes[photo.file] for photo in photos]
         exposures = [self.reader.exposures.get(photo.file) for photo in photos]
         return key_of(hashes, exposures, light)
+
+
+def _remembering(reader: RadianceReader) -> RadianceReader:
+    """The same reader, that decodes each photo once and holds it: for one view."""
+    held: dict[Path, Image] = {}
+
+    def decode(path: Path, *, demosaic: str) -> Image:
+        if path not in held:
+            held[path] = reader.decode(path, demosaic=demosaic)
+        return held[path]
+
+    return replace(reader, decode=decode)
 
 
 def _sparse(radiance: RadianceImage) -> RadianceImage:

@@ -1,0 +1,130 @@
+"""Decoded photos set aside on disk, uncompressed, for the passes that read a photo again.
+
+Calibration looks at a photo several times, each time with more known. Decoding costs most of a look; reading back what
+was decoded costs a few hundredths of it, as long as the system's own file cache holds it. So much is kept as fits in
+half of the memory that is free, which the system may take back at any time; photos beyond that are decoded anew. The
+file has no name: it is gone when the process is, however that ends.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import threading
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from capture.images import Image, read_image
+
+SHARE = 0.5  # of free memory and of free disk
+
+
+class Scratch:
+    """Decodes photos, and remembers. A context manager; any number of threads may use it at once."""
+
+    def __init__(self, most_bytes: int | None = None):
+        """``most_bytes`` are kept; by default what memory and disk allow."""
+        self._most = free_bytes() if most_bytes is None else most_bytes
+        self._file: BinaryIO | None = None
+        self._end = 0
+        self._kept: dict[tuple[Path, str], _Kept] = {}
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> Scratch:
+        if self._most and hasattr(os, "preadv"):
+            self._file = tempfile.TemporaryFile(prefix="photogonio-")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def take(self, path: Path, *, demosaic: str = "superpixel") -> Image:
+        """The photo, read back if it was kept. Raises InputError as :func:`capture.images.read_image` does."""
+        kept = self._kept.get((path, demosaic))
+        if kept is None or self._file is None:
+            return read_image(path, demosaic=demosaic)
+        return kept.read(self._file.fileno())
+
+    def keep(self, path: Path, *, demosaic: str = "superpixel") -> Image:
+        """The photo, which is kept if there is room: for those that are read again."""
+        if (path, demosaic) in self._kept:
+            return self.take(path, demosaic=demosaic)
+        image = read_image(path, demosaic=demosaic)
+        place = self._room(_size(image))
+        if place is not None and self._file is not None:
+            try:
+                self._kept[path, demosaic] = _Kept.written(image, self._file.fileno(), place)
+            except OSError:
+                self._most = 0  # the disk is full
+        return image
+
+    def _room(self, size: int) -> int | None:
+        with self._lock:
+            place = self._end
+            if self._file is None or place + size > self._most:
+                return None
+            self._end += size
+            return place
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """Where a photo's arrays are, and the photo without them."""
+
+    bare: Image
+    arrays: tuple[tuple[str, np.dtype, tuple[int, ...], int], ...]  # name, type, shape, place
+
+    @classmethod
+    def written(cls, image: Image, file: int, place: int) -> _Kept:
+        arrays = []
+        for name in ("pixels", "saturated"):
+            array = getattr(image, name)
+            if array is not None:
+                array = np.ascontiguousarray(array)
+                _write(file, array, place)
+                arrays.append((name, array.dtype, array.shape, place))
+                place += array.nbytes
+        nothing = np.empty((0, 0, 0), image.pixels.dtype)
+        return cls(replace(image, pixels=nothing, saturated=None), tuple(arrays))
+
+    def read(self, file: int) -> Image:
+        found = {name: _read(file, np.empty(shape, kind), at) for name, kind, shape, at in self.arrays}
+        return replace(self.bare, **found)
+
+
+def _size(image: Image) -> int:
+    return image.pixels.nbytes + (0 if image.saturated is None else image.saturated.nbytes)
+
+
+def _write(file: int, array: np.ndarray, place: int) -> None:
+    rest = memoryview(array).cast("B")
+    while rest:
+        done = os.pwrite(file, rest, place)
+        rest, place = rest[done:], place + done
+
+
+def _read(file: int, array: np.ndarray, place: int) -> np.ndarray:
+    rest = memoryview(array).cast("B")
+    while rest:
+        done = os.preadv(file, [rest], place)
+        if done == 0:
+            raise OSError("the scratch file is cut short")
+        rest, place = rest[done:], place + done
+    return array
+
+
+def free_bytes() -> int:
+    """What may be kept: a share of the memory that is free, and of the disk. 0 where the system does not tell."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        memory = next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable"))
+        disk = shutil.disk_usage(tempfile.gettempdir()).free
+    except (OSError, StopIteration, ValueError, IndexError):
+        return 0
+    return int(SHARE * min(memory, disk))
