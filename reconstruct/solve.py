@@ -16,6 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_array
 
 KKT_SLACK = 1e-10  # of the largest moment: rounding
+PART = 2048  # rows of the design that are weighed at once
 RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix solvable
 
 
@@ -110,7 +111,7 @@ class FoldedDesign:
         self, design: np.ndarray, weight: np.ndarray, fold: np.ndarray, common: Common | None = None
     ):
         """``design`` (n, m), ``weight`` (n, c), ``fold`` (n,) integers 0 .. f - 1."""
-        order = np.argsort(fold, kind="stable")
+        order = np.lexsort((np.zeros_like(fold) if common is None else common.unit, fold))
         self._rows = order
         self._design = design[order]
         self._weight = weight[order]
@@ -118,11 +119,12 @@ class FoldedDesign:
         self._common = common.take(order) if common is not None else None
         self._gram = np.stack([self._fold_gram(s) for s in self._slices()])
         if self._common is not None:
-            self._members = self._common.members()
-            self._pattern = self._weight * self._common.pattern
-            self._size = np.sqrt(1.0 + self._members @ (self._pattern * self._common.pattern))
-            self._unit_fold = np.zeros(self._common.unit.max(initial=-1) + 1, int)
-            self._unit_fold[self._common.unit] = fold[order]
+            self._starts = np.flatnonzero(
+                np.diff(self._common.unit, prepend=-1)
+            )  # each unit's rows are together
+            self._unit_fold = fold[order][self._starts]
+            self._scaled = self._weight * self._common.pattern
+            self._size = np.sqrt(1.0 + np.add.reduceat(self._scaled * self._common.pattern, self._starts))
             self._modes_along = self._along(self._design)
             self._gram -= self._products(self._modes_along, self._modes_along)
 
@@ -130,16 +132,26 @@ class FoldedDesign:
         return [slice(a, b) for a, b in zip(self._bounds[:-1], self._bounds[1:], strict=True)]
 
     def _fold_gram(self, rows: slice) -> np.ndarray:
-        x = self._design[rows]
-        return np.stack([(x * w[:, None]).T @ x for w in self._weight[rows].T])
+        """(c, m, m) of one fold, by parts that stay in the cache; numpy forms half of a symmetric product."""
+        x, root = self._design[rows], np.sqrt(self._weight[rows])
+        gram = np.zeros((root.shape[1], x.shape[1], x.shape[1]))
+        for start in range(0, len(x), PART):
+            part, roots = x[start : start + PART], root[start : start + PART]
+            for c in range(root.shape[1]):
+                weighed = part * roots[:, c, None]
+                gram[c] += weighed.T @ weighed
+        return gram
 
     def _along(self, rows: np.ndarray) -> np.ndarray:
         """(u, c, k) parts of ``rows`` (n, k) or (n, c, k) along each unit's pattern, scaled for the outer products."""
-        columns = [
-            self._members @ (self._pattern[:, c, None] * (rows[:, c] if rows.ndim == 3 else rows))
-            for c in range(self._pattern.shape[1])
-        ]
-        return np.stack(columns, axis=1) / self._size[..., None]
+        if rows.ndim == 3:
+            sums = np.add.reduceat(self._scaled[..., None] * rows, self._starts)
+        else:
+            ends = np.append(self._starts[1:], len(rows))
+            sums = np.stack(
+                [self._scaled[a:b].T @ rows[a:b] for a, b in zip(self._starts, ends, strict=True)]
+            )
+        return sums / self._size[..., None]
 
     def _products(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """(f, c, k, k') sums over the units of each fold of outer products."""
