@@ -10,7 +10,7 @@ from calib.camera import Camera
 from calib.evidence import Posed
 from calib.irradiance import read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
-from calib.looking import Progress, Reader, ReadRadiance
+from calib.looking import Progress, Reader, ReadPart, ReadRadiance
 from calib.notes import Notes
 from calib.observe import observe
 from calib.setup import Light, Setup, ViewSetup
@@ -21,14 +21,22 @@ from capture.errors import InputError
 from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
 
 
-def calibrate(photoset: PhotoSet, read_radiance: ReadRadiance, progress: Progress | None = None) -> Setup:
+def calibrate(
+    photoset: PhotoSet,
+    read_radiance: ReadRadiance,
+    progress: Progress | None = None,
+    *,
+    read_part: ReadPart | None = None,
+    workers: int = 1,
+) -> Setup:
     """Camera, poses, lights, sample and irradiance of every sample view.
 
-    Views that cannot be used are in ``left_out`` with the reason; InputError if none can.
+    ``read_part`` reads a region of a view at less cost; ``workers`` photos are in memory at once. Views that cannot be
+    used are in ``left_out`` with the reason; InputError if none can.
     ``progress(label, done, total)`` is called after each photo.
     """
     tell = progress or (lambda label, done, total: None)
-    reader, notes = Reader(photoset, read_radiance), Notes()
+    reader, notes = Reader(photoset, read_radiance, read_part, workers), Notes()
     photos = look_at_all(photoset, reader, tell, notes)
     camera, model, photos = find_camera(photoset, reader, photos, tell, notes)
     boards, sights = find_poses(photoset, camera, photos, notes)

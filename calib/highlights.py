@@ -59,14 +59,11 @@ def find_highlight(
     With ``near`` (2,) only pixels ``within`` so many of it are searched.
     """
     limb = outline(camera, pose, ball.center, ball.radius * _INSIDE)
-    x0, y0 = np.floor(limb.min(0)).astype(int) - 4
-    x1, y1 = np.ceil(limb.max(0)).astype(int) + 5
-    height, width = image.value.shape[:2]
-    x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, width), min(y1, height)
+    x0, y0, x1, y1 = box = ball_box(camera, pose, ball)
     if x1 - x0 < 6 or y1 - y0 < 6:
         return None
-    level = gray(RadianceImage(*(a[y0:y1, x0:x1] for a in _planes(image))))
-    saturated = image.saturated[y0:y1, x0:x1]
+    part = _cut(image, box)
+    level, saturated = gray(part), part.saturated
     inside = _polygon_mask(limb - [x0, y0], level.shape)
     upward = _sees_upward(camera, pose, ball, (x0, y0), level.shape)
     allowed = inside & upward
@@ -80,8 +77,22 @@ def find_highlight(
     return Highlight(number, pixel + np.array([x0, y0]), sigma, peak, area, clipped)
 
 
-def _planes(image: RadianceImage) -> tuple[np.ndarray, ...]:
-    return image.value, image.variance, image.valid, image.saturated
+def ball_box(camera: Camera, pose: Pose, ball: MirrorBall) -> tuple[int, int, int, int]:
+    """Columns and rows ``[x0, x1) x [y0, y1)`` of the picture where a ball's highlight is looked for."""
+    limb = outline(camera, pose, ball.center, ball.radius * _INSIDE)
+    x0, y0 = np.floor(limb.min(0)).astype(int) - 4
+    x1, y1 = np.ceil(limb.max(0)).astype(int) + 5
+    width, height = camera.size
+    return int(max(x0, 0)), int(max(y0, 0)), int(min(x1, width)), int(min(y1, height))
+
+
+def _cut(image: RadianceImage, box: tuple[int, int, int, int]) -> RadianceImage:
+    """The box's part of a picture that holds it."""
+    left, top = image.origin
+    part = np.s_[box[1] - top : box[3] - top, box[0] - left : box[2] - left]
+    return RadianceImage(
+        image.value[part], image.variance[part], image.valid[part], image.saturated[part], box[:2]
+    )
 
 
 def _polygon_mask(polygon: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

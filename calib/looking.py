@@ -3,55 +3,94 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from threading import Lock
 
+import numpy as np
+
+from calib.abreast import Found, Item, abreast
 from calib.board import Corners, board_points, find_corners
 from calib.camera import Camera
 from calib.masks import things_mask
-from calib.paper import draw_print
+from calib.paper import Print, draw_print
 from calib.pose import fit_pose
 from calib.register import refined_corners
 from calib.tone import detection_image, fine_image, finite, gray, without_fireflies
 from capture.errors import InputError
 from capture.photoset import PhotoSet, View
 from capture.radiance import RadianceImage
+from capture.signal import Region
 
 ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
+ReadPart = Callable[[View, Region], RadianceImage]
 Progress = Callable[[str, int, int], None]
 
-_CACHE_BYTES = 1_200_000_000
+_CACHE_BYTES = 250_000_000  # a few small photos; large ones are read again
 _GROW = 3  # pixels kept clear around whatever stands on the board
 
 
 class Reader:
-    """Reads views' radiance, keeping the latest while they fit in memory; remembers which could not be read."""
+    """Reads views' radiance, keeping the latest while they are small; remembers which could not be read.
 
-    def __init__(self, photoset: PhotoSet, read_radiance: ReadRadiance):
+    Several threads may use it.
+    """
+
+    def __init__(
+        self,
+        photoset: PhotoSet,
+        read_radiance: ReadRadiance,
+        read_part: ReadPart | None = None,
+        workers: int = 1,
+    ):
+        """``read_part`` reads a region at less cost; ``workers`` photos are looked at side by side."""
         self.photoset = photoset
         self.failed: dict[str, str] = {}
-        self._read = read_radiance
+        self.workers = workers
+        self._read, self._read_part = read_radiance, read_part
         self._kept: OrderedDict[str, RadianceImage] = OrderedDict()
         self._bytes = 0
+        self._lock = Lock()
 
     def __call__(self, view: View) -> RadianceImage | None:
         """The view's radiance; None if it cannot be read, the reason then being in ``failed``."""
         if view.name in self.failed:
             return None
-        if view.name in self._kept:
-            self._kept.move_to_end(view.name)
-            return self._kept[view.name]
+        with self._lock:
+            if view.name in self._kept:
+                self._kept.move_to_end(view.name)
+                return self._kept[view.name]
         try:
             image = self._read(self.photoset, view)
         except InputError as error:
             self.failed[view.name] = str(error)
             return None
-        self._kept[view.name] = image
-        self._bytes += _size(image)
-        while self._bytes > _CACHE_BYTES and len(self._kept) > 1:
-            _, old = self._kept.popitem(last=False)
-            self._bytes -= _size(old)
+        self._keep(view.name, image)
         return image
+
+    def part(self, view: View, region: Region) -> RadianceImage | None:
+        """The radiance of a region ``[x0, x1) x [y0, y1)``; None if the view cannot be read."""
+        if self._read_part is None or view.name in self.failed or view.name in self._kept:
+            return self(view)
+        try:
+            return self._read_part(view, region)
+        except InputError as error:
+            self.failed[view.name] = str(error)
+            return None
+
+    def abreast(self, task: Callable[[Item], Found], items: Sequence[Item]) -> Iterator[Found]:
+        """:func:`calib.abreast.abreast` with this reader's workers."""
+        return abreast(task, items, self.workers)
+
+    def _keep(self, name: str, image: RadianceImage) -> None:
+        with self._lock:
+            if name in self._kept or _size(image) > _CACHE_BYTES:
+                return
+            self._kept[name] = image
+            self._bytes += _size(image)
+            while self._bytes > _CACHE_BYTES:
+                _, old = self._kept.popitem(last=False)
+                self._bytes -= _size(old)
 
 
 def _size(image: RadianceImage) -> int:
@@ -70,16 +109,22 @@ class Seen:
 def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str) -> list[Seen]:
     """Find the board in each view that can be read."""
     seen = []
-    for k, view in enumerate(views):
-        image = reader(view)
-        if image is not None:
-            corners = None
-            if reader.photoset.board is not None:
-                level = without_fireflies(gray(image))
-                corners = find_corners(reader.photoset.board, detection_image(level), fine_image(level))
-            seen.append(Seen(view, corners, (image.value.shape[1], image.value.shape[0])))
+    for k, one in enumerate(reader.abreast(lambda view: _look_at(reader, view), views)):
+        if one is not None:
+            seen.append(one)
         progress(label, k + 1, len(views))
     return seen
+
+
+def _look_at(reader: Reader, view: View) -> Seen | None:
+    image = reader(view)
+    if image is None:
+        return None
+    corners = None
+    if reader.photoset.board is not None:
+        level = without_fireflies(gray(image))
+        corners = find_corners(reader.photoset.board, detection_image(level), fine_image(level))
+    return Seen(view, corners, (image.value.shape[1], image.value.shape[0]))
 
 
 def look_closer(reader: Reader, camera: Camera, seen: list[Seen], progress: Progress) -> list[Seen]:
@@ -89,21 +134,26 @@ def look_closer(reader: Reader, camera: Camera, seen: list[Seen], progress: Prog
     if pattern is None:
         return seen
     every = board_points(board) if board.kind == "charuco" else None
+    if every is None:
+        return seen
     closer = []
-    for k, one in enumerate(seen):
-        fit = fit_pose(camera, one.corners) if one.corners is not None else None
-        image = reader(one.view)
-        if fit is None or image is None or every is None:
-            closer.append(one)
-            continue
-        usable = ~image.saturated & finite(image)
-        if one.view.photos[0].role != "calibration":
-            shape = usable.shape
-            usable &= ~things_mask(reader.photoset, camera, fit.pose, shape, _GROW)
-        level = gray(image)
-        corners = refined_corners(
-            pattern, camera, fit.pose, level, usable, every, float(board.square_length), one.corners
-        )
-        closer.append(replace(one, corners=corners))
+    for k, one in enumerate(reader.abreast(lambda one: _closer(reader, pattern, camera, one, every), seen)):
+        closer.append(one)
         progress("placing the corners", k + 1, len(seen))
     return closer
+
+
+def _closer(reader: Reader, pattern: Print, camera: Camera, one: Seen, every: np.ndarray) -> Seen:
+    """One view with its corners placed by the print; as it is where that cannot be done."""
+    fit = fit_pose(camera, one.corners) if one.corners is not None else None
+    if fit is None or one.corners is None:
+        return one
+    image = reader(one.view)
+    if image is None:
+        return one
+    usable = ~image.saturated & finite(image)
+    if one.view.photos[0].role != "calibration":
+        usable &= ~things_mask(reader.photoset, camera, fit.pose, usable.shape, _GROW)
+    square = float(reader.photoset.board.square_length)
+    corners = refined_corners(pattern, camera, fit.pose, gray(image), usable, every, square, one.corners)
+    return replace(one, corners=corners)

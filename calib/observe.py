@@ -35,20 +35,25 @@ def observe(
     """Fill in highlights, limbs and paper of every sight."""
     still = len(sights) > 1 and all(s.pose_block == FIXED_POSE for s in sights)
     brightest, middle = _Pile("max"), _Pile("median")
-    for k, sight in enumerate(sights):
+
+    def watch(sight: Sight) -> tuple[np.ndarray, np.ndarray] | None:
         image = reader(sight.view)
-        if image is not None:
-            sight.highlights = [
-                h
-                for number, ball in enumerate(balls)
-                if (h := find_highlight(image, camera, sight.pose, ball, number)) is not None
-            ]
-            if not sight.probe:
-                sight.reading = _paper(photoset, image, camera, sight)
-            if still:
-                (middle if sight.probe else brightest).add(sight, image)
-            elif not sight.probe:
-                sight.limb = _sample_limb(photoset, *_clean(image), camera, sight)
+        if image is None:
+            return None
+        sight.highlights = [
+            h
+            for number, ball in enumerate(balls)
+            if (h := find_highlight(image, camera, sight.pose, ball, number)) is not None
+        ]
+        if not sight.probe:
+            sight.reading = _paper(photoset, image, camera, sight)
+        return _clean(image) if still or not sight.probe else None
+
+    for k, (sight, shown) in enumerate(zip(sights, reader.abreast(watch, sights), strict=True)):
+        if shown is not None and still:
+            (middle if sight.probe else brightest).add(sight, *shown)
+        elif shown is not None:
+            sight.limb = _sample_limb(photoset, *shown, camera, sight)
         tell("finding lamps, sample and paper", k + 1, len(sights))
     if brightest.sight is not None:
         brightest.sight.limb = _sample_limb(photoset, *brightest.picture(), camera, brightest.sight)
@@ -65,17 +70,18 @@ class _Pile:
         self._levels: list[np.ndarray] = []
         self._usable: np.ndarray | None = None
 
-    def add(self, sight: Sight, image: RadianceImage) -> None:
-        level, usable = _clean(image)
+    def add(self, sight: Sight, level: np.ndarray, usable: np.ndarray) -> None:
         self.sight = self.sight or sight
         self._usable = usable if self._usable is None else self._usable & usable
         if self._how == "max" and self._levels:
-            self._levels[0] = np.maximum(self._levels[0], level)
+            np.maximum(self._levels[0], level, out=self._levels[0])
         elif len(self._levels) < _PILED:
             self._levels.append(level)
 
     def picture(self) -> tuple[np.ndarray, np.ndarray]:
         """Radiance (h, w) float32 and usable pixels of the pile."""
+        if len(self._levels) == 1:
+            return self._levels[0], self._usable
         return np.median(self._levels, axis=0).astype(np.float32), self._usable
 
 

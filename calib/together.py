@@ -10,7 +10,7 @@ from calib.board import board_size
 from calib.bundle import Adjusted, Model, Values, adjust, block_pose
 from calib.camera import Camera
 from calib.evidence import Posed, all_terms, first_values, fixed_blocks
-from calib.highlights import Highlight, find_highlight
+from calib.highlights import Highlight, ball_box, find_highlight
 from calib.lamps import Lamp, block_name, expected_pixel, place_in_world
 from calib.looking import Progress, Reader
 from calib.sample import focal, place_ball
@@ -161,10 +161,13 @@ def _look_again(
     expected: np.ndarray,
     scale: float,
 ) -> Highlight | None:
-    image = reader(sight.view)
-    if image is None or not np.isfinite(expected).all():
-        return None
     ball = MirrorBall(block[:3], float(block[3]))
+    x0, y0, x1, y1 = box = ball_box(camera, sight.pose, ball)
+    if not np.isfinite(expected).all() or x0 >= x1 or y0 >= y1:
+        return None
+    image = reader.part(sight.view, box)
+    if image is None:
+        return None
     found = find_highlight(image, camera, sight.pose, ball, number, near=expected, within=_LOOK_AGAIN)
     return None if found is None or _wild(found, expected, scale) else found
 

@@ -23,7 +23,7 @@ from photogonio.progress import Reporter, Stopwatch
 from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
 from photogonio.scratch import Scratch
 from photogonio.store import KeptSetup, default_store
-from photogonio.stream import ReadAhead, Reduced, reduce_photos
+from photogonio.stream import Reduced, reduce_photos
 from photogonio.summary import fit_choices, physics_warnings, rescaled
 from photogonio.surroundings import is_stray_light_known, joined_stray_light
 from photogonio.tables import read_table, take_channels
@@ -34,7 +34,7 @@ from reconstruct.kernel import compiled_before
 from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable, save_table
 
-AHEAD = 1  # whole photos that calibration reads ahead: the memory they take
+ABREAST = 2  # whole photos that calibration looks at together: the memory they take
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,8 +218,13 @@ def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
 
 
 def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, workers: int) -> Setup:
-    with ReadAhead(radiance, min(workers - 1, AHEAD)) as read:
-        return find_setup(photoset, lambda _, view: read(view), reporter.progress)
+    return find_setup(
+        photoset,
+        lambda _, view: radiance.read(view),
+        reporter.progress,
+        read_part=radiance.read,
+        workers=min(workers, ABREAST),
+    )
 
 
 def _reduced(

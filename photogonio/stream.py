@@ -19,7 +19,6 @@ import numpy as np
 from calib.setup import LeftOut, Setup, ViewSetup
 from capture.errors import InputError
 from capture.images import Image
-from capture.photoset import View
 from capture.radiance import RadianceImage, exposure_fault
 from capture.reader import RadianceReader
 from photogonio.provenance import hash_file
@@ -31,41 +30,6 @@ from reconstruct.table import FacetTable, add_tables
 
 BORDER = 24  # pixels around the sample that are read too: finding spots and spills takes neighbours
 SPARSE = 4  # every so many pixels tell whether a photo is black or full
-
-
-class ReadAhead:
-    """Reads views for one who asks for them in the set's order, the next one already while the last is used.
-
-    A context manager; ``ahead`` is how many are read ahead, each a whole photo's radiance in memory.
-    """
-
-    def __init__(self, reader: RadianceReader, ahead: int):
-        self._reader, self._ahead = reader, ahead
-        self._pool = ThreadPoolExecutor(max(1, ahead))
-        self._coming: dict[str, Future[RadianceImage]] = {}
-        self._following: dict[str, list[View]] = {}
-        for role in ("sample", "probe", "calibration"):
-            views = reader.photoset.views(role)
-            for k, view in enumerate(views):
-                self._following[view.name] = list(views[k + 1 : k + 1 + ahead])
-
-    def __enter__(self) -> ReadAhead:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._pool.shutdown(cancel_futures=True)
-
-    def __call__(self, view: View) -> RadianceImage:
-        """The view's whole radiance; raises InputError as :meth:`RadianceReader.read` does."""
-        asked = self._coming.pop(view.name, None)
-        following = self._following.get(view.name, [])
-        wanted = {other.name for other in following}
-        for name in [name for name in self._coming if name not in wanted]:
-            self._coming.pop(name).cancel()  # asked for in another order
-        for other in following:
-            if other.name not in self._coming:
-                self._coming[other.name] = self._pool.submit(self._reader.read, other)
-        return self._reader.read(view) if asked is None else asked.result()
 
 
 @dataclass(frozen=True, slots=True)

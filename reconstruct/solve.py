@@ -92,12 +92,8 @@ class Common:
 
     def sums(self, rows: np.ndarray) -> np.ndarray:
         """(u, k) sums of ``rows`` (n, k) over the cells of each unit."""
-        return self.members() @ rows
-
-    def members(self) -> csr_array:
-        """(u, n) 1 where a cell belongs to a unit."""
         cells = np.arange(len(self.unit))
-        return csr_array((np.ones(len(cells)), (self.unit, cells)))
+        return csr_array((np.ones(len(cells)), (self.unit, cells))) @ rows
 
 
 class FoldedDesign:

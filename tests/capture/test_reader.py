@@ -69,6 +69,31 @@ def test_encodings_are_undone(make, light, encoding, encode, name):
     assert np.abs(value(photoset, reader) - light).max() < 3 * STEP16
 
 
+def test_single_pixels_read_as_in_the_whole_photo(make, light):
+    """With a dark frame, a flat field, lamp-off light, a bracket, saturated and hot pixels."""
+    spotted = 1.6 * light
+    spotted[20, 30] = 1.0
+    spotted[41, 50] = 0.0
+    photos = [
+        ("a.png", "sample", spotted, {"bracket": 0, "exposure_time": 1.0}),
+        ("b.png", "sample", spotted / 4, {"bracket": 0, "exposure_time": 0.25}),
+        ("c.png", "sample", spotted, {"exposure_time": 1.0}),
+        ("d.png", "dark", 0.01 + 0 * light, {"exposure_time": 1.0}),
+        ("e.png", "ambient", 0.01 + 0.02 * light, {"exposure_time": 1.0}),
+        ("f.png", "flat", 0.3 + 0.3 * light, {"exposure_time": 1.0}),
+    ]
+    photoset, reader = make(photos, '[radiometry]\nvignetting = "flat"\ngain_electrons = 20000')
+    y, x = np.mgrid[3 : SHAPE[0] - 3, 3 : SHAPE[1] - 3]
+    pixels = np.column_stack([x.ravel(), y.ravel()])
+    for view in photoset.views("sample"):
+        whole = reader.read(view)
+        inside = np.s_[3:-3, 3:-3]
+        assert not whole.valid[inside].all()
+        found, valid = reader.read_at(view, pixels)
+        np.testing.assert_array_equal(valid.reshape(y.shape), whole.valid[inside])
+        np.testing.assert_array_equal(found.reshape(*y.shape, 3), whole.value[inside])
+
+
 def test_levels(make, light):
     photoset, reader = make(
         [("a.png", "sample", 0.1 + 0.7 * light, {})], "[radiometry]\nblack_level = 0.1\nwhite_level = 0.8"

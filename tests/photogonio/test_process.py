@@ -53,6 +53,31 @@ def test_one_and_two_workers_give_the_same_bytes(capsys, tmp_path, tiny_set: Tin
         assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
 
 
+def test_a_second_run_calibrates_and_reduces_nothing_and_gives_the_same_bytes(
+    capsys, tmp_path, tiny_set: TinySet, monkeypatch
+):
+    assert process(capsys, tiny_set.folder, tmp_path / "plain", *QUICK)[0] == 0
+    monkeypatch.setenv("PHOTOGONIO_CACHE", str(tmp_path / "kept"))
+    _, first, _ = process(capsys, tiny_set.folder, tmp_path / "first", *QUICK)
+    _, second, _ = process(capsys, tiny_set.folder, tmp_path / "second", *QUICK)
+    assert "calibrated before" not in first and "calibrated before" in second
+    assert "6 of 6 photos were reduced before" in second
+    for name in FILES:
+        plain = (tmp_path / "plain" / name).read_bytes()
+        assert plain == (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
+
+
+@pytest.mark.parametrize("change", ["photo", "manifest"])
+def test_a_changed_set_is_calibrated_anew(capsys, tmp_path, tiny_set: TinySet, monkeypatch, change):
+    monkeypatch.setenv("PHOTOGONIO_CACHE", str(tmp_path / "kept"))
+    process(capsys, tiny_set.folder, tmp_path / "first", *QUICK)
+    if change == "photo":
+        tiny_set.write("sample/s2.png", np.full((HEIGHT, WIDTH), 0.2))
+    else:
+        tiny_set.replace("radius = 25.0", "radius = 24.9")
+    assert "calibrated before" not in process(capsys, tiny_set.folder, tmp_path / "second", *QUICK)[1]
+
+
 def test_channels_are_obeyed_or_refused(capsys, tmp_path, tiny_set: TinySet):
     status, out, _ = process(capsys, tiny_set.folder, tmp_path / "g", *QUICK, "--channels", "G", "--json")
     assert (status, json.loads(out)["channels"]) == (0, ["G"])

@@ -15,7 +15,7 @@ from capture.photoset import MirrorBall, Sphere
 from capture.prepare import prepare
 from photogonio.provenance import hash_file, hash_photos
 from photogonio.store import Store, default_store, key_of
-from photogonio.stream import ReadAhead, reduce_photos
+from photogonio.stream import reduce_photos
 from reconstruct.directions import ReduceOptions
 
 SIZE = (200, 150)
@@ -202,29 +202,6 @@ def test_progress_counts_every_photo(job):
     told = []
     job.run(workers=2, progress=lambda done, total: told.append((done, total)))
     assert told == [(1, 3), (2, 3), (3, 3)]
-
-
-@pytest.mark.parametrize("ahead", [0, 1, 2])
-@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1, 1), (1, 1, 0)])
-def test_reading_ahead_gives_what_reading_gives(job, ahead, order):
-    write_set(job.folder, job.files)
-    reader = prepare(load_photoset(job.folder))
-    views = reader.photoset.views("sample")
-    with ReadAhead(reader, ahead) as read:
-        for k in order:
-            np.testing.assert_array_equal(read(views[k]).value, reader.read(views[k]).value)
-
-
-def test_a_photo_that_cannot_be_read_ahead_says_so_when_asked_for(job):
-    (job.folder / "s1.png").write_bytes((job.folder / "s1.png").read_bytes()[:5000])
-    write_set(job.folder, job.files)
-    reader = prepare(load_photoset(job.folder))
-    with ReadAhead(reader, 1) as read:
-        views = reader.photoset.views("sample")
-        read(views[0])
-        with pytest.raises(InputError, match=r"s1\.png"):
-            read(views[1])
-        assert read(views[2]).value.shape == (SIZE[1], SIZE[0], 3)
 
 
 def test_keys_follow_contents():
