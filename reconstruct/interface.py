@@ -25,22 +25,17 @@ def dielectric_fresnel(cos: np.ndarray, f0: float) -> np.ndarray:
 
 
 def visibility(
-    masking: str, distribution: str, roughness: float, cos_i: np.ndarray, cos_r: np.ndarray
+    masking: str, distribution: str, roughness: tuple, cos_i: np.ndarray, cos_r: np.ndarray
 ) -> np.ndarray:
-    """G / (4 cos_i cos_r) of facets that are alike in all azimuths."""
+    """G / (4 cos_i cos_r); ``roughness`` is that along the plane of each of the two directions."""
     if distribution == "beckmann":
-        hidden_i, hidden_r = _beckmann_hidden(cos_i, roughness), _beckmann_hidden(cos_r, roughness)
+        hidden_i, hidden_r = _beckmann_hidden(cos_i, roughness[0]), _beckmann_hidden(cos_r, roughness[1])
         both = 0.0 if masking == "correlated" else hidden_i * hidden_r
         return 0.25 / np.maximum(cos_i * cos_r * (1.0 + hidden_i + hidden_r + both), 1e-12)
-    a2 = roughness * roughness
-    root_i, root_r = (np.sqrt(a2 + (1.0 - a2) * cos * cos) for cos in (cos_i, cos_r))
-    return ggx_visibility(masking, cos_i, cos_r, root_i, root_r)
-
-
-def ggx_visibility(
-    masking: str, cos_i: np.ndarray, cos_r: np.ndarray, root_i: np.ndarray, root_r: np.ndarray
-) -> np.ndarray:
-    """G / (4 cos_i cos_r) of GGX: ``root`` is cos (1 + 2 Lambda) of each direction."""
+    # cos (1 + 2 Lambda) of each direction
+    root_i, root_r = (
+        np.sqrt(a * a + (1.0 - a * a) * cos * cos) for a, cos in zip(roughness, (cos_i, cos_r), strict=True)
+    )
     if masking == "correlated":
         return 0.5 / np.maximum(cos_r * root_i + cos_i * root_r, 1e-12)
     return 1.0 / ((cos_i + root_i) * (cos_r + root_r))
@@ -70,7 +65,9 @@ def _albedo_nodes(masking: str, distribution: str, roughness: float, f0: float) 
     cos_r = 2.0 * across * cos_h - cos_i
     reflected = (across > 0.0) & (cos_r > 0.0)
     safe = np.where(reflected, cos_r, 1.0)
-    gain = 4.0 * safe * visibility(masking, distribution, roughness, cos_i, safe) * across / cos_h
+    gain = (
+        4.0 * safe * visibility(masking, distribution, (roughness, roughness), cos_i, safe) * across / cos_h
+    )
     fresnel = dielectric_fresnel(np.clip(across, 1e-6, 1.0), f0)
     return np.where(reflected, fresnel * gain, 0.0).mean((1, 2))
 

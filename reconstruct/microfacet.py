@@ -5,7 +5,7 @@ masking G (height-correlated, Heitz 2014; or separable) and in Fresnel's F (Schl
 a channel, as in the coefficient file; or the exact dielectric formula with one index for all channels). A dielectric
 lobe is that of a coat: under it lies a diffuse ground, lit and seen through the rough interface, (1 - E(i)) (1 - E(r))
 times a free coefficient a channel, E being all that the interface sends back. A turning family has a roughness along
-two axes of the sample: the tangential part of GGX's ellipsoid is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that
+two axes of the sample: the covariance of its slopes is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that
 e = k = 0 is isotropic and nothing is singular there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher
 axis lies at half the azimuth of (e, k). A retro-reflective lobe has a free weight a channel. Of mirror lobes the file
 knows only isotropic GGX with height-correlated masking and Schlick's Fresnel: :mod:`reconstruct.represent` says the
@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reconstruct.interface import coat_albedo, dielectric_fresnel, ggx_visibility, visibility
+from reconstruct.interface import coat_albedo, dielectric_fresnel, visibility
 from reconstruct.lobes import RETRO, retro, slopes_density
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
@@ -37,7 +37,7 @@ class Family:
     masking: str  # "correlated" | "separable"; of no meaning for a retro-reflective lobe
     absolute: bool  # weight 1; else a free weight a channel
     limit: float = np.inf  # of a free weight
-    turning: bool = False  # of unequal roughness along two axes of the sample; GGX only
+    turning: bool = False  # of unequal roughness along two axes of the sample
     distribution: str = "ggx"  # of slopes: "ggx" | "beckmann"
 
     @property
@@ -161,17 +161,13 @@ def _without_fresnel(
     between = np.clip(cos_i * cos_r + np.sin(theta_i) * np.sin(theta_r) * np.cos(dphi), -1.0, 1.0)
     length = np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-18))
     cos_n = np.minimum((cos_i + cos_r) / length, 1.0)
-    if turn is None:
-        density = slopes_density(cos_n, roughness, family.distribution)
-        seen = visibility(family.masking, family.distribution, roughness, cos_i, cos_r)
-        return density * seen, 0.5 * length
-    a2 = roughness * roughness
-    incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
-    slopes = _stretched((incident + exit) / length, -turn) / a2
-    density = 1.0 / (np.pi * a2 * (slopes + cos_n * cos_n) ** 2)
-    root_i = np.sqrt(cos_i * cos_i + a2 * _stretched(incident, turn))
-    root_r = np.sqrt(cos_r * cos_r + a2 * _stretched(exit, turn))
-    return density * ggx_visibility(family.masking, cos_i, cos_r, root_i, root_r), 0.5 * length
+    sine2, along = None, (roughness, roughness)
+    if turn is not None:
+        incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
+        sine2 = _stretched((incident + exit) / length, -turn)
+        along = tuple(roughness * _share(one, turn) for one in (incident, exit))
+    density = slopes_density(cos_n, roughness, family.distribution, sine2)
+    return density * visibility(family.masking, family.distribution, along, cos_i, cos_r), 0.5 * length
 
 
 def _tangential(theta: np.ndarray, phi: np.ndarray | float) -> np.ndarray:
@@ -185,3 +181,8 @@ def _stretched(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
     size = 2.0 * np.hypot(e, k)
     share = 2.0 * np.sinh(size) / size if size > 0.0 else 2.0
     return np.cosh(size) * (x * x + y * y) + share * (e * (x * x - y * y) + 2.0 * k * x * y)
+
+
+def _share(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Roughness along vectors (2, n) over the mean one, (n,)."""
+    return np.sqrt((_stretched(vector, turn) + 1e-30) / (np.sum(vector * vector, axis=0) + 1e-30))

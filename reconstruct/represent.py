@@ -53,18 +53,18 @@ def represent(model: Model, order: int) -> Represented:
         own = model.lobe_coefficients[first : first + len(family.coefficient_names)]
         first += len(own)
         if family.in_file:
-            lobes.append(_as_it_is(family, shape, own))
+            lobes.append(as_it_is(family, shape, own))
             continue
         nearest = _nearest(family, shape, own, order)
         coefficients += nearest.coefficients
-        lobes += _all_weighted(nearest, channels)
+        lobes += all_weighted(nearest.shapes, nearest.lobe_coefficients, channels)
         missing = missing + nearest.missing
     judged = _judged()
     error = np.sqrt(np.average(missing**2, axis=0, weights=judged[judged > 0.0])) if np.ndim(missing) else 0.0
     return Represented(order, coefficients, tuple(lobes), np.broadcast_to(error, channels).copy())
 
 
-def _as_it_is(family: Family, shape: np.ndarray, own: np.ndarray) -> Lobe:
+def as_it_is(family: Family, shape: np.ndarray, own: np.ndarray) -> Lobe:
     if family.retro:
         return Lobe(float(shape[0]), np.ones_like(own[0]), own[0], family.name)
     if family.absolute:
@@ -72,11 +72,12 @@ def _as_it_is(family: Family, shape: np.ndarray, own: np.ndarray) -> Lobe:
     return _weighted(shape, own, own.shape[1])
 
 
-def _all_weighted(nearest: _Nearest, channels: int) -> list[Lobe]:
-    pairs = np.split(nearest.lobe_coefficients, len(nearest.shapes))
+def all_weighted(shapes: tuple[np.ndarray, ...], coefficients: np.ndarray, channels: int) -> list[Lobe]:
+    """The file's lobes of roughnesses ``shapes`` with ``coefficients`` (2 lobes, c or 1); none that is nothing."""
+    pairs = np.split(coefficients, len(shapes))
     return [
         _weighted(shape, own, channels)
-        for shape, own in zip(nearest.shapes, pairs, strict=True)
+        for shape, own in zip(shapes, pairs, strict=True)
         if own.any() or len(pairs) == 1
     ]
 
@@ -109,10 +110,7 @@ def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int) -> 
     fixed, columns = lobe_columns(family, shape, grid.theta_i, grid.theta_r, grid.dphi)
     lobes = len(own) - family.has_ground
     wanted = fixed[:, None] + columns[:, :lobes] @ own[:lobes] if lobes else fixed[:, None]
-    shapes = tuple(
-        np.minimum(shape[:1] * ratio, 1.0)
-        for ratio in (RATIOS if family.distribution == "beckmann" else (1.0,))
-    )
+    shapes = standing_for(family, shape)
     found = _closest(wanted, LobeSet((FILE_FAMILY,) * len(shapes), shapes), order)
     missing = found.evaluate(grid) - wanted
     coefficients = found.coefficients
@@ -123,11 +121,17 @@ def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int) -> 
     return _Nearest(coefficients, shapes, found.lobe_coefficients, missing[_judged() > 0.0])
 
 
+def standing_for(family: Family, shape: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Roughnesses (1,) of the file's lobes that a lobe of another family is said by, beside modes."""
+    ratios = RATIOS if family.distribution == "beckmann" else (1.0,)
+    return tuple(np.minimum(shape[:1] * ratio, 1.0) for ratio in ratios)
+
+
 def _closest(wanted: np.ndarray, lobes: LobeSet, order: int) -> Model:
     """Modes up to ``order`` and ``lobes`` with the coefficients that come closest to ``wanted`` (n, c) on the grid."""
     grid, weight = _grid()
     basis = Basis("isotropic", order)
-    emphasis = weight * (BEYOND + _fade(grid.theta_i) * _fade(grid.theta_r))
+    emphasis = weight * (BEYOND + fade(grid.theta_i) * fade(grid.theta_r))
     penalty = np.tile(PENALTY * emphasis.sum() * basis.degree() ** 2, (wanted.shape[1], 1))
     weights = np.repeat(emphasis[:, None], wanted.shape[1], 1)
     profile = Profile(grid.with_value(wanted), _grid_design(order), weights, penalty)
@@ -145,7 +149,7 @@ def _grid_design(order: int) -> np.ndarray:
     return Basis("isotropic", order).design(_grid()[0])
 
 
-def _fade(theta: np.ndarray) -> np.ndarray:
+def fade(theta: np.ndarray) -> np.ndarray:
     return 1.0 / (1.0 + np.exp((theta - FADE) / FADE_WIDTH))
 
 
