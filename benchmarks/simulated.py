@@ -38,6 +38,7 @@ class Plan:
     spoiled: float = 0.01  # share of the pixels
     spoiled_by: float = 0.5  # relative size of what spoils them
     isotropic: bool = True  # pairs are turned to one incident azimuth
+    lamp_error: float = 0.0  # degrees, of each view's lamp about where it is thought to be
 
 
 def simulate(brdf: Reflectance, plan: Plan = Plan(), *, seed: int = 0) -> FacetTable:
@@ -45,8 +46,15 @@ def simulate(brdf: Reflectance, plan: Plan = Plan(), *, seed: int = 0) -> FacetT
     rng = np.random.default_rng(seed)
     cameras, lamps = _places(plan, rng)
     scale = 1.0 + plan.view_error * rng.normal(size=plan.views)
+    thought = lamps
+    if plan.lamp_error:
+        step = np.radians(plan.lamp_error) * plan.lamp_distance
+        thought = lamps + step * rng.normal(size=lamps.shape)
     return add_tables(
-        [_view(brdf, plan, f"s{k:03d}", cameras[k], lamps[k], scale[k], rng) for k in range(plan.views)]
+        [
+            _view(brdf, plan, f"s{k:03d}", cameras[k], lamps[k], thought[k], scale[k], rng)
+            for k in range(plan.views)
+        ]
     )
 
 
@@ -81,18 +89,22 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def _view(brdf, plan, name, camera, lamp, scale, rng) -> FacetTable:
+def _view(brdf, plan, name, camera, lamp, thought, scale, rng) -> FacetTable:
     point, normal = _points(plan, camera, rng)
     toward, back = _unit(lamp - point), _unit(camera - point)
     cos_i = np.einsum("ij,ij->i", toward, normal)
     seen = (cos_i > GRAZING) & (np.einsum("ij,ij->i", back, normal) > GRAZING)
     point, toward, back, normal, cos_i = (a[seen] for a in (point, toward, back, normal, cos_i))
     turned = canonical(toward, back, normal)
-    falloff = plan.lamp_distance**2 / np.sum((lamp - point) ** 2, axis=1)
-    irradiance = np.pi * cos_i * falloff
-    value, variance = _measured(
-        brdf(*turned) if plan.shape == "ball" else brdf(toward, back), irradiance, scale, plan, rng
-    )
+    true = brdf(*turned) if plan.shape == "ball" else brdf(toward, back)
+    irradiance = np.pi * cos_i * plan.lamp_distance**2 / np.sum((lamp - point) ** 2, axis=1)
+    if thought is not lamp:
+        toward = _unit(thought - point)
+        cos_i = np.maximum(np.einsum("ij,ij->i", toward, normal), GRAZING)
+        assumed = np.pi * cos_i * plan.lamp_distance**2 / np.sum((thought - point) ** 2, axis=1)
+        true = true * (irradiance / assumed)[:, None]
+        irradiance, turned = assumed, canonical(toward, back, normal)
+    value, variance = _measured(true, irradiance, scale, plan, rng)
     incident, exit = turned if plan.isotropic or plan.shape == "ball" else (toward, back)
     typical = np.median(irradiance * variance.mean(1))
     return accumulate(

@@ -51,21 +51,24 @@ def clean(
     *,
     lobes: int | None,
     absolute: bool,
+    kinds: Sequence[LobeSet] | None = None,
+    rounds: int = ROUNDS,
     stray: StrayLightOn | None = None,
     progress: Progress = lambda stage: None,
 ) -> Cleaned:
     """Remove stray light, binning error and errors of scale, by turns with pilot fits of every kind of lobe.
 
     ``view_errors`` (g,) are relative standard errors of the views' scales; ``lobes`` is how many were asked for,
-    None for any.
+    None for any; ``kinds`` are the lobes to try, None for the isotropic ones.
     """
     progress("pilot fits")
+    kinds = _kinds(lobes, absolute) if kinds is None else kinds
     left_out = np.zeros(len(seen.groups), bool)
     scales = ViewScales.none(view_errors)
     light = added = np.zeros_like(seen.value)
-    work = _piloted(seen, added, scales, _kinds(lobes, absolute))
+    work = _piloted(seen, added, scales, kinds)
     many_views = len(np.unique(seen.group)) > 1
-    for _ in range(ROUNDS if many_views or stray is not None or seen.binned else 0):
+    for _ in range(rounds if many_views or stray is not None or seen.binned else 0):
         reference = work.reference.model
         if stray is not None:
             progress("stray light")
@@ -80,8 +83,8 @@ def clean(
             left_out |= odd
             keep = ~odd[seen.group]
             seen, light, added = seen.take(keep), light[keep], added[keep]
-            work = _piloted(seen, added, scales, _kinds(lobes, absolute))
-    work = _with_second_lobe(_piloted(seen, added, scales, _kinds(lobes, absolute)), lobes, absolute)
+            work = _piloted(seen, added, scales, kinds)
+    work = _with_second_lobe(_piloted(seen, added, scales, kinds), lobes, absolute)
     return replace(work, stray=light, discordant=tuple(np.array(seen.groups)[left_out]))
 
 

@@ -17,19 +17,22 @@ from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells, cells_of
 from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
 from reconstruct.misfit import Misfit, misfit_of
-from reconstruct.model import Model
+from reconstruct.model import LobeSet, Model
 from reconstruct.physics import enforced, held_pairs, violated
 from reconstruct.region import Region, region_of
 from reconstruct.represent import Represented, represent
+from reconstruct.represent_turning import closely, in_file
 from reconstruct.robust import ViewScales, independence, level
 from reconstruct.search import Fitted, common_error, search_lobes
 from reconstruct.select import Candidate, choose, try_all
+from reconstruct.symmetry import Verdict, asked, judge, turning_kinds
 from reconstruct.table import FacetTable
 from reconstruct.uncertainty import Uncertainty, uncertainty_of
 
-SYMMETRY = "isotropic"
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
+HIGHEST_AUTO_TURNING = 4  # of a surface that is not isotropic: 120 modes
+MOST_MODES = 1300  # of those asked for
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 CLOSE = 0.005  # relative representation error that needs no finer modes
@@ -64,6 +67,7 @@ class FitResult:
     scales: ViewScales
     uncertainty: Uncertainty
     misfit: Misfit
+    symmetry: Verdict
     region: Region  # what is determined, seen and extrapolated
     diagnostics: dict[str, object]  # plain JSON values
 
@@ -97,11 +101,11 @@ def fit_table(
     views = (
         np.full(len(seen.groups), VIEW_ERROR) if view_errors is None else np.maximum(view_errors, VIEW_ERROR)
     )
-    work = clean(seen, views, lobes=options.lobes, absolute=options.absolute, stray=stray, progress=progress)
+    work, verdict = _cleaned(seen, views, options, stray, progress)
     progress("choosing the model")
-    tried, chosen, best = _select(work, options)
+    tried, chosen, best = _select(work, options, verdict.symmetry)
     progress("final fit")
-    basis = Basis(SYMMETRY, chosen.order)
+    basis = Basis(verdict.symmetry, chosen.order)
     final = search_lobes(
         work.cells,
         work.deviation,
@@ -119,7 +123,35 @@ def fit_table(
         view_errors=work.scales.error,
         scale_error=scale_error,
     )
-    return _result(work, final, spread, chosen, best, options)
+    return _result(work, final, spread, verdict, chosen, best, options)
+
+
+def _cleaned(
+    seen: Cells, views: np.ndarray, options: FitOptions, stray: StrayLightOn | None, progress: Progress
+) -> tuple[Cleaned, Verdict]:
+    """Cells to fit, with lobes of the symmetry that was asked for or is found."""
+    verdict = asked(options.symmetry, seen)
+
+    def cleaned(kinds: list[LobeSet] | None) -> Cleaned:
+        return clean(
+            seen,
+            views,
+            lobes=options.lobes,
+            absolute=options.absolute,
+            kinds=kinds,
+            stray=stray,
+            progress=progress,
+        )
+
+    if verdict is None or verdict.symmetry == "isotropic":
+        work = cleaned(None)
+        if verdict is not None:
+            return work, verdict
+        progress("testing isotropy")
+        verdict = judge(seen, views, work, absolute=options.absolute)
+        if verdict.symmetry == "isotropic":
+            return work, verdict
+    return cleaned(turning_kinds(options.lobes, options.absolute)), verdict
 
 
 def _believed(tried: list[Candidate], chosen: Candidate, cells: Cells) -> list[tuple[Candidate, float]]:
@@ -137,7 +169,9 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
     return cells.take(keep)
 
 
-def _select(work: Cleaned, options: FitOptions) -> tuple[list[Candidate], Candidate, Candidate]:
+def _select(
+    work: Cleaned, options: FitOptions, symmetry: str
+) -> tuple[list[Candidate], Candidate, Candidate]:
     """All candidates, the chosen and the best, all weighed with the likeliest pilot's robust weights."""
     cells, pilot = work.cells, work.reference.model
     errors = work.scales.error
@@ -147,7 +181,7 @@ def _select(work: Cleaned, options: FitOptions) -> tuple[list[Candidate], Candid
     weight = independence(cells) * again.weight / (work.deviation * again.scale) ** 2
     common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
-    tried = try_all(cells, weight, SYMMETRY, _orders(options, cells), wanted, common)
+    tried = try_all(cells, weight, symmetry, _orders(options, cells, symmetry), wanted, common)
     return tried, *choose(tried, _tolerated(cells, work.deviation * again.scale))
 
 
@@ -159,9 +193,17 @@ def _tolerated(cells: Cells, deviation: np.ndarray) -> float:
     return float((TOLERATED / relative) ** 2)
 
 
-def _orders(options: FitOptions, cells: Cells) -> tuple[int, ...]:
+def _orders(options: FitOptions, cells: Cells, symmetry: str) -> tuple[int, ...]:
     if options.order is not None:
+        modes = len(Basis(symmetry, options.order).modes)
+        if modes > MOST_MODES and symmetry != "isotropic":
+            raise InputError(
+                f"--order {options.order}",
+                f"{symmetry} modes to that order are {modes}; at most {MOST_MODES} are fitted",
+            )
         return (options.order,)
+    if symmetry != "isotropic":
+        return tuple(range(HIGHEST_AUTO_TURNING + 1))
     return tuple(range((HIGHEST_AUTO if cells.binned else HIGHEST_AUTO_TABLE) + 1))
 
 
@@ -169,6 +211,8 @@ def _said(model: Model, options: FitOptions, values: np.ndarray) -> Represented:
     """In the file's terms, with the fewest modes that say it closely; the order that was asked for is kept."""
     typical = np.sqrt(np.mean(values**2, axis=0))
     order = model.basis.order
+    if model.turning:
+        return in_file(model, order) if options.order is not None else closely(model)
     said = represent(model, order)
     while options.order is None and (said.error / typical).max() > CLOSE and order < FINEST:
         order = max(order + 2, 6)
@@ -180,6 +224,7 @@ def _result(
     work: Cleaned,
     final: Fitted,
     spread: Uncertainty,
+    verdict: Verdict,
     chosen: Candidate,
     best: Candidate,
     options: FitOptions,
@@ -189,14 +234,14 @@ def _result(
     misfit = misfit_of(cells, model.evaluate(cells))
     region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
     errors = spread.file_errors(model, said)
-    basis = Basis(SYMMETRY, said.order)
+    rows = said.rows(len(spread.basis.modes)) if model.turning else slice(None)
     brdf = Brdf(
         order=said.order,
         channels=cells.channels,
-        modes=basis.modes,
-        coefficients=said.coefficients,
-        standard_errors=errors,
-        symmetry=SYMMETRY,
+        modes=Basis(verdict.symmetry, said.order).modes[rows],
+        coefficients=said.coefficients[rows],
+        standard_errors=errors[rows],
+        symmetry=verdict.symmetry,
         lobes=said.lobes,
         scale="absolute" if options.absolute else "relative",
         valid=region.valid(),
@@ -206,6 +251,7 @@ def _result(
     diagnostics = {
         "order": chosen.order,
         "order of best": best.order,
+        "symmetry": verdict.plain(),
         "lobes": chosen.lobes.name,
         "prior strength": chosen.prior.strength,
         "prior decay": chosen.prior.decay,
@@ -226,6 +272,7 @@ def _result(
         work.scales,
         spread,
         misfit,
+        verdict,
         region,
         diagnostics,
     )

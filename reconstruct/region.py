@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,6 +15,7 @@ from reconstruct.robust import level
 
 STEP = 5.0  # degrees between the map's directions
 NEAR = np.radians(7.5)  # a direction is seen if data lie as near
+TURNS = tuple(np.radians([0.0, 45.0, 90.0, 135.0]))  # at which a surface that is not isotropic is looked at
 TRUSTED = 0.1  # relative standard error of f
 EXTRAPOLATED, SEEN, DETERMINED = 0, 1, 2
 
@@ -53,10 +54,19 @@ def region_of(error: Callable[[Cells], np.ndarray], model: Model, cells: Cells) 
     dphi = np.radians(np.arange(1.5 * STEP, 180.0, 3.0 * STEP))
     i, r, d = (a.ravel() for a in np.meshgrid(theta, theta, dphi, indexing="ij"))
     grid = Cells.of_angles(i, r, d)
-    size = np.maximum(np.abs(model.evaluate(grid)), 1e-3 * level(cells))
-    relative = (error(grid) / size).mean(1)
+    turns = TURNS if model.turning else TURNS[:1]
+    relative = np.mean([_relative(error, model, cells, grid, turn) for turn in turns], axis=0)
     shape = (len(theta), len(theta), len(dphi))
     return Region(theta, dphi, seen_at(cells, grid).reshape(shape), relative.reshape(shape))
+
+
+def _relative(
+    error: Callable[[Cells], np.ndarray], model: Model, cells: Cells, grid: Cells, turn: float
+) -> np.ndarray:
+    """(n,) standard error of f over f, mean of the channels, of the sample turned back by ``turn``."""
+    where = replace(grid, phi_i=grid.phi_i + turn, phi_r=grid.phi_r + turn)
+    size = np.maximum(np.abs(model.evaluate(where)), 1e-3 * level(cells))
+    return (error(where) / size).mean(1)
 
 
 def seen_at(cells: Cells, where: Cells) -> np.ndarray:

@@ -23,6 +23,7 @@ FILE_FAMILY = Family("file", "schlick", "correlated", absolute=False)
 JUDGED = np.radians(70.0)  # the error is stated below it
 FADE = np.radians(76.0)  # beyond it the lobe counts less: few photos see it and few pictures show it
 FADE_WIDTH = np.radians(2.5)
+NOTHING = 1e-5  # of the largest coefficient
 BEYOND = 0.02  # weight of what lies beyond, against 1
 PENALTY = 1e-8  # of the weight's sum: keeps fine modes from trading places
 RATIOS = (
@@ -41,6 +42,11 @@ class Represented:
     coefficients: np.ndarray  # (m, c) of the isotropic basis up to ``order``
     lobes: tuple[Lobe, ...]
     error: np.ndarray  # (c,) rms of what is missing, cosine weighted, both angles below 70 degrees, 1/sr
+
+    def rows(self, kept: int) -> np.ndarray:
+        """(k,) places of the modes that say anything, and of the first ``kept`` whatever they say."""
+        size = np.abs(self.coefficients).max(1)
+        return np.flatnonzero((size > NOTHING * size.max()) | (np.arange(len(size)) < kept))
 
 
 def represent(model: Model, order: int) -> Represented:

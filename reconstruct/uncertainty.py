@@ -18,7 +18,8 @@ from reconstruct.cells import Cells
 from reconstruct.covariance import Alternative, Problem, covariance
 from reconstruct.microfacet import F0_BOUNDS
 from reconstruct.model import Model
-from reconstruct.represent import Represented, represent
+from reconstruct.represent import Represented
+from reconstruct.represent_turning import in_file
 from reconstruct.robust import independence, level
 from reconstruct.search import Fitted, common_error
 from reconstruct.select import Candidate, blocks_of
@@ -71,14 +72,19 @@ class Uncertainty:
 
     def file_errors(self, model: Model, said: Represented) -> np.ndarray:
         """Standard errors (m, c) of the coefficients in the file's terms."""
-        rows, parameters = len(said.coefficients), self.covariance.shape[1]
-        both = np.arange(min(rows, self.modes))
-        derivative = np.zeros((said.coefficients.shape[1], rows, parameters))
-        derivative[:, both, both] = 1.0
-        for p in range(self.modes, parameters):
-            derivative[:, :, p] = _represented_change(model, said, p - self.modes, self.coefficients).T
-        own = np.stack([_spread(d, cov) for d, cov in zip(derivative, self.covariance, strict=True)], axis=1)
-        return np.hypot(own, self.scale_error * np.abs(said.coefficients))
+        m, both = self.modes, min(len(said.coefficients), self.modes)
+        changes = [
+            _represented_change(model, said, p, self.coefficients) for p in range(len(self.covariance[0]) - m)
+        ]
+        variance = np.zeros_like(said.coefficients)
+        # of each mode itself, of what the lobes put into it, and of both together
+        for c, cov in enumerate(self.covariance):
+            variance[:both, c] = np.diag(cov)[:both]
+            if changes:
+                lobes = np.stack([change[:, c] for change in changes], axis=1)
+                variance[:, c] += np.einsum("rp,pq,rq->r", lobes, cov[m:, m:], lobes)
+                variance[:both, c] += 2.0 * np.einsum("rp,rp->r", lobes[:both], cov[:both, m:])
+        return np.hypot(np.sqrt(np.maximum(variance, 0.0)), self.scale_error * np.abs(said.coefficients))
 
 
 def uncertainty_of(
@@ -185,5 +191,5 @@ def _represented_change(model: Model, said: Represented, p: int, coefficients: i
     else:
         step = STEP
         lobes = lobes.with_flat(_moved(lobes.flat(), p - coefficients, step))
-    moved = represent(Model(model.basis, model.coefficients, lobes, own), said.order)
+    moved = in_file(Model(model.basis, model.coefficients, lobes, own), said.order)
     return (moved.coefficients - said.coefficients) / step
