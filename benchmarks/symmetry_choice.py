@@ -7,7 +7,7 @@ report says that the data could not tell::
 
     python -m benchmarks.symmetry_choice [--sets N] [--first K] [--kind KIND] [--quick] [--csv FILE]
 
-``--quick`` takes six sets of each kind.
+``--quick`` takes two sets of each kind.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from synthetic.brdf import make_brdf
 
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]
 SETS = 200
-QUICK = 6
+QUICK = 2
 THETA_MAX = np.radians(80.0)
 ISOTROPIC = (
     "ggx-conductor",

@@ -24,7 +24,7 @@ from photogonio.provenance import Provenance, canonical_command, hash_file, hash
 from photogonio.scratch import Scratch
 from photogonio.store import KeptSetup, default_store
 from photogonio.stream import Reduced, reduce_photos
-from photogonio.summary import fit_choices, physics_warnings, rescaled
+from photogonio.summary import fit_choices, physics_warnings, rescaled, said_warnings
 from photogonio.surroundings import is_stray_light_known, joined_stray_light
 from photogonio.tables import read_table, take_channels
 from reconstruct.brdf import Brdf
@@ -289,7 +289,7 @@ def _fitted(
         raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
     for name, factor in rescaled(found):
         reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
-    for warning in physics_warnings(found):
+    for warning in (*physics_warnings(found), *said_warnings(found)):
         reporter.warn(warning)
     for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")

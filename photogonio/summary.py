@@ -9,6 +9,9 @@ import numpy as np
 
 from photogonio.options import Choice
 from reconstruct.plots import correlation
+from reconstruct.represent_turning import typical
+
+LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result
@@ -24,7 +27,8 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     found = fit.diagnostics
     reason = "the simplest of the models tried that predicts left-out cells as well as the best"
     names = [name for name in ("order", "lobes", "prior strength") if name in found]
-    return tuple(Choice(name, _short(found[name]), reason) for name in names)
+    symmetry = Choice("symmetry", fit.symmetry.symmetry, fit.symmetry.reason)
+    return symmetry, *(Choice(name, _short(found[name]), reason) for name in names)
 
 
 def rescaled(fit: FitResult) -> list[tuple[str, float]]:
@@ -49,6 +53,19 @@ def physics_warnings(fit: FitResult) -> list[str]:
             f"error; held to it, by {found['standard errors moved']:.1f} standard errors"
         ]
     return []
+
+
+def said_warnings(fit: FitResult) -> list[str]:
+    """What the file's modes cannot say of the model."""
+    if not fit.model.turning:
+        return []
+    share = float((np.array(fit.diagnostics["representation error"]) / typical(fit.model)).max())
+    if share <= LEAST_UNSAID:
+        return []
+    return [
+        f"the file says the fitted surface to within {share:.0%} rms: its ridge is too narrow for modes of order "
+        f"{fit.brdf.order}, and the file has no lobe of two roughnesses"
+    ]
 
 
 def stray_share(fit: FitResult) -> tuple[float, float]:

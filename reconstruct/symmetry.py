@@ -81,12 +81,12 @@ def asked(symmetry: str, cells: Cells) -> Verdict | None:
         raise InputError(
             f"--symmetry {symmetry}", "the table was reduced as of an isotropic sample: it has no azimuths"
         )
-    if symmetry != "auto":
-        return Verdict(symmetry, "asked for")
     if cells.canonical:
         return Verdict(
-            "isotropic", "assumed: the sample's own azimuth is not known (a ball, or asked so before)"
+            "isotropic", "assumed: azimuths against the sample are not known (a ball, or asked for)"
         )
+    if symmetry != "auto":
+        return Verdict(symmetry, "asked for")
     return None
 
 

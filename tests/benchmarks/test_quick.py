@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from benchmarks import end_to_end, growth, kernel
+from benchmarks import end_to_end, growth, kernel, symmetry_choice
 
 
 def test_kernel_against_numpy(capsys):
@@ -34,3 +34,9 @@ def test_growth(capsys):
     out = capsys.readouterr().out
     assert len(re.findall(r"time ~ size\^", out)) == 3
     assert all(int(cells) > 0 for cells in re.findall(r"(\d+) cells", out))
+
+
+def test_symmetry_is_chosen_right(capsys):
+    symmetry_choice.main(["--quick"])
+    out = capsys.readouterr().out
+    assert re.findall(r"(\w+): 0 of (\d+) wrong", out) == [("isotropic", "2"), ("anisotropic", "2")]

@@ -136,7 +136,8 @@ def relative_error(brdf, truth):
     theta = np.arcsin(np.sin(LIMIT) * np.sqrt(rng.uniform(size=(2, 4000))))
     phi = rng.uniform(-np.pi, np.pi, (2, 4000))
     where = [
-        np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], 1) for t, p in zip(theta, phi)
+        np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], 1)
+        for t, p in zip(theta, phi, strict=True)
     ]
     true = truth(*where)
     return float(np.sqrt(np.sum((brdf(*where) - true) ** 2) / np.sum(true**2)))
