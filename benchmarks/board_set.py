@@ -1,0 +1,83 @@
+"""A whole set as a user takes it, large and cheap: rendered small, enlarged, with noise at full size.
+
+A satin ball on a board between two mirror balls and a white patch, a still camera, photos of the bare board. Only
+DIFFERENT lamps are rendered; more photos repeat them under other names.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import tomli_w
+
+from benchmarks.end_to_end import DIFFERENT, write_picture
+from calib.camera import Camera
+from capture.photoset import MANIFEST
+from synthetic.manifest import manifest_of
+from synthetic.photoset import view_radiance
+from synthetic.plan import Shot, camera_of, exposure_factor, plan
+from synthetic.scene import Scene, load_scene
+from synthetic.sensor import expose
+from synthetic.world import brdf_of
+
+RENDERED = 900  # pixels of width, about, that are rendered
+FULL = 65535.0
+
+
+def board_scene(megapixels: float, boards: int) -> Scene:
+    """The example scene, before a camera of so many megapixels."""
+    scene = load_scene("example")
+    across = max(1, round(np.sqrt(megapixels * 1.5e6) / RENDERED))  # how much renders are enlarged
+    width = across * 12 * round(np.sqrt(megapixels * 1.5e6) / across / 12)
+    camera = replace(
+        scene.camera,
+        size=(width, width * 2 // 3),
+        focal=scene.camera.focal * width / scene.camera.size[0],
+        calibration=boards,
+    )
+    lamp = replace(scene.lamp, count=DIFFERENT)
+    return replace(scene, camera=camera, lamp=lamp, render=replace(scene.render, bounce=False))
+
+
+def make_board_set(folder: Path, suffix: str, photos: int, boards: int, megapixels: float) -> None:
+    """``photos`` of the sample and ``boards`` of the bare board, of a format."""
+    scene = board_scene(megapixels, boards)
+    camera = camera_of(scene)
+    shots = [replace(shot, file=str(Path(shot.file).with_suffix(suffix))) for shot in plan(scene)]
+    samples = [shot for shot in shots if shot.role == "sample"]
+    named = [shot for shot in shots if shot.role != "sample"]
+    for shot in shots:
+        (folder / shot.file).parent.mkdir(parents=True, exist_ok=True)
+        if shot in named or samples.index(shot) < photos:
+            write_picture(photo_of(scene, camera, shot), folder / shot.file)
+    for k in range(photos):
+        shot = samples[k % DIFFERENT]
+        file = f"sample/s{k:03d}{suffix}"
+        if k >= DIFFERENT:
+            (folder / file).hardlink_to(folder / shot.file)
+        named.append(replace(shot, file=file))
+    manifest = manifest_of(scene, camera, tuple(named))
+    if suffix == ".jpg":
+        manifest["radiometry"] = {"encoding": "srgb"}
+    (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
+
+
+def photo_of(scene: Scene, camera: Camera, shot: Shot) -> np.ndarray:
+    """(h, w, 3) linear signal of one photo, noise and all."""
+    small = enlarged_from(camera, RENDERED)
+    radiance = view_radiance(scene, small, brdf_of(scene), shot)
+    radiance = np.maximum(cv2.resize(radiance, camera.size, interpolation=cv2.INTER_CUBIC), 0.0)
+    codes = expose(scene, camera, radiance, shot.exposure_time, exposure_factor(scene), (shot.view, 0))
+    return (codes / np.float32(FULL)).astype(np.float32)
+
+
+def enlarged_from(camera: Camera, width: int) -> Camera:
+    """A camera of about ``width`` pixels whose picture, enlarged, is that of ``camera``."""
+    factor = max(1, round(camera.size[0] / width))
+    matrix = camera.matrix.copy()
+    matrix[:2] /= factor
+    matrix[:2, 2] = (camera.matrix[:2, 2] + 0.5) / factor - 0.5  # pixels' middles are whole numbers
+    return Camera(matrix, camera.distortion, (camera.size[0] // factor, camera.size[1] // factor))

@@ -1,0 +1,119 @@
+"""All of ``process`` against decoding the same files with the same reader and workers.
+
+    python -m benchmarks.whole [--quick] [--formats png,tif,exr,jpg] [--photos N] [--boards N]
+
+A set with a board is calibrated, reduced, fitted and reported; then again with the calibration known, as after
+``photogonio calibrate``. Each run is a process of its own, so that imports count. "decode" reads the photos of the
+sample, "all" those of the bare board too. "table" is from the files to the facet table, with the calibration known;
+"known" the whole command then; "everything" the whole command the first time. Peaks are of resident memory.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from benchmarks.board_set import make_board_set
+from reconstruct.rows import cores
+
+STAGES = ("calibrate", "reduce", "fit", "write")
+
+
+def child(what: str, folder: Path, out: Path, workers: int) -> dict[str, float]:
+    """Seconds of one task in this process, imports of the libraries not counted, and the peak in megabytes."""
+    if what == "process":
+        from photogonio.options import Options
+        from photogonio.pipeline import process
+
+        start = time.perf_counter()
+        found = dict(process(folder, out, Options(workers=workers)).seconds)
+    else:
+        from capture.images import read_image
+
+        roles = ("sample",) if what == "decode" else ("sample", "calibration")
+        files = [path for role in roles for path in sorted((folder / role).iterdir())]
+        start, found = time.perf_counter(), {}
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(lambda path: read_image(path).pixels.shape, files))
+    found["seconds"] = time.perf_counter() - start
+    found["peak"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return found
+
+
+def apart(what: str, folder: Path, out: Path, workers: int, cache: Path) -> dict[str, float]:
+    """:func:`child` in a process of its own; with the wall clock of it all."""
+    command = [sys.executable, "-m", "benchmarks.whole", "--child", what, str(folder), str(out)]
+    start = time.perf_counter()
+    done = subprocess.run(
+        [*command, "--workers", str(workers)],
+        check=True,
+        capture_output=True,
+        text=True,
+        cwd=Path(__file__).parents[1],
+        env=os.environ | {"PHOTOGONIO_CACHE": str(cache)},
+    )
+    return json.loads(done.stdout.splitlines()[-1]) | {"wall": time.perf_counter() - start}
+
+
+def measure(folder: Path, made: Path, workers: int) -> dict[str, dict[str, float]]:
+    """Decoding alone, everything, and with the calibration known."""
+    cache = made / "cache"
+    apart("all", folder, made, workers, cache)  # into the disk's cache
+    found = {what: apart(what, folder, made, workers, cache) for what in ("decode", "all")}
+    found["everything"] = apart("process", folder, made / "first", workers, cache)
+    for path in cache.rglob("*.np[yz]"):  # the views' results, but not the calibration
+        path.unlink()
+    found["known"] = apart("process", folder, made / "second", workers, cache)
+    for path in (made / "first").iterdir():
+        if path.read_bytes() != (made / "second" / path.name).read_bytes():
+            raise RuntimeError(f"{path.name} differs between the runs")
+    return found
+
+
+def line(name: str, found: dict[str, dict[str, float]]) -> str:
+    decode, whole = found["decode"]["seconds"], found["all"]["seconds"]
+    known, every = found["known"], found["everything"]
+    table = (known["calibrate"] + known["reduce"]) / decode
+    stages = " ".join(f"{every[stage]:6.1f}" for stage in STAGES)
+    return (
+        f"{name:6} {decode:7.2f} {whole:7.2f}  {table:14.2f}  {known['wall'] / decode:14.2f}"
+        f"  {every['wall'] / whole:16.2f}  {stages}  {every['peak']:7.0f}"
+    )
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="few small photos: shows that it runs")
+    parser.add_argument("--formats", default="png,tif,exr,jpg")
+    parser.add_argument("--photos", type=int, default=24)
+    parser.add_argument("--boards", type=int, default=14)
+    parser.add_argument("--workers", type=int, default=cores())
+    parser.add_argument("--child", nargs=3, metavar=("WHAT", "SET", "OUT"))
+    options = parser.parse_args(arguments)
+    if options.child:
+        what, folder, out = options.child
+        print(json.dumps(child(what, Path(folder), Path(out), options.workers)))
+        return
+    photos, boards, megapixels = (3, 4, 0.4) if options.quick else (options.photos, options.boards, 12.0)
+    print(f"{photos} + {boards} photos of {megapixels:g} megapixels, {options.workers} workers; seconds")
+    print(
+        "format  decode     all  table / decode  known / decode  everything / all"
+        "  calibr reduce    fit report  peak MB"
+    )
+    for name in options.formats.split(","):
+        with tempfile.TemporaryDirectory() as made:
+            folder = Path(made) / "set"
+            make_board_set(folder, f".{name}", photos, boards, megapixels)
+            print(line(name, measure(folder, Path(made), options.workers)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
