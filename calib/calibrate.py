@@ -10,7 +10,7 @@ from calib.camera import Camera
 from calib.evidence import Posed
 from calib.irradiance import read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
-from calib.looking import Progress, Reader, ReadPart, ReadRadiance
+from calib.looking import Progress, Reader, ReadLevel, ReadPart, ReadRadiance
 from calib.notes import Notes
 from calib.observe import observe
 from calib.setup import Light, Setup, ViewSetup
@@ -27,16 +27,17 @@ def calibrate(
     progress: Progress | None = None,
     *,
     read_part: ReadPart | None = None,
+    read_level: ReadLevel | None = None,
     workers: int = 1,
 ) -> Setup:
     """Camera, poses, lights, sample and irradiance of every sample view.
 
-    ``read_part`` reads a region of a view at less cost; ``workers`` photos are in memory at once. Views that cannot be
-    used are in ``left_out`` with the reason; InputError if none can.
+    ``read_part`` reads a region of a view, ``read_level`` its gray levels, at less cost; ``workers`` photos are in
+    memory at once. Views that cannot be used are in ``left_out`` with the reason; InputError if none can.
     ``progress(label, done, total)`` is called after each photo.
     """
     tell = progress or (lambda label, done, total: None)
-    reader, notes = Reader(photoset, read_radiance, read_part, workers), Notes()
+    reader, notes = Reader(photoset, read_radiance, read_part, read_level, workers), Notes()
     photos = look_at_all(photoset, reader, tell, notes)
     camera, model, photos = find_camera(photoset, reader, photos, tell, notes)
     boards, sights = find_poses(photoset, camera, photos, notes)

@@ -23,6 +23,7 @@ from capture.radiance import RadianceImage
 from capture.signal import Region
 
 ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
+ReadLevel = Callable[[View], tuple[np.ndarray, np.ndarray]]  # gray (h, w) float32, not saturated (h, w) bool
 ReadPart = Callable[[View, Region], RadianceImage]
 Progress = Callable[[str, int, int], None]
 
@@ -41,13 +42,14 @@ class Reader:
         photoset: PhotoSet,
         read_radiance: ReadRadiance,
         read_part: ReadPart | None = None,
+        read_level: ReadLevel | None = None,
         workers: int = 1,
     ):
-        """``read_part`` reads a region at less cost; ``workers`` photos are looked at side by side."""
+        """``read_part`` and ``read_level`` read less of a view at less cost; ``workers`` are looked at side by side."""
         self.photoset = photoset
         self.failed: dict[str, str] = {}
         self.workers = workers
-        self._read, self._read_part = read_radiance, read_part
+        self._read, self._read_part, self._read_level = read_radiance, read_part, read_level
         self._kept: OrderedDict[str, RadianceImage] = OrderedDict()
         self._bytes = 0
         self._lock = Lock()
@@ -67,6 +69,17 @@ class Reader:
             return None
         self._keep(view.name, image)
         return image
+
+    def level(self, view: View) -> tuple[np.ndarray, np.ndarray] | None:
+        """Gray radiance (h, w) and the pixels that may be used (h, w) bool; None if the view cannot be read."""
+        if self._read_level is None or view.name in self.failed or view.name in self._kept:
+            image = self(view)
+            return None if image is None else (gray(image), ~image.saturated & finite(image))
+        try:
+            return self._read_level(view)
+        except InputError as error:
+            self.failed[view.name] = str(error)
+            return None
 
     def part(self, view: View, region: Region) -> RadianceImage | None:
         """The radiance of a region ``[x0, x1) x [y0, y1)``; None if the view cannot be read."""
@@ -117,14 +130,15 @@ def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str
 
 
 def _look_at(reader: Reader, view: View) -> Seen | None:
-    image = reader(view)
-    if image is None:
+    shown = reader.level(view)
+    if shown is None:
         return None
+    height, width = shown[0].shape
     corners = None
     if reader.photoset.board is not None:
-        level = without_fireflies(gray(image))
+        level = without_fireflies(shown[0])
         corners = find_corners(reader.photoset.board, detection_image(level), fine_image(level))
-    return Seen(view, corners, (image.value.shape[1], image.value.shape[0]))
+    return Seen(view, corners, (width, height))
 
 
 def look_closer(reader: Reader, camera: Camera, seen: list[Seen], progress: Progress) -> list[Seen]:
@@ -148,12 +162,12 @@ def _closer(reader: Reader, pattern: Print, camera: Camera, one: Seen, every: np
     fit = fit_pose(camera, one.corners) if one.corners is not None else None
     if fit is None or one.corners is None:
         return one
-    image = reader(one.view)
-    if image is None:
+    shown = reader.level(one.view)
+    if shown is None:
         return one
-    usable = ~image.saturated & finite(image)
+    level, usable = shown
     if one.view.photos[0].role != "calibration":
-        usable &= ~things_mask(reader.photoset, camera, fit.pose, usable.shape, _GROW)
+        usable = usable & ~things_mask(reader.photoset, camera, fit.pose, usable.shape, _GROW)
     square = float(reader.photoset.board.square_length)
-    corners = refined_corners(pattern, camera, fit.pose, gray(image), usable, every, square, one.corners)
+    corners = refined_corners(pattern, camera, fit.pose, level, usable, every, square, one.corners)
     return replace(one, corners=corners)

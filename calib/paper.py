@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -172,18 +173,26 @@ def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[
 
 
 def _read(image: RadianceImage, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    place = pixels.astype(np.float32)
-    bad = (image.saturated | ~np.isfinite(image.value).all(axis=2)).astype(np.float32)
-    dirty = cv2.remap(bad, place[:, 0], place[:, 1], cv2.INTER_LINEAR).ravel() > 0
-    channels = image.value.shape[2]
+    """Radiance and variance (n, c) between the four pixels around each place, and whether all four may be read."""
+    x, y = pixels.astype(np.float32).T
+    column, row = np.floor(x).astype(int), np.floor(y).astype(int)
+    clean = np.ones(len(pixels), bool)
+    for right, down in itertools.product((0, 1), repeat=2):
+        at = (row + down, column + right)
+        clean &= (
+            ~image.saturated[at]
+            & np.isfinite(image.value[at]).all(1)
+            & np.isfinite(image.variance[at]).all(1)
+        )
 
     def look(planes: np.ndarray) -> np.ndarray:
-        read = [
-            cv2.remap(planes[..., k], place[:, 0], place[:, 1], cv2.INTER_LINEAR) for k in range(channels)
-        ]
-        return np.column_stack([r.ravel() for r in read]).astype(float)
+        parts = [
+            planes[..., k : k + 4] for k in range(0, planes.shape[2], 4)
+        ]  # as many as OpenCV takes at once
+        read = [cv2.remap(part, x, y, cv2.INTER_LINEAR).reshape(len(pixels), -1) for part in parts]
+        return np.hstack(read).astype(float)
 
-    return look(np.nan_to_num(image.value)), look(np.nan_to_num(image.variance)), ~dirty
+    return look(image.value), look(image.variance), clean
 
 
 def covered(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from capture import pointwise
 from capture.brackets import merge, trimmed
 from capture.errors import InputError
 from capture.exposure import FIELDS, Exposure
@@ -18,6 +19,7 @@ from capture.radiance import RadianceImage
 from capture.signal import MIDDLE, WINDOW, Region, Sensor, Signal, Windows, cut, grown, part_of, signal_of
 
 STEP_PIXELS = 1_000_000  # about, that the exposure steps of a bracket are measured on
+BAND = 128  # rows whose light is worked out together: they stay in the cache
 BELOW_BLACK = 4.0  # standard deviations below black that a pixel may read
 
 _COMPARED = (
@@ -51,6 +53,13 @@ class RadianceReader:
         Raises InputError, naming the photo, if it cannot be read, differs in size or channels from the
         others, or lacks an exposure quantity that others have.
         """
+        image = self._lit(view, roi)
+        valid = image.valid & ~grown(image.saturated)
+        valid &= ~isolated_spots(image.value, image.variance, crowded=not isinstance(roi, Windows))
+        return replace(image, valid=valid)
+
+    def _lit(self, view: View, roi: Region | Windows | None) -> RadianceImage:
+        """Radiance by the lamp alone, before pixels are judged by their neighbours."""
         image = self.exposed(view, roi)
         lamp_off = self.ambient.get(view.light, self.ambient.get(None))
         value, variance, saturated = image.value, image.variance, image.saturated
@@ -62,9 +71,7 @@ class RadianceReader:
             gain = cut(self.gain, roi)
             value *= gain
             variance *= gain**2
-        valid = image.valid & ~grown(saturated)
-        valid &= ~isolated_spots(value, variance, crowded=not isinstance(roi, Windows))
-        return RadianceImage(value, variance, valid, saturated, image.origin, image.ghost)
+        return RadianceImage(value, variance, image.valid, saturated, image.origin, image.ghost)
 
     def read_at(self, view: View, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Radiance (n, c) and validity (n,) at single pixels (n, 2), at least MIDDLE from the photo's edge.
@@ -73,6 +80,23 @@ class RadianceReader:
         """
         read = self.read(view, Windows(pixels))
         return read.value[MIDDLE::WINDOW, MIDDLE], read.valid[MIDDLE::WINDOW, MIDDLE]
+
+    def read_level(self, view: View) -> tuple[np.ndarray, np.ndarray]:
+        """Mean over channels (h, w) float32 of a view's radiance, and where it is not saturated (h, w) bool.
+
+        What it takes to find things in a photo, at a fraction of the cost of :meth:`read`: a band of rows at a time.
+        """
+        width, height = self.size
+        level, usable = np.empty((height, width), np.float32), np.empty((height, width), bool)
+        rows, reader = height, self
+        if len(view.photos) == 1:  # of a bracket, the exposures' steps take the whole photos
+            image = self.image(view.photos[0])
+            rows, reader = BAND, replace(self, decode=lambda path, demosaic: image)
+        for top in range(0, height, rows):
+            part = reader._lit(view, (0, top, width, min(top + rows, height)))
+            pointwise.mean_level(np.ascontiguousarray(part.value), level[top : top + rows])
+            usable[top : top + rows] = ~part.saturated
+        return level, usable
 
     def exposed(self, view: View, roi: Region | Windows | None = None) -> RadianceImage:
         """Exposures joined and divided out; ambient light and vignetting still in it."""

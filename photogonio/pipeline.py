@@ -223,6 +223,7 @@ def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, wor
         lambda _, view: radiance.read(view),
         reporter.progress,
         read_part=radiance.read,
+        read_level=radiance.read_level,
         workers=min(workers, ABREAST),
     )
 
