@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from scipy.ndimage import map_coordinates
 
@@ -35,12 +36,23 @@ def diffuse_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, ra
     place = center + radius * normal
     offset = light - place
     lit = np.clip(np.einsum("ij,ij->i", offset, normal), 0, None) / (offset**2).sum(1) ** 1.5
-    path = points[:, None] - place
     area = 4 * np.pi * radius**2 / _FACETS
-    squared = np.maximum((path**2).sum(2), area)  # the sum is coarse where a point all but touches the ball
-    leaving = np.clip(np.einsum("nij,ij->ni", path, normal), 0, None)
-    arriving = np.clip(-path[..., 2], 0, None)
-    return (leaving * arriving / squared**2) @ lit * area / np.pi
+    result = np.empty(len(points))
+    _gather(np.ascontiguousarray(points, float), place, normal, lit * area / np.pi, area, result)
+    return result
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _gather(points, place, normal, lit, area, result):
+    """Irradiance on the board's plane at ``points`` (n, 3) from Lambertian facets of radiosity over pi ``lit`` (f,)."""
+    for k in range(len(points)):
+        total = 0.0
+        for f in range(len(place)):
+            x, y, z = points[k, 0] - place[f, 0], points[k, 1] - place[f, 1], points[k, 2] - place[f, 2]
+            squared = max(x * x + y * y + z * z, area)  # the sum is coarse where a point all but touches the ball
+            leaving = max(x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2], 0.0)
+            total += leaving * max(-z, 0.0) / (squared * squared) * lit[f]
+        result[k] = total
 
 
 def glossy_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:

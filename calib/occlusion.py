@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def lit_fraction(
     points: np.ndarray, light: np.ndarray, lamp_radius: float, balls: np.ndarray, blur: float
 ) -> np.ndarray:
@@ -36,7 +36,7 @@ def lit_fraction(
     return result
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def direct(points: np.ndarray, light: np.ndarray) -> np.ndarray:
     """cos / r^2 on the board's plane at ``points`` (n, 3), (n,); zero for a light below it."""
     result = np.zeros(len(points))
