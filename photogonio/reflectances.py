@@ -16,8 +16,8 @@ from reconstruct.angles import spherical_angles, unit_vectors
 from reconstruct.brdf import load_brdf
 from reconstruct.measured import read_samples
 from reconstruct.merl import CHANNELS, read_merl
-from synthetic.brdf import make_brdf
 from synthetic.truth import FORMAT as TRUTH_FORMAT
+from synthetic.world import brdf_from
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -72,14 +72,13 @@ def _read_json(path: Path) -> Known:
 
 
 def _read_truth(path: Path) -> Known:
-    """A rendered set's truth: its model, or its grid where the model came from a file that is not here."""
+    """A rendered set's truth: its model, or its grid where the model is a file that is not beside it."""
     truth = json.loads(path.read_text(encoding="utf-8"))["brdf"]
-    grid = truth["grid"]
+    grid, model = truth["grid"], truth["model"]
     value = np.array(grid["values"], float)
     channels = _names(value.shape[1])
-    if "model" in truth["model"]:
-        parameters = dict(truth["model"])
-        reflectance = make_brdf(parameters.pop("model"), parameters, where=path)
+    if "model" in model or (path.parent / str(model.get("file"))).is_file():
+        reflectance = brdf_from(model, path.parent, path)
 
         def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
             f = reflectance(incident, exit)

@@ -30,6 +30,7 @@ MODELS: dict[str, type[Reflectance]] = {
     "glossy-paint": glossy.GlossyPaint,
 }
 POSITIVE = ("roughness", "roughness_x", "roughness_y", "width", "c3", "ior", "power")
+NOT_NEGATIVE = ("albedo", "specular", "retro", "mirror", "f0", "sigma", "k")
 
 
 def make_brdf(
@@ -57,6 +58,8 @@ def checked(key: str, value: object, where: object) -> object:
         raise InputError(where, f"{key}: expected a number or one a channel, got {value!r}")
     if key in POSITIVE and min(values) <= 0:
         raise InputError(where, f"{key}: expected more than 0, got {value!r}")
+    if key in NOT_NEGATIVE and min(values) < 0:
+        raise InputError(where, f"{key}: expected 0 or more, got {value!r}")
     return tuple(float(v) for v in values) if isinstance(value, list | tuple) else value
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ def read_expansion(path: Path) -> Expansion:
             coefficients=np.array(data["coefficients"], float).reshape(len(data["modes"]), -1),
             lobes=tuple(data.get("lobes", ())),
         )
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(path, f"not a coefficient file: {error}") from error
     if found.symmetry not in SYMMETRIES or found.quantity not in COSINES:
         raise InputError(path, f"unknown symmetry {found.symmetry!r} or quantity {found.quantity!r}")
@@ -66,24 +67,38 @@ def read_merl(path: Path) -> Merl:
 
 def read_grid(path: Path) -> Tabulated:
     """A truth grid: arrays `grid` (n, 3) of theta_i, theta_r, dphi in radians, and `brdf` (n, c)."""
-    with np.load(path) as data:
-        if not {"grid", "brdf"} <= set(data):
-            raise InputError(path, "expected arrays `grid` and `brdf`")
-        return Tabulated(data["grid"], data["brdf"])
+    try:
+        # numpy leaves a file that it cannot read open
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as data:
+            grid, value = np.asarray(data["grid"], float), np.asarray(data["brdf"], float)
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile):
+        raise InputError(path, "expected arrays `grid` and `brdf`") from None
+    if grid.ndim != 2 or grid.shape[1] != 3 or value.shape[:1] != grid.shape[:1]:
+        raise InputError(path, f"expected grid (n, 3) and brdf (n, c), found {grid.shape} and {value.shape}")
+    return Tabulated(grid, value.reshape(len(grid), -1))
 
 
 def read_csv(path: Path, columns: dict[str, str], select: dict[str, float]) -> Tabulated:
     with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    if not rows:
+        raise InputError(path, "expected a line of headers and rows of numbers")
     try:
-        rows = [row for row in rows if all(float(row[key]) == value for key, value in select.items())]
+        chosen = [row for row in rows if all(float(row[key]) == value for key, value in select.items())]
+    except (KeyError, ValueError, TypeError) as error:
+        raise InputError(path, f"rows cannot be chosen by {', '.join(select)}: {error}") from error
+    if not chosen:
+        raise InputError(path, "no row has the values that `where` asks for")
+    return tabulated(chosen, columns, path)
+
+
+def tabulated(rows: list[dict[str, str]], columns: dict[str, str], path: Path) -> Tabulated:
+    try:
         angle = {k: table_column(rows, columns.get(k, k)) for k in ("theta_i", "theta_r")}
         turn = azimuth_difference(rows, columns)
         values = np.stack([table_column(rows, k) for k in columns.get("value", "value").split("+")], axis=-1)
     except (KeyError, ValueError, TypeError) as error:
         raise InputError(path, f"not a table of numbers with the named columns: {error}") from error
-    if not rows:
-        raise InputError(path, "no rows are left")
     turn = np.where((angle["theta_i"] < 0) != (angle["theta_r"] < 0), turn + 180.0, turn)
     dphi = np.arccos(np.cos(np.radians(turn)))
     angles = np.stack([*(np.radians(np.abs(angle[k])) for k in ("theta_i", "theta_r")), dphi], axis=-1)

@@ -153,6 +153,6 @@ class FaultScene:
 
     moved_after: int | None = None  # the sample stands elsewhere in all later views
     moved_by: Point = (0.0, 0.0, 0.0)
-    swapped: tuple[tuple[int, ...], ...] = ()  # pairs of views whose light ids are exchanged
+    mislabelled: tuple[tuple[int, ...], ...] = ()  # pairs: a view, and the view whose light it claims to have
     two_lamps: tuple[int, ...] = ()  # views lit by the next view's lamp too
     missing: tuple[int, ...] = ()  # views that are not there

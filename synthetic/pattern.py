@@ -53,7 +53,9 @@ def print_of(board: Board | None, *, scale: float = 1.0) -> Print:
             0.25 * float(np.linalg.norm(corners[0, 1] - corners[0, 0])),
         )
     extent = scale * np.array([-margin, -margin, size[0] + margin, size[1] + margin])
-    side = marks.markerSize + 2
+    side, most = marks.markerSize + 2, len(marks.bytesList)
+    if np.min(ids) < 0 or np.max(ids) >= most:
+        raise InputError("board", f"needs the marker {np.max(ids)}; {board.dictionary} has 0 to {most - 1}")
     bits = np.stack([cv2.aruco.generateImageMarker(marks, int(i), side) // 255 for i in ids])
     return make_print(extent, squares, scale * corners, bits)
 

@@ -24,7 +24,7 @@ from synthetic.reflectance import Reflectance
 from synthetic.render import Detail, render
 from synthetic.scene import Scene
 from synthetic.sensor import expose
-from synthetic.truth import truth_of
+from synthetic.truth import copy_name, truth_of
 from synthetic.world import CHANNELS, brdf_of, world_of
 
 TRUTH = "truth.json"
@@ -56,6 +56,8 @@ def write_set(scene: Scene, folder: Path, workers: int, progress: Progress) -> N
     manifest = manifest_of(scene, camera, shots)
     (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
     (folder / TRUTH).write_text(json.dumps(truth_of(scene, camera, brdf, shots)), encoding="utf-8")
+    if "file" in scene.brdf:
+        shutil.copyfile(Path(scene.folder) / str(scene.brdf["file"]), folder / copy_name(scene))
     for shot in shots:
         (folder / shot.file).parent.mkdir(exist_ok=True)
     series: dict[int, list[Shot]] = {}  # exposures of one view share one rendering

@@ -156,8 +156,8 @@ def views(scene: Scene) -> list[list[Shot]]:
     strength = lamp_intensity(scene)
     lamps = [Lamp(i, scene.lamp.kind, p, radius, strength) for i, p in zip(ids, places, strict=True)]
     named = list(ids)
-    for a, b in scene.fault.swapped:
-        named[a], named[b] = ids[b], ids[a]
+    for view, claimed in scene.fault.mislabelled:
+        named[view] = ids[claimed]
     return [view_shots(scene, k, pose, lamps, named[k]) for k, pose in enumerate(poses)]
 
 

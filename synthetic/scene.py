@@ -24,19 +24,9 @@ from synthetic.parts import (
     SampleScene,
     SensorScene,
 )
+from synthetic.rules import check
 
 SCENES = Path(__file__).parent / "scenes"
-CHOICES: dict[str, tuple[object, ...]] = {
-    "sample.shape": ("sphere", "plane"),
-    "board.kind": ("charuco", "aruco-grid", "markers"),
-    "camera.motion": ("fixed", "moving", "turntable"),
-    "camera.vignetting": ("none", "cos4"),
-    "lamp.kind": ("point", "directional"),
-    "lamp.spread": ("around", "plane"),
-    "sensor.bits": (8, 16),
-    "sensor.encoding": ("linear", "srgb", "gamma"),
-    "sensor.format": ("png", "tiff"),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +59,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     path = scene_path(name_or_path)
     table = without_board(merged(path))
     scene = read(Scene, {"name": path.stem, "folder": str(path.parent), **table}, str(path))
-    for key, allowed in CHOICES.items():
-        part, name = key.split(".")
-        value = getattr(getattr(scene, part), name, None)
-        if value not in allowed and getattr(scene, part) is not None:
-            raise InputError(
-                f"{path}: {key}", f"expected one of {', '.join(map(str, allowed))}, got {value!r}"
-            )
+    check(scene, path)
     return scene
 
 

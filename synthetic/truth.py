@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from synthetic.scene import Scene
 from synthetic.world import ambient
 
 FORMAT = "photogonio-truth"
+COPY = "truth-brdf"  # name, before its own ending, of the copy of a BRDF's file that stands beside the truth
 
 
 def truth_of(scene: Scene, camera: Camera, brdf: Reflectance, shots: tuple[Shot, ...]) -> dict[str, object]:
@@ -65,7 +67,7 @@ def brdf_truth(scene: Scene, brdf: Reflectance) -> dict[str, object]:
     """The BRDF as a model and on the grid of middles of five-degree cells, the light in the plane of x."""
     grid = angle_grid()
     return {
-        "model": scene.brdf,
+        "model": scene.brdf if "file" not in scene.brdf else scene.brdf | {"file": copy_name(scene)},
         "isotropic": brdf.isotropic,
         "reciprocal": brdf.reciprocal,
         "grid": {
@@ -75,3 +77,8 @@ def brdf_truth(scene: Scene, brdf: Reflectance) -> dict[str, object]:
             "values": on_grid(brdf, grid).tolist(),  # (theta_i theta_r dphi, channels), dphi fastest
         },
     }
+
+
+def copy_name(scene: Scene) -> str:
+    """What the file of the scene's BRDF is called in the set."""
+    return COPY + Path(str(scene.brdf["file"])).suffix

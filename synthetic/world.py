@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from capture.errors import InputError
 from synthetic.brdf import make_brdf
 from synthetic.files import read_brdf
 from synthetic.parts import PatchScene
@@ -21,11 +23,35 @@ CHANNELS = 3
 
 def brdf_of(scene: Scene) -> Reflectance:
     """The scene's BRDF, from the library or a file. Raises InputError."""
-    parameters: dict[str, Any] = dict(scene.brdf)
-    if "file" in parameters:
-        path = Path(scene.folder) / str(parameters.pop("file"))
-        return read_brdf(path, **{"select" if k == "where" else k: v for k, v in parameters.items()})
-    return make_brdf(str(parameters.pop("model", "")), parameters, where=f"{scene.name}: brdf")
+    where = f"{scene.name}: brdf"
+    return brdf_from(scene.brdf, Path(scene.folder), where)
+
+
+def brdf_from(described: Mapping[str, object], folder: Path, where: object) -> Reflectance:
+    """A BRDF from `model` and its parameters, or from `file` in ``folder`` (with `columns` and `where` for a table).
+
+    Raises InputError.
+    """
+    if "file" in described:
+        found = brdf_of_file(described, folder, where)
+    else:
+        parameters: dict[str, Any] = dict(described)
+        found = make_brdf(str(parameters.pop("model", "")), parameters, where=where)
+    count = found(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.6, 0.8])).shape[-1]
+    if count not in (1, CHANNELS):
+        raise InputError(where, f"has {count} channels; a picture takes one, for grey, or {CHANNELS}")
+    return found
+
+
+def brdf_of_file(described: Mapping[str, object], folder: Path, where: object) -> Reflectance:
+    parameters: dict[str, Any] = dict(described)
+    path = folder / str(parameters.pop("file"))
+    for key, value in parameters.items():
+        if key not in ("columns", "where"):
+            raise InputError(where, f"unknown key {key!r}; a file takes columns and where")
+        if not isinstance(value, Mapping):
+            raise InputError(where, f"{key}: expected a table, got {value!r}")
+    return read_brdf(path, columns=parameters.get("columns"), select=parameters.get("where"))
 
 
 def world_of(scene: Scene, shot: Shot) -> World:

@@ -10,6 +10,7 @@ from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
 from synthetic.expansion import hemisphere_mode, isotropic_mode
 from synthetic.files import MERL_SCALE, MERL_SHAPE, read_brdf
 from synthetic.reflectance import Pairs
+from synthetic.world import brdf_from
 
 
 def hemisphere(polar: int, turns: int) -> tuple[np.ndarray, np.ndarray]:
@@ -150,3 +151,40 @@ def test_bad_files_are_one_clear_line(tmp_path):
             read_brdf(tmp_path / name)
     with pytest.raises(InputError, match="no such file"):
         read_brdf(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.csv", "", "a line of headers"),
+        ("a.csv", "theta_i,phi_i,theta_r,phi_r,value\n# nothing yet\n", "a line of headers"),
+        ("a.csv", "theta_i,phi_i,theta_r,phi_r,value\n10,0,x,0,1\n", "not a table of numbers"),
+        ("a.npz", "no", "arrays `grid` and `brdf`"),
+        ("a.json", "[1]", "not a coefficient file"),
+        ("a.binary", "no", "not a MERL file"),
+        ("a.txt", "", "expected a file"),
+    ],
+)
+def test_files_that_hold_no_brdf_are_refused(tmp_path, name, text, says):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=says) as caught:
+        read_brdf(tmp_path / name)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("described", "says"),
+    [
+        ({"file": "a.csv", "colums": {}}, "unknown key 'colums'"),
+        ({"file": "a.csv", "columns": "R"}, "columns: expected a table"),
+        ({"file": "a.csv", "columns": {"value": "R+G"}}, "has 2 channels"),
+        ({"file": "a.csv", "columns": {"value": "R"}, "where": {"G": 7}}, "no row has the values"),
+        ({"model": "lambert", "albedo": [0.5, 0.5]}, "has 2 channels"),
+        ({"model": "lambert", "albedo": -0.5}, "albedo: expected 0 or more"),
+    ],
+)
+def test_what_a_scene_asks_of_a_brdf_is_checked(tmp_path, described, says):
+    rows = [f"{t},0,{u},40,0.1,0.2,0.3" for t in (5, 30, 60) for u in (10, 50, 70)]
+    (tmp_path / "a.csv").write_text("theta_i,phi_i,theta_r,phi_r,R,G,B\n" + "\n".join(rows))
+    with pytest.raises(InputError, match=says):
+        brdf_from(described, tmp_path, "scene: brdf")

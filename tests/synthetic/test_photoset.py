@@ -10,6 +10,7 @@ import pytest
 from calib.camera import Camera, Pose
 from capture.errors import InputError
 from capture.manifest import load_photoset
+from photogonio.reflectances import load_known
 from synthetic.brdf import make_brdf, on_grid
 from synthetic.hard import changed, hard_case, hard_names
 from synthetic.parts import BoardScene, MarkerScene
@@ -149,6 +150,22 @@ def test_truth_holds_the_brdf_on_the_grid(example):
     grid = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=-1)
     model = make_brdf(brdf["model"]["model"], parameters)
     assert np.array(brdf["grid"]["values"]) == pytest.approx(on_grid(model, grid), rel=1e-6)
+
+
+def test_a_brdf_from_a_file_is_kept_beside_the_truth(tmp_path):
+    """A coefficient file of one channel, not isotropic: the truth is all of it, not the grid alone."""
+    modes = {"modes": [[0, 0, 0, 0], [1, 1, 1, 1]], "coefficients": [[1.2], [0.3]], "symmetry": "reciprocal"}
+    (tmp_path / "mine.json").write_text(json.dumps({"quantity": "brdf", **modes}))
+    scene = changed(load_scene("example"), **SMALL, brdf={"file": "mine.json"})
+    folder = synthesize(replace(scene, folder=str(tmp_path)), tmp_path / "set")
+    (tmp_path / "mine.json").unlink()
+    found = load_known(folder / "truth.json")
+    incident, exit = np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, 0.6, 0.8]])
+    # docs/modes.md: Z_0^0 = 1 / sqrt(2 pi); Z_1^1 = sqrt(2) sqrt(2 / 2 pi) rho cos(phi), rho^2 = 1 - 0.8
+    for i, r, both in ((incident, incident, 1.0), (incident, exit, 0.0)):
+        expected = 1.2 / (2 * np.pi) + 0.3 * both * (2 / np.pi) * 0.2
+        assert found.evaluate(i, r) == pytest.approx(np.full((1, 1), expected))
+    assert not found.isotropic
 
 
 def test_brackets_are_one_scene_at_several_times(tmp_path):

@@ -50,6 +50,22 @@ def test_file_lies_over_its_base(tmp_path):
         ("brdf = { model = 'lambert' }\n[sensor]\nbits = 12\n", "8, 16"),
         ("brdf = { model = 'lambert' }\n[camera]\nmotion = 'fast'\n", "turntable"),
         ("", "brdf"),
+        ("base = 'example'\n[lamp]\ncount = 0\n", "lamp.count: expected 1 or more, got 0"),
+        ("base = 'example'\n[lamp]\nelevation = [-10.0, 20.0]\n", "two angles above 0"),
+        ("base = 'example'\n[camera]\nsize = [600]\n", "camera.size: expected 2 numbers"),
+        ("base = 'example'\n[camera]\ndistortion = [0.1, 0.1, 0.1]\n", "0 or 4 or 5"),
+        (
+            "base = 'example'\n[board]\nkind = 'aruco-grid'\n",
+            "board.markers: a board of kind aruco-grid needs it",
+        ),
+        ("base = 'example'\n[sample]\noutline = [[0, 0], [1, 1]]\n", "three or more corners"),
+        (
+            "base = 'example'\nwhite_patch = [{ outline = [[0, 0]], reflectance = 1 }]\n",
+            "white_patch.outline",
+        ),
+        ("base = 'example'\n[fault]\ntwo_lamps = [12]\n", "views from 0 to 11, got 12"),
+        ("base = 'example'\n[fault]\nmislabelled = [[1]]\n", "pairs of views"),
+        ("base = 'example'\n[lamp]\ncount = 2\n[fault]\nmissing = [0, 1]\n", "leaves no view"),
         ("base = 'nowhere'\n", "no such scene"),
         ("base = 'bad.toml'\n", "without end"),
     ],
@@ -126,14 +142,14 @@ def test_faults_are_in_the_plan():
         "two_lamps": (3,),
         "moved_after": 6,
         "moved_by": (1.0, 2.0, 0.0),
-        "swapped": ((0, 1),),
+        "mislabelled": ((0, 1),),
         "missing": (5,),
     }
     shots = sample_shots(changed(base, fault=faults))
     by_view = {shot.view: shot for shot in shots}
     assert 5 not in by_view and len(shots) == 11
     assert len(by_view[3].lamps) == 2 and len(by_view[4].lamps) == 1
-    assert by_view[0].light == "L001" and by_view[1].light == "L000" and by_view[0].lamps[0].id == "L000"
+    assert by_view[0].light == by_view[1].light == "L001" and by_view[0].lamps[0].id == "L000"
     assert np.array_equal(by_view[7].offset - by_view[6].offset, [1, 2, 0])
 
 
