@@ -33,23 +33,35 @@ class Directions:
         return self.exit[:, 2]
 
 
-def quadrature(mask: float, *, isotropic: bool, polar: int = 32, azimuth: int = 36) -> Directions:
-    """Gauss-Legendre in both polar angles up to ``mask`` (radians), midpoints in azimuth.
+def quadrature(mask: float, *, isotropic: bool, polar: int = 48, share: int = 6) -> Directions:
+    """Gauss-Legendre in both polar angles up to ``mask`` (radians) and, in panels, in the azimuth between them.
 
-    Isotropic: the azimuth between the directions alone, over a whole turn. Otherwise the incident
-    azimuth too, with half as many nodes of each kind.
+    The panels narrow toward the mirror direction and back toward the light, where a gloss is narrow: near grazing
+    its width in azimuth is 2 alpha cot(theta). ``share`` nodes each. Isotropic: that azimuth alone, over a whole
+    turn. Otherwise the incident azimuth too, at evenly spaced middles, with half as many nodes of each kind.
     """
     if not isotropic:
-        polar, azimuth = polar // 2, azimuth // 2
-    node, share = np.polynomial.legendre.leggauss(polar)
-    theta, share = 0.5 * mask * (node + 1.0), 0.5 * mask * share
-    turn = (np.arange(azimuth) + 0.5) * 2.0 * np.pi / azimuth
-    phi_i = turn if not isotropic else np.zeros(1)
-    grids = np.meshgrid(theta, theta, phi_i, turn, indexing="ij")
-    theta_i, theta_r, phi, dphi = (grid.ravel() for grid in grids)
-    weight = np.multiply.outer(share * np.sin(theta), share * np.sin(theta))
-    weight = np.repeat(weight.ravel(), len(phi_i) * azimuth) * (2.0 * np.pi) ** 2 / (len(phi_i) * azimuth)
-    return Directions(unit_vectors(theta_i, phi), unit_vectors(theta_r, phi + dphi), weight)
+        polar, share = polar // 2, share // 2
+    node, weight = np.polynomial.legendre.leggauss(polar)
+    theta, weight = 0.5 * mask * (node + 1.0), 0.5 * mask * weight
+    dphi, turn = _graded_turn(share)
+    count = 1 if isotropic else polar
+    phi_i = (np.arange(count) + 0.5) * 2.0 * np.pi / count if count > 1 else np.zeros(1)
+    grids = np.meshgrid(theta, theta, phi_i, dphi, indexing="ij")
+    theta_i, theta_r, phi, between = (grid.ravel() for grid in grids)
+    cap, even = weight * np.sin(theta), np.full(count, 2.0 * np.pi / count)
+    omega = cap[:, None, None, None] * cap[:, None, None] * even[:, None] * turn
+    return Directions(unit_vectors(theta_i, phi), unit_vectors(theta_r, phi + between), omega.ravel())
+
+
+def _graded_turn(share: int) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuths over a whole turn and their weights, which add up to 2 pi."""
+    edges = np.pi * np.array([0.0, 1 / 64, 1 / 16, 1 / 4, 3 / 4, 15 / 16, 63 / 64, 1.0])
+    edges = np.concatenate([edges, 2.0 * np.pi - edges[-2::-1]])
+    node, weight = np.polynomial.legendre.leggauss(share)
+    half = 0.5 * np.diff(edges)
+    place = edges[:-1, None] + half[:, None] * (node + 1.0)
+    return place.ravel(), np.multiply.outer(half, weight).ravel()
 
 
 def relative_l2(a: np.ndarray, b: np.ndarray, at: Directions) -> np.ndarray:
@@ -91,19 +103,19 @@ def reciprocity_residual(evaluate: Evaluate, at: Directions) -> np.ndarray:
 
 
 def directional_albedo(
-    evaluate: Evaluate, theta_i: np.ndarray, *, polar: int = 48, azimuth: int = 72
+    evaluate: Evaluate, theta_i: np.ndarray, *, polar: int = 64, share: int = 6
 ) -> np.ndarray:
     """Integral of f cos_r over the exit hemisphere, (len(theta_i), c), for light at azimuth 0.
 
-    Gauss-Legendre in sin^2 theta_r, midpoints in azimuth: exact for a Lambertian surface.
+    Gauss-Legendre in sin^2 theta_r, exact for a Lambertian surface; azimuths as :func:`quadrature` has them.
     """
-    node, share = np.polynomial.legendre.leggauss(polar)
+    node, weight = np.polynomial.legendre.leggauss(polar)
     theta_r = np.arcsin(np.sqrt(0.5 * (node + 1.0)))
-    phi_r = (np.arange(azimuth) + 0.5) * 2.0 * np.pi / azimuth
+    phi_r, turn = _graded_turn(share)
     theta, phi = (grid.ravel() for grid in np.meshgrid(theta_r, phi_r, indexing="ij"))
     exit = unit_vectors(theta, phi)
-    # cos sin dtheta = d(sin^2) / 2, and the nodes' shares add up to 2
-    weight = np.repeat(share, azimuth) * 0.25 * 2.0 * np.pi / azimuth
+    # cos sin dtheta = d(sin^2) / 2, and the nodes' weights add up to 2
+    weight = np.multiply.outer(0.25 * weight, turn).ravel()
     rows = [
         weight @ evaluate(np.broadcast_to([np.sin(angle), 0.0, np.cos(angle)], exit.shape).copy(), exit)
         for angle in theta_i

@@ -11,9 +11,11 @@ from capture.errors import InputError
 from photogonio.appearance import appearance
 from photogonio.cli import main
 from photogonio.compare import compare
+from photogonio.metrics import directional_albedo
 from photogonio.reflectances import Known, load_known
 from reconstruct.brdf import Brdf
 from reconstruct.merl import write_merl
+from synthetic.brdf import make_brdf
 
 MASK = np.radians(80.0)
 
@@ -121,3 +123,77 @@ def test_pictures_and_numbers_are_written_together(files):
         "a.json",
         "b.json",
     }
+
+
+@pytest.mark.parametrize("isotropic", [True, False])
+def test_two_lambertians_by_closed_form(isotropic):
+    """f = a / pi against g = b / pi: every measure is an integral over a cap that has a closed form."""
+    a, b, mask = np.array([0.8, 0.3]), np.array([0.5, 0.4]), np.radians(70.0)
+    one, two = (
+        Known(name, ("X", "Y"), isotropic=isotropic, evaluate=lambertian(*albedo, channels=("X", "Y")))
+        for name, albedo in (("a", a), ("b", b))
+    )
+    found = compare(one, two, mask=mask).measures
+    f, g, c = a / np.pi, b / np.pi, np.cos(mask)
+    mean_square = (1 - c**3) / (3 * (1 - c))  # of cos over the cap
+    mean_root = 3 * (1 - c ** (5 / 3)) / (5 * (1 - c))  # of cos^(2/3)
+    u = np.linspace(c, 1.0, 100_001)[:, None]
+    mean_log = np.trapezoid((np.log1p(f * u) - np.log1p(g * u)) ** 2, u, axis=0) / (1 - c)
+    expected = {
+        "relative_l2": np.abs(a - b) / b,
+        "ngan_l2": np.abs(f - g) * np.sqrt(mean_square),
+        "standard_log": np.sqrt(mean_log),
+        "cube_root": np.abs(np.cbrt(f) - np.cbrt(g)) * np.sqrt(mean_root),
+        "maximum": np.abs(f - g),
+        "albedo_error": np.abs(a - b),
+        "negative_fraction": np.zeros(2),
+        "reciprocity_residual": np.zeros(2),
+    }
+    for name, value in expected.items():
+        np.testing.assert_allclose(found[name], value, rtol=1e-7, atol=1e-12, err_msg=name)
+
+
+def test_glossy_models_against_plain_sampling():
+    """Plastic against satin paint: each measure as its formula over directions drawn evenly from the caps."""
+    one, two = make_brdf("plastic"), make_brdf("satin-paint")
+    mask, n = np.radians(80.0), 400_000
+    rng = np.random.default_rng(2)
+    cos, phi = rng.uniform(np.cos(mask), 1.0, (2, n)), rng.uniform(0, 2 * np.pi, (2, n))
+    sin = np.sqrt(1 - cos**2)
+    i, r = np.stack([sin * np.cos(phi), sin * np.sin(phi), cos], axis=-1)
+    f, g, cos_i, cos_r = one(i, r)[:, 0], two(i, r)[:, 0], cos[0], cos[1]
+    samples = {
+        "ngan_l2": ((f - g) * cos_i) ** 2,
+        "standard_log": (np.log(1 + f * cos_i) - np.log(1 + g * cos_i)) ** 2,
+        "cube_root": ((f * cos_i) ** (1 / 3) - (g * cos_i) ** (1 / 3)) ** 2,
+    }
+    names = ("R", "G", "B")
+    found = compare(
+        Known("a", names, isotropic=True, evaluate=one),
+        Known("b", names, isotropic=True, evaluate=two),
+        mask=mask,
+    ).measures
+    for name, values in samples.items():
+        expected, error = values.mean(), values.std() / np.sqrt(n)
+        assert found[name][0] ** 2 == pytest.approx(expected, abs=4 * error + 5e-3 * expected), name
+    w = cos_i * cos_r
+    parts = np.stack([w * (f - g) ** 2, w * g**2])
+    ratio = parts[0].mean() / parts[1].mean()
+    error = np.sqrt(np.sum((parts.std(1) / parts.mean(1)) ** 2) / n) * ratio
+    assert found["relative_l2"][0] ** 2 == pytest.approx(ratio, abs=4 * error + 5e-3 * ratio)
+    # light from 45 degrees, exits drawn with the cosine: the albedo is pi times the mean
+    up, turn = np.sqrt(rng.uniform(0, 1, n)), rng.uniform(0, 2 * np.pi, n)
+    exits = np.stack([np.sqrt(1 - up**2) * np.cos(turn), np.sqrt(1 - up**2) * np.sin(turn), up], axis=-1)
+    values = np.pi * one(np.array([np.sin(np.pi / 4), 0.0, np.cos(np.pi / 4)]), exits)[:, 0]
+    albedo = directional_albedo(one, np.array([np.pi / 4]))[0, 0]
+    assert albedo == pytest.approx(values.mean(), abs=4 * values.std() / np.sqrt(n))
+
+
+def test_the_correlation_told_is_that_of_the_scatter():
+    glossy = Known("m", ("R", "G", "B"), isotropic=True, evaluate=make_brdf("plastic"))
+    assert compare(glossy, glossy, mask=MASK).measures["correlation"] == pytest.approx(1.0)
+    other = Known("n", ("R", "G", "B"), isotropic=True, evaluate=make_brdf("satin-paint"))
+    both = compare(glossy, other, mask=MASK)
+    for k in range(3):
+        expected = np.corrcoef(both.a[:, k], both.b[:, k])[0, 1]
+        assert both.measures["correlation"][k] == pytest.approx(expected, rel=1e-9)
