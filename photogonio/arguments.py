@@ -107,7 +107,9 @@ def _evaluate(commands: argparse._SubParsersAction) -> None:
         "synthesize, process and compare with the truth: speed against error",
         "photogonio evaluate --quick -o evaluation",
     )
-    parser.add_argument("scenes", metavar="SCENE", nargs="*", help="scenes (default: the suite)")
+    parser.add_argument(
+        "scenes", metavar="SCENE", nargs="*", help="scenes, or with --hard cases (default: all)"
+    )
     parser.add_argument(
         "-o", "--out", metavar="OUT", default="evaluation", help="folder (default: evaluation)"
     )

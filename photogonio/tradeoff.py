@@ -4,30 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from calib.setup import Setup, ViewSetup
+from calib.setup import Setup
 from capture.errors import InputError
-from capture.manifest import load_photoset
-from capture.prepare import prepare
-from capture.radiance import RadianceImage
-from photogonio.evaluate import INNER, Score, against
-from photogonio.pipeline import view_errors
-from photogonio.reflectances import Known, load_known
-from photogonio.surroundings import stray_light
-from photogonio.truth import TRUTH
-from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
-from reconstruct.fit import FitOptions, fit_table
-from reconstruct.lens import lens_of
-from reconstruct.measured import UNBINNED
-from reconstruct.reduce import reduce_view, samples_of, unit_weight
-from reconstruct.stray import StrayLight
-from reconstruct.table import FacetTable, add_tables
+from photogonio.bench import Bench, direct_table, open_bench
+from photogonio.evaluate import Score, spread_over_processes
+from reconstruct.table import FacetTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,89 +46,29 @@ class Point:
 
 
 @dataclass(frozen=True, slots=True)
-class Bench:
-    """A scene with its photos read, so that settings can be tried at the cost of reducing and fitting alone."""
+class Run:
+    """What is reduced and fitted for a point."""
 
-    setup: Setup
-    images: tuple[tuple[ViewSetup, RadianceImage], ...]
-    around: ReduceOptions
-    stray: StrayLight | None
-    truth: Known
-
-    def table(self, level: int, stride: int = 1) -> FacetTable:
-        """The facet table of every ``stride``-th pixel in x and in y."""
-        return add_tables(
-            [
-                reduce_view(self.setup, v, thinned(image, stride), level, self.around)
-                for v, image in self.images
-            ]
-        )
-
-    def error(self, table: FacetTable, **asked: int | None) -> float:
-        """Relative L2 below 70 degrees of the fit."""
-        options = FitOptions(absolute=self.setup.scale == "absolute", **asked)
-        fit = fit_table(table, options, view_errors=view_errors(self.setup, table), stray=self.stray)
-        return float(against(fit.brdf, self.truth, INNER).measures["relative_l2"].max())
+    level: int
+    stride: int = 1
+    order: int | None = None  # None: as auto takes it
+    samples: int | None = None  # so many single pixels instead of the table
 
 
-def open_bench(folder: Path, score: Score) -> Bench:
-    """Read the photos that the score's run used."""
-    photoset = load_photoset(folder)
-    reader, setup = prepare(photoset), score.result.setup
-    views = {view.name: view for view in photoset.views("sample")}
-    around = ReduceOptions(
-        isotropic=True, mirror_balls=photoset.mirror_balls, white_patches=photoset.white_patches
-    )
-    images = tuple((view, reader.read(views[view.name])) for view in setup.views)
-    stray = stray_light(reader, setup, score.result.table)
-    return Bench(setup, images, around, stray, load_known(folder / TRUTH))
+Setting = tuple[str, str, bool, Run]  # knob, what it is turned to, whether auto takes that, what is run
 
 
-def thinned(image: RadianceImage, stride: int) -> RadianceImage:
-    """Only every ``stride``-th pixel is valid."""
-    keep = np.zeros_like(image.valid)
-    keep[::stride, ::stride] = True
-    return replace(image, valid=image.valid & keep)
-
-
-def tradeoffs(
-    bench: Bench, level: int, tell: Callable[[int, int], None], turn: Settings = FULL
-) -> list[Point]:
-    """Every knob turned alone, all else automatic; knees marked.
-
-    ``level`` is what auto takes for the facets. A setting that leaves nothing to fit is passed over.
-    """
-    table = bench.table(level)
-    settings: list[tuple[str, str, bool, Callable[[], float]]] = [
-        *(("facet level", str(k), k == level, lambda k=k: bench.error(bench.table(k))) for k in turn.levels),
-        *(("order", str(n), False, lambda n=n: bench.error(table, order=n)) for n in turn.orders),
-        ("order", "auto", True, lambda: bench.error(table)),
-        *(
-            (
-                "pixels",
-                f"1/{k * k}",
-                k == 1,
-                lambda k=k: bench.error(bench.table(coarser(level, k), stride=k)),
-            )
-            for k in turn.strides
-        ),
-        ("table or samples", f"table {level}", True, lambda: bench.error(bench.table(level))),
-        *(
-            ("table or samples", f"{n} samples", False, lambda n=n: bench.error(direct_table(bench, n)))
-            for n in turn.samples
-        ),
+def settings_of(level: int, turn: Settings) -> list[Setting]:
+    """Every knob turned alone, all else automatic; ``level`` is what auto takes for the facets."""
+    auto = Run(level)
+    return [
+        *(("facet level", str(k), k == level, Run(k)) for k in turn.levels),
+        *(("order", str(n), False, Run(level, order=n)) for n in turn.orders),
+        ("order", "auto", True, auto),
+        *(("pixels", f"1/{k * k}", k == 1, Run(coarser(level, k), stride=k)) for k in turn.strides),
+        ("table or samples", f"table {level}", True, auto),
+        *(("table or samples", f"{n} samples", False, Run(level, samples=n)) for n in turn.samples),
     ]
-    bench.error(table)  # once unmeasured: compilation and caches are not the knobs' doing
-    points = []
-    for done, (knob, setting, auto, run) in enumerate(settings, 1):
-        start = time.process_time()
-        try:
-            error = run()
-        except InputError:
-            error = float("nan")
-        points.append(Point(knob, setting, time.process_time() - start, error, auto))
-        tell(done, len(settings))
-    return mark_knees([point for point in points if np.isfinite(point.error)])
 
 
 def coarser(level: int, stride: int) -> int:
@@ -148,55 +76,42 @@ def coarser(level: int, stride: int) -> int:
     return max(1, level - round(math.log2(stride)))
 
 
-def direct_table(bench: Bench, count: int) -> FacetTable:
-    """About ``count`` single pixels of all views as a table of samples, none binned; evenly spaced, no chance."""
-    parts = [_samples(bench, view, image) for view, image in bench.images]
-    total = sum(len(part["weight"]) for part in parts)
-    step = max(1, total // count)
-    thin = [{name: values[::step] for name, values in part.items()} for part in parts]
-    group = np.repeat(np.arange(len(thin), dtype=np.int32), [len(part["weight"]) for part in thin])
-    joined = {name: np.concatenate([part[name] for part in thin]) for name in thin[0]}
-    rows = np.arange(len(group), dtype=np.int32)
-    return FacetTable(
-        level=UNBINNED,
-        channels=bench.setup.channels,
-        groups=tuple(view.name for view, _ in bench.images),
-        isotropic=True,
-        group=group,
-        facet_i=rows,
-        facet_r=rows.copy(),
-        count=np.ones(len(rows)),
-        **joined,
-    )
+def tradeoffs(folder: Path, score: Score, turn: Settings, workers: int) -> list[Point]:
+    """Error and time of every setting of every knob on the scene of ``score``; knees marked.
+
+    What several knobs share (all automatic) is run once. A setting that leaves nothing to fit is passed over.
+    """
+    settings = settings_of(score.result.table.level, turn)
+    runs = list(dict.fromkeys(run for *_, run in settings))
+    shares = [runs[k::workers] for k in range(min(workers, len(runs)))]
+    jobs = [(folder, score.result.setup, score.result.table, share) for share in shares]
+    found: dict[Run, tuple[float, float]] = {}
+    for share, timed in zip(shares, spread_over_processes(_timed, jobs, workers), strict=True):
+        found |= dict(zip(share, timed, strict=True))
+    points = [Point(knob, name, *found[run], auto) for knob, name, auto, run in settings]
+    return mark_knees([point for point in points if np.isfinite(point.error)])
 
 
-def _samples(bench: Bench, view: ViewSetup, image: RadianceImage) -> dict[str, np.ndarray]:
-    """One view's pixels as the sums of a table."""
-    scene, region = scene_of(bench.setup, view, bench.around), region_of(bench.setup, view.pose)
-    x0, y0, x1, y1 = region
-    cut = replace(
-        image,
-        value=image.value[y0:y1, x0:x1],
-        variance=image.variance[y0:y1, x0:x1],
-        valid=image.valid[y0:y1, x0:x1],
-        saturated=image.saturated[y0:y1, x0:x1],
-    )
-    pairs = pairs_at(scene, bench.setup.camera, region_pixels(region))
-    omega = unit_weight(scene, lens_of(bench.setup.camera), region, image)
-    samples = samples_of(scene, pairs, cut, omega=omega)
-    kept = samples.reason == USED
-    weight = samples.omega[kept]
-    value, variance = samples.value[kept], samples.variance[kept]
-    w = weight[:, None]
-    return {
-        "weight": weight,
-        "value": w * value,
-        "value2": w * value**2,
-        "variance": w**2 * variance,
-        "incident": w * pairs.incident[kept],
-        "exit": w * pairs.exit[kept],
-        "place": w * pairs.point[kept],
-    }
+def _timed(job: tuple[Path, Setup, FacetTable, list[Run]]) -> list[tuple[float, float]]:
+    """Processor seconds and error (NaN if refused) of each run."""
+    folder, setup, table, runs = job
+    bench = open_bench(folder, setup, table)
+    error_of(bench, Run(1))  # unmeasured: compilation and caches are not the knobs' doing
+    timed = []
+    for run in runs:
+        start = time.process_time()
+        try:
+            error = error_of(bench, run)
+        except InputError:
+            error = math.nan
+        timed.append((time.process_time() - start, error))
+    return timed
+
+
+def error_of(bench: Bench, run: Run) -> float:
+    """Relative L2 below 70 degrees, worst channel, of what the run fits."""
+    table = direct_table(bench, run.samples) if run.samples else bench.table(run.level, run.stride)
+    return bench.error(table) if run.order is None else bench.error(table, order=run.order)
 
 
 def mark_knees(points: Sequence[Point]) -> list[Point]:

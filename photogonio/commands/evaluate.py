@@ -9,18 +9,18 @@ from pathlib import Path
 from capture.errors import InputError
 from photogonio import __version__
 from photogonio.battery import Outcome, run_battery
-from photogonio.evaluate import Score, evaluate_scenes, load_scenes, rendered, score_table
+from photogonio.evaluate import Score, evaluate_scenes, load_scenes, rendered
 from photogonio.history import load_scores, regressions
 from photogonio.outputs import staged_folder, to_json
 from photogonio.progress import Reporter
 from photogonio.provenance import canonical_command
+from photogonio.score_table import score_table
 from photogonio.store import code_key
 from photogonio.tradeoff import (
     FEW,
     FULL,
     Point,
     Settings,
-    open_bench,
     tradeoff_figure,
     tradeoff_lines,
     tradeoffs,
@@ -36,7 +36,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     if out.is_file():
         raise InputError(out, "is a file; expected a folder to write to")
     if args.hard:
-        return _finish(args, reporter, outcomes=run_battery(sets, workers=workers, reporter=reporter))
+        outcomes = run_battery(args.scenes, sets, workers=workers, reporter=reporter)
+        return _finish(args, reporter, outcomes=outcomes)
     scenes = load_scenes(args.scenes, quick=args.quick)
     scores = evaluate_scenes(scenes, sets, workers=workers, reporter=reporter)
     reporter.say(score_table(scores))
@@ -55,14 +56,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
 def _tradeoff(
     scene: Scene, score: Score, sets: Path, workers: int, turn: Settings, reporter: Reporter
 ) -> list[Point]:
-    bench = open_bench(rendered(scene, sets, workers=workers, reporter=reporter), score)
-    points = tradeoffs(
-        bench,
-        score.result.table.level,
-        lambda done, total: reporter.progress(f"turning the knobs on {scene.name}", done, total),
-        turn,
-    )
     reporter.say(f"error against time on {scene.name}:")
+    points = tradeoffs(rendered(scene, sets, workers=workers, reporter=reporter), score, turn, workers)
     for line in tradeoff_lines(points):
         reporter.say("  " + line)
     return points

@@ -12,11 +12,10 @@ from calib.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.errors import InputError
 from capture.photoset import Sphere
-from photogonio.battery import TABLE_CASES
 from photogonio.evaluate import QUICK, SUITE, load_scenes, rendered
 from photogonio.history import load_scores, regressions
 from photogonio.progress import Reporter
-from photogonio.tradeoff import Point, mark_knees, tradeoff_lines
+from photogonio.tradeoff import FEW, FULL, Point, Run, coarser, mark_knees, settings_of, tradeoff_lines
 from photogonio.truth import calibration_error
 
 
@@ -46,6 +45,25 @@ def test_each_knob_has_its_own_knee_and_auto_is_told():
     assert len(lines) == 2
     assert "auto 2 (5.00 %, 2.00 s)" in lines[0]
     assert "knee x" in lines[1]
+
+
+@pytest.mark.parametrize("turn", [FEW, FULL])
+def test_each_knob_has_auto_among_its_settings_and_turns_alone(turn):
+    settings = settings_of(3, turn)
+    auto = Run(3)
+    for knob in {knob for knob, *_ in settings}:
+        mine = [(is_auto, run) for name, _, is_auto, run in settings if name == knob]
+        assert [run for is_auto, run in mine if is_auto] == [auto]
+        assert len({run for _, run in mine}) == len(mine) >= 2
+    changed = {name: run for name, _, is_auto, run in settings if not is_auto}
+    assert changed["order"].level == 3 and changed["order"].stride == 1
+    assert changed["table or samples"].samples and changed["facet level"].order is None
+
+
+def test_fewer_pixels_go_into_coarser_facets():
+    """Half the pixels a side leave a quarter in a facet, as the next coarser level has it."""
+    assert [coarser(4, stride) for stride in (1, 2, 4, 8)] == [4, 3, 2, 1]
+    assert coarser(1, 8) == 1
 
 
 def test_regressions_are_named():
@@ -96,12 +114,6 @@ def test_a_rendered_set_is_taken_from_the_cache_and_a_changed_scene_is_not(tmp_p
         for one in (scene, scene, replace(scene, seed=5))
     }
     assert len(places) == len(made) == 2
-
-
-@pytest.mark.parametrize("case", TABLE_CASES)
-def test_the_batterys_tables(case):
-    passed, said = TABLE_CASES[case][1]()
-    assert passed, said
 
 
 def test_errors_of_calibration_against_a_truth_made_by_hand():
