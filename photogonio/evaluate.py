@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from photogonio.options import Options
 from photogonio.pipeline import Result, process
 from photogonio.progress import Reporter, Stopwatch
 from photogonio.reflectances import Known, load_known
-from photogonio.store import key_of
+from photogonio.store import VARIABLE, key_of
 from photogonio.summary import photos_used
 from photogonio.truth import TRUTH, CalibrationError, calibration_error, load_truth
 from reconstruct.brdf import Brdf
@@ -112,7 +113,7 @@ def spread_over_processes(work: Callable[[Job], Done], jobs: Sequence[Job], work
     if not jobs:
         return
     # spawned, so that the libraries' threads are not copied in the midst of something
-    with get_context("spawn").Pool(min(workers, len(jobs)), _leave_signals_to_the_parent) as pool:
+    with get_context("spawn").Pool(min(workers, len(jobs)), _on_its_own) as pool:
         yield from pool.imap(work, jobs)
 
 
@@ -131,8 +132,10 @@ def _score(job: tuple[Scene, Path]) -> Score | Refusal:
         return Refusal(error.where, error.what)
 
 
-def _leave_signals_to_the_parent() -> None:
+def _on_its_own() -> None:
+    """Signals are the parent's business, and no result of an earlier run may make this one look fast."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ[VARIABLE] = ""
 
 
 def evaluate_scene(scene: Scene, sets: Path, *, workers: int, reporter: Reporter) -> Score:

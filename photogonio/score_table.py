@@ -31,7 +31,6 @@ COLUMNS: tuple[tuple[tuple[str, str, float, str], ...], ...] = (  # heading, key
     (
         ("calibrate s", "seconds_calibrate", 1.0, "13.2f"),
         ("reduce s", "seconds_reduce", 1.0, "10.2f"),
-        ("stray s", "seconds_surroundings", 1.0, "9.2f"),
         ("fit s", "seconds_fit", 1.0, "8.2f"),
         ("MB", "megabytes", 1.0, "8.0f"),
     ),
