@@ -15,9 +15,15 @@ from capture.photoset import PhotoSet, Plane
 from capture.radiance import RadianceImage
 
 _WORST = 4.0  # standard errors beyond which a patch is not believed against the others
+_FEW = 4  # patches that can outvote one; with fewer the brightest counts, since shadows only darken
+_WHITEST = 1.08  # reflectance above which paper cannot be: the patch that says so lies in shadow
 _PAPER_VARIES = 0.01  # relative: how far paper and patch may differ from view to view at the least
 _EQUAL = 0.004  # relative scatter up to which lamps may be taken as equal
+_ALIKE = 0.03  # relative difference of patches in one photo
+_REFUSED = "the patch is not believed"
+_DARKER = "a patch is much darker than another: not believed"
 _NO_PATCH = "the set has no white patch"
+_NAMED = 4  # photos named in a warning
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +76,15 @@ def stray_light(settled: Settled, sight: Sight, light: Light) -> Stray | None:
 
 
 def _mean(readings: list[Strength]) -> Strength:
-    weight = np.array([r.error**-2.0 for r in readings])
+    """Several patches of one view: those much darker than the brightest lie in shadow, or are hidden."""
+    best = max(readings, key=lambda r: float(np.log(r.value).mean()))
+    alike = [r for r in readings if (r.value > best.value * (1 - _ALIKE) - _WORST * r.error).all()]
+    weight = np.array([r.error**-2.0 for r in alike])
     total = weight.sum(0)
-    value = sum(w * r.value for w, r in zip(weight, readings, strict=True)) / total
-    pull = np.mean([r.pull for r in readings], axis=0)
-    return Strength(value, np.sqrt(1 / total), pull)
+    value = sum(w * r.value for w, r in zip(weight, alike, strict=True)) / total
+    pull = np.mean([r.pull for r in alike], axis=0)
+    dropped = len(readings) - len(alike)
+    return Strength(value, np.sqrt(1 / total), pull, _DARKER if dropped else "")
 
 
 def tie(
@@ -89,7 +99,7 @@ def tie(
     ``given`` are the manifest's relative strengths (c,) of each view's lamp.
     """
     _whiten(readings)
-    _disbelieve(readings, lights, notes)
+    _disbelieve(readings, notes)
     middle = _middle(photoset)
     ratio = _paper_to_patch(readings)
     tied: dict[str, Tied] = {}
@@ -155,20 +165,40 @@ def _paper_to_patch(readings: dict[str, Reading]) -> tuple[np.ndarray, np.ndarra
     return middle, np.maximum(1.2533 * spread, 0.003 * middle) / np.sqrt(len(ratios))
 
 
-def _disbelieve(readings: dict[str, Reading], lights: dict[str, Light], notes: Notes) -> None:
-    """Leave out patches that contradict the paper as the others see it."""
-    both = {n: r for n, r in readings.items() if r.patch.value is not None and r.paper.value is not None}
-    if len(both) < 4:
+def _disbelieve(readings: dict[str, Reading], notes: Notes) -> None:
+    """Leave out patches that contradict the paper as the others see it, or make it whiter than white."""
+    both = {
+        n: float(np.log(r.patch.value / r.paper.value).mean())
+        for n, r in readings.items()
+        if r.patch.value is not None and r.paper.value is not None
+    }
+    least = np.log(np.pi / _WHITEST)  # pi over the paper's reflectance: the patch's value over the paper's
+    possible = [v for v in both.values() if v > least]
+    for name, value in both.items():
+        if value <= least:
+            white = np.pi / np.exp(value)
+            what = (
+                f"it makes the paper {white:.2f} times as bright as a perfect white; does it lie in shadow?"
+            )
+            _refuse(readings, name, what, notes)
+    if not possible:
         return
-    log = {n: np.log(r.patch.value / r.paper.value).mean() for n, r in both.items()}
-    middle = float(np.median(list(log.values())))
-    spread = max(1.4826 * float(np.median(np.abs(np.array(list(log.values())) - middle))), _PAPER_VARIES)
-    for name, value in log.items():
-        if abs(value - middle) > _WORST * spread:
-            off = 100 * np.expm1(value - middle)
-            problem = f"the patch is {off:+.0f} % off what the paper says: not believed"
-            notes.warnings.append(f"{name}: {problem}")
-            readings[name] = replace(readings[name], patch=no_strength(problem))
+    middle = float(np.median(possible)) if len(possible) >= _FEW else max(possible)
+    spread = 1.4826 * float(np.median(np.abs(np.array(possible) - middle))) if len(possible) >= _FEW else 0.0
+    for name, value in both.items():
+        if value > least and abs(value - middle) > _WORST * max(spread, _PAPER_VARIES):
+            _refuse(
+                readings,
+                name,
+                f"it is {100 * np.expm1(value - middle):+.0f} % off what the paper says",
+                notes,
+            )
+
+
+def _refuse(readings: dict[str, Reading], name: str, why: str, notes: Notes) -> None:
+    problem = f"{_REFUSED}: {why}"
+    notes.warnings.append(f"{name}: {problem}")
+    readings[name] = replace(readings[name], patch=no_strength(problem))
 
 
 def _whiten(readings: dict[str, Reading]) -> None:
@@ -245,6 +275,15 @@ def _note_scale(
     }
     if problems:
         notes.residuals["patches_not_used"] = problems
+        _tell_problems(problems, len(readings), notes)
     if ratio is not None:
         notes.residuals["paper_reflectance"] = (np.pi / ratio[0]).tolist()
         notes.residuals["paper_reflectance_error"] = (np.pi / ratio[0] ** 2 * ratio[1]).tolist()
+
+
+def _tell_problems(problems: dict[str, str], total: int, notes: Notes) -> None:
+    """One warning for each reason why a patch was not used; those not believed have theirs."""
+    for why in sorted({p for p in problems.values() if not p.startswith(_REFUSED)}):
+        names = [n for n, p in problems.items() if p == why]
+        listed = ", ".join(names[:_NAMED]) + (", ..." if len(names) > _NAMED else "")
+        notes.warnings.append(f"{why}, in {len(names)} of {total} photos ({listed})")

@@ -21,6 +21,11 @@ _CLEAR = 2  # pixels between the patch's edge and what is read
 _FEWEST_PIXELS = 12
 _CLIPPED = 0.03  # share of saturated pixels beyond which the patch is not believed
 _UNEVEN = 0.04  # relative spread beyond noise: a shadow or a hidden part that the geometry does not know
+_STEP = 0.05  # of the logarithm between lit and shadowed parts of a patch
+_APART = 4.5  # the same in scatters within the parts; an even ramp has 3.5, a bell 2.7
+_LEAST_PART = 0.03  # share of the pixels that makes a part; fewer are blemishes
+_EDGE = 3  # pixels beside a shadow that are not read
+_PARTLY = 0.004  # relative error of what is read beside a shadow
 _SEEN = 0.999  # share of the lamp that a place must see to be read
 _FEW_PLACES = 100
 _LITTLE_BOUNCE = 0.02  # over the direct light: paper with more of it is not read if enough is left
@@ -86,6 +91,10 @@ def read_patch(
     good = (shape > 0) & (share > _SEEN) & ~_hidden(points, eye, stray)
     if good.sum() < max(_FEWEST_PIXELS, 0.1 * inside.sum()):
         return no_strength("the patch lies in shadow, is hidden, or has too few usable pixels")
+    whole = int(good.sum())
+    good[good] = _lit_part(image.value[y, x][good].astype(float) / shape[good, None], y[good], x[good])
+    if good.sum() < max(_FEWEST_PIXELS, _LEAST_PART * inside.sum()):
+        return no_strength("the patch is unevenly lit: shadowed or partly hidden")
     level = image.value[y, x][good].astype(float) / shape[good, None]
     noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good, None]
     middle = np.median(level, axis=0)
@@ -95,8 +104,46 @@ def read_patch(
     excess = np.sqrt(np.maximum(spread**2 - np.median(noise, axis=0) ** 2, 0.0)) / middle
     if excess.max() > _UNEVEN:
         return no_strength("the patch is unevenly lit: shadowed or partly hidden")
-    error = 1.2533 * spread / np.sqrt(good.sum()) + 0.002 * middle
+    error = 1.2533 * spread / np.sqrt(good.sum()) + (0.002 + _PARTLY * (good.sum() < whole)) * middle
     return Strength(middle, error, _pull(points[good], light))
+
+
+def _lit_part(level: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Which pixels (n,) bool of a patch are clear of hard shadows and of what hides it.
+
+    Either is darker than the white: where ``level`` (n, c), the radiance over the light expected, falls into two
+    parts the darker one is dropped, with what lies beside it; as often as there are two.
+    """
+    tone = np.log(np.maximum(level / np.maximum(np.median(level, axis=0), 1e-300), 1e-3)).mean(1)
+    lit = np.ones(len(tone), bool)
+    for _ in range(3):
+        bound = _parting(tone[lit])
+        if bound is None:
+            return lit
+        dark = np.zeros((int(np.ptp(y)) + 1, int(np.ptp(x)) + 1), np.uint8)
+        dark[y - y.min(), x - x.min()] = tone < bound
+        near = cv2.dilate(dark, np.ones((2 * _EDGE + 1, 2 * _EDGE + 1), np.uint8)) > 0
+        lit &= ~near[y - y.min(), x - x.min()]
+    return lit
+
+
+def _parting(tone: np.ndarray) -> float | None:
+    """The value between two separate parts of ``tone`` (n,) by Otsu's criterion; None if there is but one."""
+    ordered = np.sort(tone)
+    count = np.arange(1, len(tone))
+    total, squares = np.cumsum(ordered), np.cumsum(ordered**2)
+    low, high = total[:-1] / count, (total[-1] - total[:-1]) / (len(tone) - count)
+    share = count / len(tone)
+    between = np.where(
+        (share > _LEAST_PART) & (share < 1 - _LEAST_PART), share * (1 - share) * (high - low) ** 2, 0
+    )
+    k = int(np.argmax(between)) if len(between) else 0
+    if not len(between) or between[k] == 0:
+        return None
+    within = squares[-1] / len(tone) - (total[-1] / len(tone)) ** 2 - between[k]
+    gap = high[k] - low[k]
+    apart = gap > max(_STEP, _APART * np.sqrt(max(within, 0.0)))
+    return float((low[k] + high[k]) / 2) if apart else None
 
 
 def _patch_mask(shape: tuple[int, int], camera: Camera, pose: Pose, patch: WhitePatch) -> np.ndarray | None:

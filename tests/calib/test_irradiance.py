@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calib.camera import Camera
-from calib.irradiance import Reading, tie
+from calib.irradiance import Reading, _mean, tie
 from calib.notes import Notes
 from calib.paper import PaperSamples
 from calib.patch import Stray, Strength, no_strength, read_paper, read_patch
@@ -103,14 +103,41 @@ def test_a_patch_in_a_soft_shadow_is_not_believed():
     assert "uneven" in found.problem
 
 
-def test_a_hard_shadow_on_a_corner_does_not_lower_the_strength():
+@pytest.mark.parametrize("share", [0.1, 0.35, 0.6, 0.9])
+@pytest.mark.parametrize("tone", [0.0, 0.3, 0.85])
+def test_a_hard_shadow_does_not_lower_the_strength_however_much_it_covers(share, tone):
+    """Also what hides a part of the patch, where it is darker."""
+    image = photo(NEAR)
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    seen = CAMERA.project(POSE, np.column_stack([PATCH.outline, np.full(4, HEIGHT)]))
+    low, high = seen[:, 0].min(), seen[:, 0].max()
+    edge = np.clip((x + 0.1 * y - low - share * (high - low)) / 2, 0, 1)  # soft over two pixels
+    value = image.value * (tone + (1 - tone) * edge)[..., None]
+    found = read(replace(image, value=value.astype(np.float32)), NEAR)
+    assert found.value is not None, found.problem
+    expected = STRENGTH * np.array(PATCH.reflectance) / np.pi
+    # hundreds of pixels are left: their median is sure to a part in two thousand
+    np.testing.assert_allclose(found.value, expected, rtol=2e-3)
+    assert (np.abs(found.value - expected) < 2 * found.error).all()
+
+
+def test_blemishes_and_an_even_gradient_are_no_shadow():
     image = photo(NEAR)
     value = image.value.copy()
-    value[:, : SIZE[0] // 3] *= 0.3
-    found = read(replace(image, value=value), NEAR)
-    expected = STRENGTH * np.array(PATCH.reflectance) / np.pi
-    # the median moves into the lit pixels' noise, by less than that noise's own width of 0.2 % to 0.5 %
-    np.testing.assert_allclose(found.value, expected, rtol=5e-3)
+    value[::11, ::13] *= 0.5
+    clean = read(image, NEAR)
+    np.testing.assert_allclose(read(replace(image, value=value), NEAR).value, clean.value, rtol=1e-3)
+    across = np.linspace(0.97, 1.03, SIZE[0])[None, :, None]
+    tilted = read(replace(image, value=(image.value * across).astype(np.float32)), NEAR)
+    np.testing.assert_allclose(tilted.value, clean.value, rtol=0.01)
+
+
+def test_of_two_patches_the_one_in_shadow_is_not_believed():
+    lit, dark = strength(STRENGTH), strength(0.6 * STRENGTH)
+    found = _mean([dark, lit])
+    np.testing.assert_allclose(found.value, STRENGTH)
+    assert "darker" in found.problem
+    assert _mean([lit, strength(1.004 * STRENGTH)]).problem == ""
 
 
 def test_a_patch_in_the_samples_shadow_is_not_read():
@@ -207,6 +234,36 @@ def test_a_patch_that_contradicts_the_paper_is_not_believed():
     values, _, notes = tied(readings)
     np.testing.assert_allclose(values["1.png"].value, STRENGTHS["1.png"], rtol=1e-9)
     assert any(w.startswith("1.png") and "not believed" in w for w in notes.warnings)
+
+
+def test_of_three_patches_the_darker_ones_are_not_believed():
+    """Too few to outvote: shadows only darken."""
+    readings = told(dict(list(STRENGTHS.items())[:3]))
+    for name in ("0.png", "2.png"):
+        readings[name] = replace(readings[name], patch=strength(0.85 * STRENGTHS[name]))
+    values, _, notes = tied(readings)
+    for name in readings:
+        np.testing.assert_allclose(values[name].value, STRENGTHS[name], rtol=1e-9)
+    assert sum("not believed" in w for w in notes.warnings) == 2
+
+
+def test_a_patch_that_makes_the_paper_whiter_than_white_lies_in_shadow():
+    readings = told(STRENGTHS)
+    for name in list(readings)[:4]:  # most of them: a median would believe these
+        readings[name] = replace(readings[name], patch=strength(0.5 * STRENGTHS[name]))
+    values, scale, notes = tied(readings)
+    assert scale == "absolute"
+    for name, true in STRENGTHS.items():
+        np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
+    assert sum("shadow" in w for w in notes.warnings) == 4
+
+
+def test_clipped_patches_are_named():
+    readings = told(STRENGTHS)
+    for name in ("1.png", "3.png"):
+        readings[name] = replace(readings[name], patch=no_strength("the patch is clipped"))
+    _, _, notes = tied(readings)
+    assert "the patch is clipped, in 2 of 6 photos (1.png, 3.png)" in notes.warnings
 
 
 def test_without_a_patch_the_scale_is_relative_but_the_proportions_hold():
