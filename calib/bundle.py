@@ -23,8 +23,8 @@ from calib.reflect import mirrored_direction, mirrored_point
 from calib.sample import cone_derivatives, cone_residual, focal
 
 _ROBUST = 3.0  # standard errors beyond which a robust row counts less
-_ROUNDS = 25
-_SHARP = 1e-3  # pixels
+_ROUNDS = 50
+_PIXEL_STEP, _LENS_STEP = 0.1, 1e-4  # for derivatives by the camera's values
 _DIFFERENCE = 1e-5  # of a length's own size, for derivatives
 
 Values = dict[str, np.ndarray]
@@ -34,13 +34,14 @@ Term = Callable[[Values], tuple[np.ndarray, Derivatives]]
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What a camera block means: which distortion terms are free, and the picture's size."""
+    """What a camera block means: which distortion terms it holds, the picture's size, and what is expected."""
 
     size: tuple[int, int]
     distortion: np.ndarray  # the whole vector, OpenCV's order
     free: tuple[int, ...]  # indices in it that the block holds after fx, fy, cx, cy
-    square: bool = False  # fx = fy
-    centred: bool = False  # the principal point stays in the picture's middle
+    aspect: float = 0.0  # standard error of fy / fx about 1; 0: nothing is expected of it
+    centre: float = 0.0  # pixels, of the principal point about the picture's middle; 0: the same
+    held: tuple[tuple[int, float], ...] = ()  # free terms that are expected about 0, with their standard errors
 
     def camera(self, block: np.ndarray) -> Camera:
         matrix = np.array([[block[0], 0, block[2]], [0, block[1], block[3]], [0, 0, 1.0]])
@@ -55,21 +56,28 @@ class Model:
 
 
 def camera_term(model: Model) -> Term:
-    """What the camera's model holds fast, as sharp expectations."""
+    """What is expected of the terms that the photos do not ask for.
+
+    They are not fixed: what is not known of them counts in the errors of all others.
+    """
     middle = (np.array(model.size, float) - 1) / 2
 
     def term(values: Values) -> tuple[np.ndarray, Derivatives]:
         block = values["camera"]
-        rows = []
-        if model.square:
-            rows.append((np.array([1.0, -1.0, 0, 0]), block[0] - block[1]))
-        if model.centred:
-            rows.append((np.array([0, 0, 1.0, 0]), block[2] - middle[0]))
-            rows.append((np.array([0, 0, 0, 1.0]), block[3] - middle[1]))
+        rows: list[tuple[float, dict[int, float]]] = []
+        if model.aspect:
+            ratio, unit = block[1] / block[0], model.aspect * block[0]
+            rows.append(((ratio - 1) / model.aspect, {0: -ratio / unit, 1: 1 / unit}))
+        if model.centre:
+            rows += [((block[2 + k] - middle[k]) / model.centre, {2 + k: 1 / model.centre}) for k in (0, 1)]
+        for index, sigma in model.held:
+            place = 4 + model.free.index(index)
+            rows.append((block[place] / sigma, {place: 1 / sigma}))
         design = np.zeros((len(rows), len(block)))
-        for k, (row, _) in enumerate(rows):
-            design[k, :4] = row / _SHARP
-        return np.array([r / _SHARP for _, r in rows]), {"camera": design}
+        for k, (_, entries) in enumerate(rows):
+            for place, value in entries.items():
+                design[k, place] = value
+        return np.array([value for value, _ in rows]), {"camera": design}
 
     return term
 
@@ -197,10 +205,17 @@ def _in_world(place: np.ndarray, pose: Pose, attached: bool) -> np.ndarray:
 
 
 def limb_term(model: Model, pose_name: str, ball: str, pixels: np.ndarray, sigma: np.ndarray) -> Term:
-    """Limb of a ball in one photo, one row a point; ``limb offset`` is a bias that all limbs share, pixels.
+    """Limb of a ball in one photo, one row a point; ``limb offset`` is a bias that all limbs share, pixels."""
 
-    The rays are taken as known: the camera moves by far less than a limb point is worth.
-    """
+    def miss(block: np.ndarray, axis: np.ndarray, radius: float) -> np.ndarray:
+        camera = model.camera(block)
+        return cone_residual(camera.rays(pixels), axis, radius, focal(camera))
+
+    def by_camera(block: np.ndarray, axis: np.ndarray, radius: float) -> np.ndarray:
+        step = np.r_[np.full(4, _PIXEL_STEP), np.full(len(block) - 4, _LENS_STEP)]
+        ahead = [miss(block + move, axis, radius) for move in np.diag(step)]
+        behind = [miss(block - move, axis, radius) for move in np.diag(step)]
+        return (np.array(ahead) - np.array(behind)).T / (2 * step)
 
     def term(values: Values) -> tuple[np.ndarray, Derivatives]:
         camera = model.camera(values["camera"])
@@ -212,6 +227,7 @@ def limb_term(model: Model, pose_name: str, ball: str, pixels: np.ndarray, sigma
         rotation, by_vector = cv2.Rodrigues(pose[:3])
         turned = np.einsum("prc,c->rp", by_vector.reshape(3, 3, 3), ball_now[:3])
         return residual / sigma, {
+            "camera": by_camera(values["camera"], axis, ball_now[3]) / sigma[:, None],
             pose_name: np.hstack([by_axis @ turned, by_axis]) / sigma[:, None],
             ball: np.hstack([by_axis @ rotation, np.full((len(rays), 1), by_radius)]) / sigma[:, None],
             "limb offset": 1 / sigma[:, None],

@@ -85,6 +85,19 @@ def _settled(
     tell: Progress,
 ) -> Settled:
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
+    return settled_from(photoset, reader, model, camera, boards, sights, tell)
+
+
+def settled_from(
+    photoset: PhotoSet,
+    reader: Reader,
+    model: Model,
+    camera: Camera,
+    boards: list[Posed],
+    sights: list[Sight],
+    tell: Progress,
+) -> Settled:
+    """Everything settled together, from what the sights hold: corners, highlights, limbs and paper."""
     sample = start_sample(camera, sights, photoset.sample)
     scene = start_scene(photoset, camera, sights, sample)
     groups: dict[str, list[Sight]] = {}
@@ -111,7 +124,7 @@ def _views(
         if image is None:
             notes.leave_out(name, reader.failed[name])
             continue
-        lights[name] = _light(settled, sight)
+        lights[name] = light_of(settled, sight)
         readings[name] = read_view(photoset, image, settled, sight, lights[name])
         entry = settled.lamps[sight.light].entry
         intensity = np.asarray(entry.intensity if entry is not None else (1.0,), float)
@@ -139,7 +152,8 @@ def _views(
     return views, scale
 
 
-def _light(settled: Settled, sight: Sight) -> Light:
+def light_of(settled: Settled, sight: Sight) -> Light:
+    """The lamp of one view as it settled, in the world frame."""
     lamp = settled.lamps[sight.light]
     block = settled.values[block_name(lamp.name)]
     covariance = settled.covariance.get(block_name(lamp.name), np.zeros((3, 3)))

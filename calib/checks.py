@@ -13,6 +13,7 @@ from calib.bundle import (
     Term,
     Values,
     adjust,
+    camera_term,
     corner_term,
     pose_block,
     prior_term,
@@ -113,9 +114,10 @@ def board_shape(model: Model, camera: Camera, boards: list[Posed], fixed_camera:
     values: Values = {"camera": model.block(camera), "shape": np.zeros(4)}
     values |= {name: pose_block(pose) for name, _, pose in boards}
     terms = [(_shaped(model, name, c, middle, half), True) for name, c, _ in boards]
+    terms.append((camera_term(model), False))
     terms.append((prior_term("shape", np.zeros(4), np.full(4, 0.05)), False))
     done = adjust(values, terms, frozenset({"camera"} if fixed_camera else ()))
-    z = np.concatenate(done.residuals[:-1])
+    z = np.concatenate(done.residuals[: len(boards)])
     error = np.sqrt(np.diag(done.covariance["shape"])) * max(
         1.0, float(np.sqrt(np.mean(np.minimum(z**2, 9))))
     )

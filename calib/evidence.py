@@ -124,8 +124,7 @@ def all_terms(
             terms.append((limb_term(model, s.pose_block, f"ball {number}", limb.pixels, limb.sigma), True))
         if s.view.name in fits:
             terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
-    if model.square or model.centred:
-        terms.append((camera_term(model), False))
+    terms.append((camera_term(model), False))
     return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values)
 
 

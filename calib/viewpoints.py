@@ -11,7 +11,7 @@ from calib.bundle import Model
 from calib.camera import Camera, Pose
 from calib.checks import bad_photos, board_shape, view_warnings
 from calib.evidence import Posed
-from calib.intrinsics import MODELS, fit_camera, free_terms, quick_camera
+from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from calib.looking import Progress, Reader, Seen, look, look_closer
 from calib.notes import Notes
 from calib.pose import FEWEST_CORNERS, fit_pose, joined
@@ -20,6 +20,9 @@ from capture.errors import InputError
 from capture.photoset import MANIFEST, PhotoSet
 
 _ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by
+_ORDINARY = ((0, 0.15), (1, 0.1), (2, 5e-4), (3, 5e-4))  # distortion terms of a lens, by OpenCV's number, and size
+_ASPECT = 5e-4  # how square pixels are
+_CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
 _MOVED = 0.5  # share of a photo's corners astray that means the camera moved
 
 
@@ -71,14 +74,14 @@ def find_camera(
             "too few board corners in every photo to find the camera: give [camera] or calibration photos",
         )
     closer = photos.replaced(look_closer(reader, start, photos.every, tell))
-    return _fitted(closer, size, notes)
+    return fitted_camera(closer, size, notes)
 
 
 def _useful(seen: list[Seen], size: tuple[int, int]) -> list[Corners]:
     return [s.corners for s in seen if s.corners is not None and s.size == size]
 
 
-def _fitted(photos: Photos, size: tuple[int, int], notes: Notes) -> tuple[Camera, Model, Photos]:
+def fitted_camera(photos: Photos, size: tuple[int, int], notes: Notes) -> tuple[Camera, Model, Photos]:
     """The camera from all corners, once more without the photos that do not fit."""
     seen = [s for s in photos.boards + photos.samples if s.corners is not None and s.size == size]
     fit = fit_camera([s.corners for s in seen if s.corners is not None], size)
@@ -99,7 +102,7 @@ def _fitted(photos: Photos, size: tuple[int, int], notes: Notes) -> tuple[Camera
         photos = replace(photos, boards=[s for s in photos.boards if s.view.name not in names])
         better = fit_camera([c for n, c, _ in boards if n not in names], size)
         fit = better if better is not None else fit
-    model = Model(size, fit.camera.distortion, free_terms(MODELS[fit.model]), fit.square, fit.centred)
+    model = model_of(fit)
     notes.residuals["camera"] = {
         "model": fit.model,
         "rms_px": fit.rms,
@@ -107,6 +110,22 @@ def _fitted(photos: Photos, size: tuple[int, int], notes: Notes) -> tuple[Camera
         "photos": sum(bool(u) for u in fit.used),
     }
     return fit.camera, model, photos
+
+
+def model_of(fit: CameraFit) -> Model:
+    """What is adjusted later: the chosen terms, and those of an ordinary lens that the photos did not ask for, which
+    are expected to be small. A term left out for good would make all others look surer than they are.
+    """
+    chosen = free_terms(MODELS[fit.model])
+    held = tuple((k, sigma) for k, sigma in _ORDINARY if k not in chosen)
+    return Model(
+        fit.camera.size,
+        fit.camera.distortion,
+        tuple(sorted({*chosen, *(k for k, _ in held)})),
+        _ASPECT if fit.square else 0.0,
+        _CENTRE * fit.camera.size[0] if fit.centred else 0.0,
+        held,
+    )
 
 
 def find_poses(

@@ -1,0 +1,321 @@
+"""Do the stated 95 % intervals of a calibration hold the truth 95 times in a hundred?
+
+Set-ups are drawn at random: camera, lens, poses, lamps, a sample ball and mirror balls that stand beside where the
+manifest says, a patch. What the photos would show of them (corners, highlights, limbs, paper, patch) is drawn from
+the geometry with noise, not rendered, and goes through the solvers of ``calib`` from the first camera to the lamps'
+strengths. ``python -m benchmarks.coverage`` counts how often each quantity's interval holds the truth.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from calib.board import Corners, board_points, board_size
+from calib.bounce import bounce_columns
+from calib.bundle import block_pose, pose_block
+from calib.calibrate import light_of, settled_from
+from calib.camera import Camera, Pose
+from calib.highlights import Highlight, outline
+from calib.irradiance import read_view, tie
+from calib.lamps import block_name
+from calib.looking import Reader, Seen
+from calib.masks import fill
+from calib.notes import Notes
+from calib.occlusion import direct
+from calib.paper import PaperSamples, behind_ball, covered, draw_print
+from calib.reflect import mirrored_point
+from calib.sample import Limb
+from calib.shading import Ball, Reading, Scene, lit
+from calib.sight import Sight
+from calib.viewpoints import Photos, find_poses, fitted_camera, scale_corners
+from capture.photoset import Board, CameraEntry, MirrorBall, Photo, PhotoSet, Sphere, View, WhitePatch
+from capture.radiance import RadianceImage
+
+SIZE = (800, 600)
+BOARD = Board("charuco", "DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
+MIDDLE = np.append(board_size(BOARD) / 2, 0.0)
+SAMPLE = Sphere(np.array([90.0, 70.0, 25.0]), 25.0)
+BALLS = (MirrorBall(np.array([10.0, 10, 8]), 8.0), MirrorBall(np.array([170.0, 130, 8]), 8.0))
+PATCH = WhitePatch(np.array([[150.0, 10], [170, 10], [170, 30], [150, 30]]), 0.3, (0.9,))
+PAPER, BLACK = 0.8, 0.05  # reflectances of paper and print
+UNEVEN = 0.002  # relative, of patch and paper as a whole from view to view: dirt, light from elsewhere
+ACROSS = 70  # paper samples along the board
+LEVEL = 0.95
+WIDE = 1.959964  # standard errors on either side
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """One set-up as it is."""
+
+    camera: Camera
+    boards: tuple[Pose, ...]  # of the calibration photos
+    views: tuple[Pose, ...]
+    lamps: np.ndarray  # (v, 3)
+    strengths: np.ndarray  # (v,) radiance times length squared
+    sample: Ball
+    balls: tuple[Ball, ...]
+    lamp_radius: float
+    corner_noise: float  # pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """How far one stated quantity is off, in its stated standard errors."""
+
+    what: str
+    z: float
+
+
+def draw_world(rng: np.random.Generator, *, fixed: bool, views: int, boards: int = 8) -> World:
+    """A set-up as a person might build it, 0.35 to 0.65 m from lamp to board."""
+    focal = rng.uniform(1000, 1300)
+    matrix = np.array([[focal, 0, 0], [0, focal * (1 + 5e-4 * rng.normal()), 0], [0, 0, 1]])
+    matrix[:2, 2] = (np.array(SIZE) - 1) / 2 + 5 * rng.normal(size=2)
+    lens = np.array([rng.uniform(-0.2, 0.1), rng.uniform(-0.1, 0.1), *(5e-4 * rng.normal(size=2)), 0.0])
+    around = 2 * np.pi * (np.arange(boards) + rng.uniform(0, 1, boards)) / boards
+    first = [_look(focal * 0.4, t, rng.uniform(5, 45), rng) for t in around]
+    stand = _look(focal * 0.45, rng.uniform(0, 2 * np.pi), rng.uniform(25, 50), rng)
+    poses = [
+        stand if fixed else _look(focal * 0.45, t, rng.uniform(5, 55), rng)
+        for t in rng.uniform(0, 2 * np.pi, views)
+    ]
+    high, turn = np.radians(rng.uniform(20, 80, views)), rng.uniform(0, 2 * np.pi, views)
+    toward = np.column_stack([np.cos(high) * np.cos(turn), np.cos(high) * np.sin(turn), np.sin(high)])
+    return World(
+        Camera(matrix, lens, SIZE),
+        tuple(first),
+        tuple(poses),
+        MIDDLE + rng.uniform(350, 650, (views, 1)) * toward,
+        1e5 * (np.ones(views) if rng.uniform() < 0.5 else rng.uniform(0.7, 1.4, views)),
+        _beside(rng, SAMPLE, 0.01, 0.002),
+        tuple(_beside(rng, b, 0.02, 0.003) for b in BALLS),
+        float(rng.uniform(3, 9)),
+        float(rng.uniform(0.02, 0.1)),
+    )
+
+
+def _beside(rng: np.random.Generator, thing: Sphere | MirrorBall, shift: float, size: float) -> Ball:
+    """A ball that stands on the board near where it should, shift and size of its radius."""
+    radius = thing.radius * (1 + size * rng.normal())
+    flat = thing.center[:2] + shift * thing.radius * rng.normal(size=2)
+    return Ball(np.append(flat, radius), radius)
+
+
+def _look(distance: float, turn: float, tilt: float, rng: np.random.Generator) -> Pose:
+    """A camera ``tilt`` degrees from above, ``distance`` from a place near the board's middle, rolled at random."""
+    slant = np.radians(tilt)
+    away = np.array([np.sin(slant) * np.cos(turn), np.sin(slant) * np.sin(turn), np.cos(slant)])
+    eye = MIDDLE + distance * away
+    axis = MIDDLE + np.append(8 * rng.normal(size=2), 0.0) - eye
+    axis /= np.linalg.norm(axis)
+    right = np.cross(axis, [-np.sin(turn), np.cos(turn), 0.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(axis, right), axis])
+    spin = Pose.from_rodrigues(np.array([0, 0, rng.uniform(-np.pi, np.pi)]), np.zeros(3)).rotation @ rotation
+    return Pose(spin, -spin @ eye)
+
+
+def photoset_of(world: World, *, fixed: bool) -> PhotoSet:
+    photos = [Photo(f"c{k}", "calibration") for k in range(len(world.boards))]
+    photos += [Photo(f"s{k}", "sample") for k in range(len(world.views))]
+    return PhotoSet(
+        Path("."), "drawn", "mm", SAMPLE, "auto", tuple(photos), BOARD, BALLS, (PATCH,), camera=CameraEntry(fixed=fixed)
+    )  # fmt: skip
+
+
+def draw_corners(world: World, pose: Pose, rng: np.random.Generator, *, things: bool) -> Corners:
+    """The board's corners in one photo with noise; those behind balls and patch are not seen."""
+    points = board_points(BOARD)
+    pixels = world.camera.project(pose, points)
+    seen = (pixels > 4).all(1) & (pixels < np.array(SIZE) - 5).all(1)
+    if things:
+        seen &= ~covered(points, pose, SAMPLE, BALLS, (PATCH,), 2.0)
+    pixels = pixels[seen] + world.corner_noise * rng.normal(size=(int(seen.sum()), 2))
+    stated = np.full(len(pixels), 0.02)  # as the detector says; what they show is found out
+    return Corners(np.flatnonzero(seen), points[seen], pixels, stated, np.zeros(0, int), np.zeros((0, 4, 2)))
+
+
+def observe(world: World, sight: Sight, number: int, bias: float, rng: np.random.Generator, *, paper: bool) -> None:
+    """Fill in what one photo shows beside the corners."""
+    pose, lamp = world.views[number], world.lamps[number]
+    for k, ball in enumerate(world.balls):
+        point = mirrored_point(ball.center, ball.radius, pose.center, lamp)
+        sigma = float(rng.uniform(0.08, 0.2))
+        pixel = world.camera.project(pose, point[None])[0] + sigma * rng.normal(size=2)
+        sight.highlights.append(Highlight(k, pixel, sigma, 1.0, 4.0, False))
+    sight.limb = _limb(world, pose, bias, rng)
+    if paper:
+        sight.reading = draw_paper(world, number, rng)
+
+
+def _limb(world: World, pose: Pose, bias: float, rng: np.random.Generator) -> Limb:
+    edge = outline(world.camera, pose, world.sample.center, world.sample.radius, 72)
+    wider = outline(world.camera, pose, world.sample.center, 1.02 * world.sample.radius, 72)
+    normal = (wider - edge) / np.linalg.norm(wider - edge, axis=1, keepdims=True)
+    sigma = np.full(len(edge), 0.5)
+    off = sigma * rng.normal(size=len(edge)) - bias
+    return Limb(edge + off[:, None] * normal, sigma)
+
+
+def scene_of(world: World) -> Scene:
+    return Scene(world.balls, world.sample, world.lamp_radius, BLACK / PAPER, 0.0)
+
+
+def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
+    """The paper's radiance in one photo: direct light, shadows, bounce off the sample, unevenness of the squares."""
+    size = board_size(BOARD)
+    step = size.max() / ACROSS
+    x, y = np.meshgrid(np.arange(step / 2, size[0], step), np.arange(step / 2, size[1], step))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    white, clear = draw_print(BOARD).at(points[:, :2])
+    kept = (clear > 0.8) & ~covered(points, world.views[number], SAMPLE, BALLS, (PATCH,), 2.0)
+    for ball in world.balls:
+        kept &= np.hypot(*(points[:, :2] - ball.center[:2]).T) > 3 * ball.radius
+    points, white = points[kept], white[kept]
+    lamp = world.lamps[number]
+    level = direct(points, lamp) * lit(points, lamp, scene_of(world))
+    thrown = bounce_columns(points, lamp, world.sample.center, world.sample.radius)
+    level = (level + thrown @ [0.4, 1.0]) * np.where(white, PAPER, BLACK) * world.strengths[number] / np.pi
+    square = (points[:, 0] // 20 + 9 * (points[:, 1] // 20)).astype(int)
+    level *= (1 + 0.002 * rng.normal(size=63))[square] * (1 + UNEVEN * rng.normal())
+    noise = (0.01 * level) ** 2
+    level = level + np.sqrt(noise) * rng.normal(size=len(level))
+    samples = PaperSamples(points, white, level[:, None], noise[:, None], square)
+    return Reading(samples, level, noise)
+
+
+def draw_patch(world: World, number: int, rng: np.random.Generator) -> RadianceImage:
+    """A picture that holds nothing but the white patch."""
+    pose, lamp = world.views[number], world.lamps[number]
+    corners = world.camera.project(pose, np.column_stack([PATCH.outline, np.full(4, PATCH.height)]))
+    mask = np.zeros(SIZE[::-1], np.uint8)
+    fill(mask, corners)
+    y, x = np.nonzero(mask)
+    value = np.zeros((*mask.shape, 1), np.float32)
+    if len(x):
+        rays = world.camera.world_rays(pose, np.column_stack([x, y]).astype(float))
+        points = pose.center + ((PATCH.height - pose.center[2]) / rays[:, 2])[:, None] * rays
+        offset = lamp - points
+        shape = offset[:, 2] / np.linalg.norm(offset, axis=1) ** 3 * lit(points, lamp, scene_of(world))
+        for ball in (*world.balls, world.sample):
+            shape[behind_ball(points, pose.center, ball.center, ball.radius)] = 0.0
+        level = shape * world.strengths[number] * PATCH.reflectance[0] / np.pi * (1 + UNEVEN * rng.normal())
+        value[y, x, 0] = level * (1 + 0.005 * rng.normal(size=len(level)))
+    clear = np.ones(mask.shape, bool)
+    return RadianceImage(value, np.maximum(0.005 * value, 1e-6) ** 2, clear, ~clear)
+
+
+def deviations(seed: int, *, paper: bool = False, views: int = 8) -> list[Deviation]:
+    """One set-up drawn, calibrated, and compared with the truth."""
+    rng = np.random.default_rng(seed)
+    fixed = bool(seed % 2)
+    world = draw_world(rng, fixed=fixed, views=views)
+    photoset = photoset_of(world, fixed=fixed)
+    photos = Photos(
+        [Seen(v, draw_corners(world, p, rng, things=True), SIZE) for v, p in _paired(photoset, "sample", world.views)],
+        [],
+        [Seen(v, draw_corners(world, p, rng, things=False), SIZE) for v, p in _paired(photoset, "calibration", world.boards)],
+    )  # fmt: skip
+    notes, reader = Notes(), Reader(photoset, lambda _, view: draw_patch(world, int(view.name[1:]), rng))
+    camera, model, photos = fitted_camera(photos, SIZE, notes)
+    boards, sights = find_poses(photoset, camera, photos, notes)
+    scale_corners(camera, boards, sights)
+    bias = 0.1 * rng.normal()
+    for sight in sights:
+        observe(world, sight, int(sight.view.name[1:]), bias, rng, paper=paper)
+    quiet = lambda label, done, total: None  # noqa: E731
+    settled = settled_from(photoset, reader, model, camera, boards, sights, quiet)
+    found = [*_camera_z(world, settled), *_pose_z(world, settled, sights), *_light_z(world, settled, sights)]
+    return found + [*_sample_z(world, settled), *_strength_z(world, photoset, settled, sights, reader, notes)]
+
+
+def _paired(photoset: PhotoSet, role: str, poses: Sequence[Pose]) -> list[tuple[View, Pose]]:
+    return list(zip(photoset.views(role), poses, strict=True))
+
+
+def _z(what: str, off: np.ndarray, covariance: np.ndarray) -> Iterator[Deviation]:
+    for value, variance in zip(np.atleast_1d(off), np.diag(np.atleast_2d(covariance)), strict=True):
+        yield Deviation(what, float(value / np.sqrt(max(variance, 1e-300))))
+
+
+def _camera_z(world: World, settled) -> Iterator[Deviation]:
+    truth = world.camera.matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
+    yield from _z("camera", settled.values["camera"][:4] - truth, settled.covariance["camera"][:4, :4])
+
+
+def _pose_z(world: World, settled, sights: list[Sight]) -> Iterator[Deviation]:
+    for block in dict.fromkeys(s.pose_block for s in sights):
+        number = next(int(s.view.name[1:]) for s in sights if s.pose_block == block)
+        truth, now = world.views[number], block_pose(settled.values[block])
+        near = pose_block(truth)
+        turned = np.where(near[:3] @ settled.values[block][:3] < 0, -1.0, 1.0)
+        if turned < 0:  # the same rotation by the other way round
+            near[:3] *= 1 - 2 * np.pi / np.linalg.norm(near[:3])
+        del now
+        yield from _z("pose", settled.values[block] - near, settled.covariance[block])
+
+
+def _light_z(world: World, settled, sights: list[Sight]) -> Iterator[Deviation]:
+    for sight in sights:
+        light = light_of(settled, sight)
+        off = light.place - world.lamps[int(sight.view.name[1:])]
+        if block_name(sight.light) in settled.values:
+            yield from _z("light", off, light.covariance)
+
+
+def _sample_z(world: World, settled) -> Iterator[Deviation]:
+    off = settled.values["sample"] - np.append(world.sample.center, world.sample.radius)
+    yield from _z("sample", off, settled.covariance["sample"])
+
+
+def _strength_z(world, photoset, settled, sights, reader, notes) -> Iterator[Deviation]:
+    lights = {s.view.name: light_of(settled, s) for s in sights}
+    readings = {s.view.name: read_view(photoset, reader(s.view), settled, s, lights[s.view.name]) for s in sights}
+    tied, _ = tie(photoset, readings, lights, {n: np.ones(1) for n in readings}, notes)
+    for name, one in tied.items():
+        number = int(name[1:])
+        # as it falls on the sample: the strength and the lamp's distance are found together
+        reach = np.linalg.norm(world.lamps[number] - SAMPLE.center)
+        here = np.linalg.norm(lights[name].place - SAMPLE.center)
+        found, truth = one.value / here**2, world.strengths[number] / reach**2
+        yield from _z("radiance", found - truth, (one.error / here**2)[:, None] ** 2)
+
+
+def coverage(found: Sequence[Deviation]) -> dict[str, tuple[int, float, float]]:
+    """By quantity: how many, the share within the interval, and the rms of the deviations (cut at 6)."""
+    result = {}
+    for what in dict.fromkeys(d.what for d in found):
+        z = np.array([d.z for d in found if d.what == what])
+        result[what] = (len(z), float(np.mean(np.abs(z) < WIDE)), float(np.sqrt(np.mean(np.minimum(z**2, 36)))))
+    return result
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description="coverage of calibration's stated 95 % intervals")
+    parser.add_argument("--sets", type=int, default=200)
+    parser.add_argument("--paper", action="store_true", help="the photos show the board's paper, and shading is fitted")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--quick", action="store_true", help="four sets")
+    asked = parser.parse_args(arguments)
+    count = 4 if asked.quick else asked.sets
+    with ProcessPoolExecutor(asked.workers) as pool:
+        parts = list(pool.map(_one, [(k, asked.paper) for k in range(count)]))
+    print(f"{count} set-ups, {'with' if asked.paper else 'without'} paper: share of truths within 95 % intervals")
+    print(f"{'quantity':12}{'numbers':>9}{'within':>10}{'rms z':>8}")
+    for what, (number, share, rms) in coverage([d for part in parts for d in part]).items():
+        print(f"{what:12}{number:9}{100 * share:9.1f}%{rms:8.2f}")
+
+
+def _one(task: tuple[int, bool]) -> list[Deviation]:
+    return deviations(task[0], paper=task[1])
+
+
+if __name__ == "__main__":
+    main()
