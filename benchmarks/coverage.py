@@ -11,14 +11,14 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from calib.board import Corners, board_points, board_size
 from calib.bounce import bounce_columns
-from calib.bundle import block_pose, pose_block
+from calib.bundle import pose_block
 from calib.calibrate import light_of, settled_from
 from calib.camera import Camera, Pose
 from calib.highlights import Highlight, outline
@@ -142,7 +142,9 @@ def draw_corners(world: World, pose: Pose, rng: np.random.Generator, *, things: 
     return Corners(np.flatnonzero(seen), points[seen], pixels, stated, np.zeros(0, int), np.zeros((0, 4, 2)))
 
 
-def observe(world: World, sight: Sight, number: int, bias: float, rng: np.random.Generator, *, paper: bool) -> None:
+def observe(
+    world: World, sight: Sight, number: int, bias: float, rng: np.random.Generator, *, paper: bool
+) -> None:
     """Fill in what one photo shows beside the corners."""
     pose, lamp = world.views[number], world.lamps[number]
     for k, ball in enumerate(world.balls):
@@ -218,22 +220,25 @@ def deviations(seed: int, *, paper: bool = False, views: int = 8) -> list[Deviat
     fixed = bool(seed % 2)
     world = draw_world(rng, fixed=fixed, views=views)
     photoset = photoset_of(world, fixed=fixed)
-    photos = Photos(
-        [Seen(v, draw_corners(world, p, rng, things=True), SIZE) for v, p in _paired(photoset, "sample", world.views)],
-        [],
-        [Seen(v, draw_corners(world, p, rng, things=False), SIZE) for v, p in _paired(photoset, "calibration", world.boards)],
-    )  # fmt: skip
+    samples = [
+        (v, draw_corners(world, p, rng, things=True)) for v, p in _paired(photoset, "sample", world.views)
+    ]
+    boards = [
+        (v, draw_corners(world, p, rng, things=False))
+        for v, p in _paired(photoset, "calibration", world.boards)
+    ]
+    photos = Photos([Seen(v, c, SIZE) for v, c in samples], [], [Seen(v, c, SIZE) for v, c in boards])
     notes, reader = Notes(), Reader(photoset, lambda _, view: draw_patch(world, int(view.name[1:]), rng))
     camera, model, photos = fitted_camera(photos, SIZE, notes)
-    boards, sights = find_poses(photoset, camera, photos, notes)
-    scale_corners(camera, boards, sights)
+    posed, sights = find_poses(photoset, camera, photos, notes)
+    scale_corners(camera, posed, sights)
     bias = 0.1 * rng.normal()
     for sight in sights:
         observe(world, sight, int(sight.view.name[1:]), bias, rng, paper=paper)
     quiet = lambda label, done, total: None  # noqa: E731
-    settled = settled_from(photoset, reader, model, camera, boards, sights, quiet)
+    settled = settled_from(photoset, reader, model, camera, posed, sights, quiet)
     found = [*_camera_z(world, settled), *_pose_z(world, settled, sights), *_light_z(world, settled, sights)]
-    return found + [*_sample_z(world, settled), *_strength_z(world, photoset, settled, sights, reader, notes)]
+    return [*found, *_sample_z(world, settled), *_strength_z(world, photoset, settled, sights, reader, notes)]
 
 
 def _paired(photoset: PhotoSet, role: str, poses: Sequence[Pose]) -> list[tuple[View, Pose]]:
@@ -253,12 +258,9 @@ def _camera_z(world: World, settled) -> Iterator[Deviation]:
 def _pose_z(world: World, settled, sights: list[Sight]) -> Iterator[Deviation]:
     for block in dict.fromkeys(s.pose_block for s in sights):
         number = next(int(s.view.name[1:]) for s in sights if s.pose_block == block)
-        truth, now = world.views[number], block_pose(settled.values[block])
-        near = pose_block(truth)
-        turned = np.where(near[:3] @ settled.values[block][:3] < 0, -1.0, 1.0)
-        if turned < 0:  # the same rotation by the other way round
+        near = pose_block(world.views[number])
+        if near[:3] @ settled.values[block][:3] < 0:  # the same rotation by the other way round
             near[:3] *= 1 - 2 * np.pi / np.linalg.norm(near[:3])
-        del now
         yield from _z("pose", settled.values[block] - near, settled.covariance[block])
 
 
@@ -277,7 +279,9 @@ def _sample_z(world: World, settled) -> Iterator[Deviation]:
 
 def _strength_z(world, photoset, settled, sights, reader, notes) -> Iterator[Deviation]:
     lights = {s.view.name: light_of(settled, s) for s in sights}
-    readings = {s.view.name: read_view(photoset, reader(s.view), settled, s, lights[s.view.name]) for s in sights}
+    readings = {
+        s.view.name: read_view(photoset, reader(s.view), settled, s, lights[s.view.name]) for s in sights
+    }
     tied, _ = tie(photoset, readings, lights, {n: np.ones(1) for n in readings}, notes)
     for name, one in tied.items():
         number = int(name[1:])
@@ -293,21 +297,29 @@ def coverage(found: Sequence[Deviation]) -> dict[str, tuple[int, float, float]]:
     result = {}
     for what in dict.fromkeys(d.what for d in found):
         z = np.array([d.z for d in found if d.what == what])
-        result[what] = (len(z), float(np.mean(np.abs(z) < WIDE)), float(np.sqrt(np.mean(np.minimum(z**2, 36)))))
+        result[what] = (
+            len(z),
+            float(np.mean(np.abs(z) < WIDE)),
+            float(np.sqrt(np.mean(np.minimum(z**2, 36)))),
+        )
     return result
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="coverage of calibration's stated 95 % intervals")
     parser.add_argument("--sets", type=int, default=200)
-    parser.add_argument("--paper", action="store_true", help="the photos show the board's paper, and shading is fitted")
+    parser.add_argument(
+        "--paper", action="store_true", help="the photos show the board's paper, and shading is fitted"
+    )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--quick", action="store_true", help="four sets")
     asked = parser.parse_args(arguments)
     count = 4 if asked.quick else asked.sets
     with ProcessPoolExecutor(asked.workers) as pool:
         parts = list(pool.map(_one, [(k, asked.paper) for k in range(count)]))
-    print(f"{count} set-ups, {'with' if asked.paper else 'without'} paper: share of truths within 95 % intervals")
+    print(
+        f"{count} set-ups, {'with' if asked.paper else 'without'} paper: share of truths within 95 % intervals"
+    )
     print(f"{'quantity':12}{'numbers':>9}{'within':>10}{'rms z':>8}")
     for what, (number, share, rms) in coverage([d for part in parts for d in part]).items():
         print(f"{what:12}{number:9}{100 * share:9.1f}%{rms:8.2f}")

@@ -41,7 +41,9 @@ class Model:
     free: tuple[int, ...]  # indices in it that the block holds after fx, fy, cx, cy
     aspect: float = 0.0  # standard error of fy / fx about 1; 0: nothing is expected of it
     centre: float = 0.0  # pixels, of the principal point about the picture's middle; 0: the same
-    held: tuple[tuple[int, float], ...] = ()  # free terms that are expected about 0, with their standard errors
+    held: tuple[
+        tuple[int, float], ...
+    ] = ()  # free terms that are expected about 0, with their standard errors
 
     def camera(self, block: np.ndarray) -> Camera:
         matrix = np.array([[block[0], 0, block[2]], [0, block[1], block[3]], [0, 0, 1.0]])

@@ -13,6 +13,7 @@ from calib.abreast import Found, Item, abreast
 from calib.board import Corners, board_points, find_corners
 from calib.camera import Camera
 from calib.masks import things_mask
+from calib.misprint import judging_photos, misplaced_markers, misprint_warning
 from calib.paper import Print, draw_print
 from calib.pose import fit_pose
 from calib.register import refined_corners
@@ -141,33 +142,57 @@ def _look_at(reader: Reader, view: View) -> Seen | None:
     return Seen(view, corners, (width, height))
 
 
-def look_closer(reader: Reader, camera: Camera, seen: list[Seen], progress: Progress) -> list[Seen]:
-    """The corners of each view again, placed by the whole print around them, those that do not fit left out."""
+def look_closer(
+    reader: Reader,
+    camera: Camera,
+    seen: list[Seen],
+    progress: Progress,
+    warn: Callable[[str], None] | None = None,
+) -> list[Seen]:
+    """The corners of each view again, placed by the whole print around them, those that do not fit left out.
+
+    Where a few photos show that the markers are not where the board's numbers put them, they take no part, and
+    ``warn`` is told.
+    """
     board = reader.photoset.board
-    pattern = draw_print(board) if board is not None else None
-    if pattern is None:
+    pattern = draw_print(board) if board is not None and board.kind == "charuco" else None
+    if board is None or pattern is None:
         return seen
-    every = board_points(board) if board.kind == "charuco" else None
-    if every is None:
-        return seen
-    closer = []
-    for k, one in enumerate(reader.abreast(lambda one: _closer(reader, pattern, camera, one, every), seen)):
-        closer.append(one)
+    judges = judging_photos([0 if one.corners is None else len(one.corners) for one in seen])
+    both = [(False, True) if k in judges else (False,) for k in range(len(seen))]
+    tasks = list(zip(seen, both, strict=True))
+    found = []
+    for k, one in enumerate(reader.abreast(lambda t: _closer(reader, pattern, camera, *t), tasks)):
+        found.append(one)
         progress("placing the corners", k + 1, len(seen))
-    return closer
+    pairs = [(found[k][0], found[k][-1]) for k in judges]
+    off = misplaced_markers(board, [(a, b) for a, b in pairs if a is not None and b is not None])
+    if off is None:
+        return [replace(one, corners=placed[0]) for one, placed in zip(seen, found, strict=True)]
+    if warn is not None:
+        warn(misprint_warning(off))
+    again = reader.abreast(lambda one: _closer(reader, pattern, camera, one, (True,)), seen)
+    return [replace(one, corners=placed[0]) for one, placed in zip(seen, again, strict=True)]
 
 
-def _closer(reader: Reader, pattern: Print, camera: Camera, one: Seen, every: np.ndarray) -> Seen:
-    """One view with its corners placed by the print; as it is where that cannot be done."""
+def _closer(
+    reader: Reader, pattern: Print, camera: Camera, one: Seen, ways: tuple[bool, ...]
+) -> list[Corners | None]:
+    """One view's corners placed by the print, with the markers or, where a way is True, without; as they are where
+    that cannot be done."""
+    unchanged = [one.corners] * len(ways)
     fit = fit_pose(camera, one.corners) if one.corners is not None else None
     if fit is None or one.corners is None:
-        return one
+        return unchanged
     shown = reader.level(one.view)
     if shown is None:
-        return one
+        return unchanged
     level, usable = shown
     if one.view.photos[0].role != "calibration":
         usable = usable & ~things_mask(reader.photoset, camera, fit.pose, usable.shape, _GROW)
-    square = float(reader.photoset.board.square_length)
-    corners = refined_corners(pattern, camera, fit.pose, level, usable, every, square, one.corners)
-    return replace(one, corners=corners)
+    board = reader.photoset.board
+    every, square = board_points(board), float(board.square_length)
+    return [
+        refined_corners(pattern, camera, fit.pose, level, usable, every, square, one.corners, bare=bare)
+        for bare in ways
+    ]

@@ -46,6 +46,7 @@ class Print:
     tone: np.ndarray  # (h, w) float32, 1 where white
     clear: np.ndarray  # (h, w) length units to the nearest change of tone or the pattern's border
     scale: float  # pixels per length unit
+    bare: np.ndarray  # (h, w) bool, clear of the markers
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tone (n,) and clearance (n,) at board points (n, 2); clearance 0 outside."""
@@ -68,6 +69,13 @@ class Print:
         """Whether board points (n, 2) lie within the pattern, (n,) bool."""
         height, width = self.white.shape
         return ((points >= 0) & (points * self.scale <= [width, height])).all(1)
+
+    def beside_markers(self, points: np.ndarray) -> np.ndarray:
+        """Whether board points (n, 2) lie within the pattern and clear of every marker, (n,) bool."""
+        height, width = self.white.shape
+        x = np.clip((points[:, 0] * self.scale).astype(int), 0, width - 1)
+        y = np.clip((height - points[:, 1] * self.scale).astype(int), 0, height - 1)
+        return self.on_print(points) & self.bare[y, x]
 
 
 def draw_print(board: Board) -> Print | None:
@@ -101,7 +109,22 @@ def _draw(key: tuple, length: float, separation: float | None, first: int, legac
         cv2.distanceTransform(np.pad(m.astype(np.uint8), 1), cv2.DIST_L2, 5)[1:-1, 1:-1]
         for m in (white, ~white)
     ]
-    return Print(white, white.astype(np.float32), np.where(white, clear[0], clear[1]) / scale, float(scale))
+    clearance = np.where(white, clear[0], clear[1]) / scale
+    return Print(
+        white, white.astype(np.float32), clearance, float(scale), _beside_markers(board, scale, white.shape)
+    )
+
+
+def _beside_markers(board: Board, scale: float, shape: tuple[int, ...]) -> np.ndarray:
+    """Pixels (h, w) bool of the drawn pattern that lie clear of the markers by a third of the gap around them."""
+    bare = np.ones(shape, np.uint8)
+    for corners in opencv_board(board).getObjPoints():
+        fill_from = np.asarray(corners, float).reshape(4, 3)[:, :2] * scale
+        low, high = np.floor(fill_from.min(0)).astype(int), np.ceil(fill_from.max(0)).astype(int)
+        bare[max(low[1], 0) : high[1], max(low[0], 0) : high[0]] = 0
+    gap = board.square_length - board.marker_length if board.kind == "charuco" else board.marker_separation
+    wide = 2 * max(1, round(gap * scale / 6)) + 1
+    return cv2.erode(bare, np.ones((wide, wide), np.uint8), borderValue=1) > 0
 
 
 def _even_scale(board: Board) -> float:

@@ -22,6 +22,7 @@ _FINE = 3  # samples of the pattern across a pixel
 _TUKEY = 4.0
 _EDGE_ERROR = 0.04  # of the contrast: pixels on an edge are drawn no better than that
 _FEWEST_INLIERS = 0.7
+_FEWEST_KNOWN = 0.6  # share of a window that the print fills, and of that what is usable
 _WORST_FIT = 0.12  # residual over contrast
 _WORST_SIGMA = 0.12  # pixels
 _LINEAR = 0.25  # pixels: a smaller step needs no new drawing
@@ -48,10 +49,13 @@ def register(
     numbers: np.ndarray,
     points: np.ndarray,
     square: float,
+    *,
+    bare: bool = False,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which of ``points`` (n, 3) on the board are seen clearly (n,) bool, where (n, 2), and how surely (n,).
 
-    ``level`` (h, w) float32 is linear; pixels that are not ``usable`` take no part.
+    ``level`` (h, w) float32 is linear; pixels that are not ``usable`` take no part. ``bare`` leaves the
+    markers out: the edges of the squares alone place a corner.
     """
     pixels, scale = project_with_scale(camera, pose, points)
     found = np.zeros(len(points), bool)
@@ -64,7 +68,7 @@ def register(
         middle = np.round(pixels[k]).astype(int)
         if not (_NEAREST < middle[0] < width - _NEAREST and _NEAREST < middle[1] < height - _NEAREST):
             continue
-        result = _fit(print_, camera, pose, level, usable, middle, half)
+        result = _fit(print_, camera, pose, level, usable, middle, half, bare)
         if result is not None:
             shift, sigma[k] = result
             pixels[k] = pixels[k] + shift
@@ -80,6 +84,7 @@ def _fit(
     usable: np.ndarray,
     middle: np.ndarray,
     half: int,
+    bare: bool,
 ) -> tuple[np.ndarray, float] | None:
     """Shift (2,) of the photo against the drawn pattern and its standard error; None if they do not agree."""
     left, top = middle - half + _LARGEST
@@ -87,7 +92,12 @@ def _fit(
     v, u = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
     flat = _to_board(camera, pose, middle, half)
     patch = _Patch(level[window].ravel().astype(float), usable[window].ravel(), u.ravel(), v.ravel())
-    known = print_.on_print(_quadratic(patch.u / half, patch.v / half) @ flat)
+    place = _quadratic(patch.u / half, patch.v / half) @ flat
+    known = print_.on_print(place)
+    if known.mean() < _FEWEST_KNOWN:
+        return None
+    if bare:
+        known = print_.beside_markers(place)
     shift = np.zeros(2)
     for _ in range(3):
         solved = _solve(_draw(print_, flat, half, shift), known, patch, half)
@@ -133,7 +143,7 @@ def _solve(drawn: np.ndarray, known: np.ndarray, patch: _Patch, half: int) -> tu
     u, v = patch.u / half, patch.v / half
     design = np.column_stack([pattern, np.ones(u.size), u, v, pattern * u, pattern * v, bend, right, down])
     chosen = known & patch.usable
-    if chosen.sum() < 0.6 * known.size:
+    if chosen.sum() < _FEWEST_KNOWN * known.sum():
         return None
     design, level = design[chosen], patch.level[chosen]
     weight = np.ones(len(level))
@@ -164,12 +174,16 @@ def refined_corners(
     every: np.ndarray,
     square: float,
     corners: Corners,
+    *,
+    bare: bool = False,
 ) -> Corners:
     """All corners of the board (``every`` (n, 3), by number) that can be registered in this photo.
 
     If fewer than two thirds of those found before come through, the old ones are returned.
     """
-    found, pixels, sigma = register(print_, camera, pose, level, usable, np.arange(len(every)), every, square)
+    found, pixels, sigma = register(
+        print_, camera, pose, level, usable, np.arange(len(every)), every, square, bare=bare
+    )
     kept = np.flatnonzero(found)
     if len(kept) < max(6, 2 * len(corners) // 3):
         return corners

@@ -20,7 +20,12 @@ from capture.errors import InputError
 from capture.photoset import MANIFEST, PhotoSet
 
 _ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by
-_ORDINARY = ((0, 0.15), (1, 0.1), (2, 5e-4), (3, 5e-4))  # distortion terms of a lens, by OpenCV's number, and size
+_ORDINARY = (
+    (0, 0.15),
+    (1, 0.1),
+    (2, 5e-4),
+    (3, 5e-4),
+)  # distortion terms of a lens, by OpenCV's number, and size
 _ASPECT = 5e-4  # how square pixels are
 _CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
 _MOVED = 0.5  # share of a photo's corners astray that means the camera moved
@@ -65,7 +70,7 @@ def find_camera(
     if entry.matrix is not None:
         distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
         camera = Camera(np.asarray(entry.matrix, float), distortion, size)
-        closer = photos.replaced(look_closer(reader, camera, photos.every, tell))
+        closer = photos.replaced(look_closer(reader, camera, photos.every, tell, notes.warnings.append))
         return camera, Model(size, distortion, ()), closer
     start = quick_camera(_useful(photos.every, size), size)
     if start is None:
@@ -73,7 +78,7 @@ def find_camera(
             photoset.folder / MANIFEST,
             "too few board corners in every photo to find the camera: give [camera] or calibration photos",
         )
-    closer = photos.replaced(look_closer(reader, start, photos.every, tell))
+    closer = photos.replaced(look_closer(reader, start, photos.every, tell, notes.warnings.append))
     return fitted_camera(closer, size, notes)
 
 

@@ -22,11 +22,11 @@ _RAYS = 4  # a side of each pixel
 BLACK, WHITE = 0.04, 0.8
 
 
-def pattern() -> np.ndarray:
+def pattern(scale: int = _SCALE) -> np.ndarray:
     """The print seen from the front, upright, (h, w) float32."""
     marks = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     made = cv2.aruco.CharucoBoard(BOARD.squares, BOARD.square_length, BOARD.marker_length, marks)
-    size = tuple(_SCALE * n for n in BOARD.squares)
+    size = tuple(scale * n for n in BOARD.squares)
     return np.where(made.generateImage(size, marginSize=0) > 127, WHITE, BLACK).astype(np.float32)
 
 
@@ -58,12 +58,17 @@ def plane_points(camera: Camera, pose: Pose, height: float = 0.0) -> tuple[np.nd
     return np.array(found)[..., 0], np.array(found)[..., 1]
 
 
-def draw(camera: Camera, pose: Pose, noise: float, seed: int) -> np.ndarray:
-    """Linear radiance (h, w) of the board on a mid-gray table, each pixel the mean over its square."""
+def draw(
+    camera: Camera, pose: Pose, noise: float, seed: int, *, scale: int = _SCALE, stretch: float = 1.0
+) -> np.ndarray:
+    """Linear radiance (h, w) of the board on a mid-gray table, each pixel the mean over its square.
+
+    ``scale`` are pixels of the print a square, ``stretch`` how much taller it is than it should be.
+    """
     x, y = plane_points(camera, pose)
-    print_ = pattern()
-    column = (x * _SCALE / BOARD.square_length - 0.5).astype(np.float32)
-    row = (print_.shape[0] - y * _SCALE / BOARD.square_length - 0.5).astype(np.float32)
+    print_ = pattern(scale)
+    column = (x * scale / BOARD.square_length - 0.5).astype(np.float32)
+    row = (print_.shape[0] - y / stretch * scale / BOARD.square_length - 0.5).astype(np.float32)
     parts = [
         cv2.remap(print_, c, r, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=WHITE)
         for c, r in zip(column, row, strict=True)

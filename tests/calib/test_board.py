@@ -81,6 +81,25 @@ def test_the_whole_print_places_corners_better_than_their_saddle_points(first, c
     assert (misses(closer) ** 2).mean() < (misses(first) ** 2).mean()
 
 
+def test_markers_printed_off_their_places_do_not_pull_the_corners():
+    """A print of 20 pixels a square: markers that should begin after 2.5 of them begin after 2."""
+    images = {f"{k}.png": radiance(draw(CAMERA, p, NOISE, k, scale=20), NOISE) for k, p in enumerate(POSES)}
+    reader, warnings = reader_of(BOARD, images), []
+    seen = look(reader, views_of(reader), quiet, "")
+    start = quick_camera([s.corners for s in seen], SIZE)
+    closer = look_closer(reader, start, seen, quiet, warnings.append)
+    assert len(warnings) == 1 and "markers are printed" in warnings[0]
+    miss = misses(closer)
+    assert np.abs(miss.mean(0)).max() < 0.01
+    assert np.sqrt((miss**2).sum(1).mean()) < 0.05
+
+
+def test_a_true_print_is_used_whole(reader, first):
+    warnings: list[str] = []
+    look_closer(reader, quick_camera([s.corners for s in first], SIZE), first, quiet, warnings.append)
+    assert warnings == []
+
+
 def test_a_picture_shifted_by_whole_pixels_shifts_its_corners(reader):
     level = reader(views_of(reader)[0]).value[..., 0]
     gray = (np.sqrt(np.clip(level, 0, 1)) * 255).astype(np.uint8)

@@ -68,7 +68,10 @@ def terms() -> dict:
     }
 
 
-STEPS = {"camera": np.r_[np.full(4, 0.02), np.full(4, 1e-4)], "pose": np.r_[np.full(3, 1e-5), np.full(3, 1e-3)]}
+STEPS = {
+    "camera": np.r_[np.full(4, 0.02), np.full(4, 1e-4)],
+    "pose": np.r_[np.full(3, 1e-5), np.full(3, 1e-3)],
+}
 
 
 @pytest.mark.parametrize("name", terms())
@@ -111,7 +114,7 @@ def test_a_perfect_world_is_found_again():
 
 def test_the_limb_moves_the_camera_no_farther_than_corners_allow():
     """Corners, limb and expectations that contradict one another settle where their slopes cancel."""
-    limb = outline(CAMERA, POSE, BALL[:3], BALL[3], 48) + [2.0, 0]
+    limb = outline(CAMERA, POSE, BALL[:3], BALL[3], 48) + np.array([2.0, 0])
     used = [
         (corner_term(MODEL, "pose", seen_corners(0.05)), True),
         (limb_term(MODEL, "pose", "ball", limb, np.full(48, 0.3)), True),
@@ -137,12 +140,10 @@ def test_stated_errors_are_those_of_many_trials():
         clean = seen_corners()
         noisy = clean.pixels + clean.sigma[:, None] * rng.normal(size=clean.pixels.shape)
         corners = Corners(clean.ids, clean.points, noisy, clean.sigma, clean.marker_ids, clean.marker_pixels)
-        done = adjust({"camera": VALUES["camera"], "pose": VALUES["pose"]}, [(corner_term(MODEL, "pose", corners), False)],
-                      frozenset({"camera"}))  # fmt: skip
+        term = corner_term(MODEL, "pose", corners)
+        done = adjust({n: VALUES[n] for n in ("camera", "pose")}, [(term, False)], frozenset({"camera"}))
         found.append(done.values["pose"] - VALUES["pose"])
         stated.append(np.diag(done.covariance["pose"]))
     ratio = np.mean(np.square(found), axis=0) / np.mean(stated, axis=0)
     # a mean of 60 squares scatters by sqrt(2 / 60) = 0.18: four times that
     assert (np.abs(ratio - 1) < 0.75).all(), ratio
-
-
