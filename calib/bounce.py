@@ -6,11 +6,13 @@ import numba
 import numpy as np
 from scipy.ndimage import map_coordinates
 
+from calib.occlusion import direct, lit_fraction
 from calib.reflect import mirrored_point
 
 _FACETS = 160
 _GRID = 22  # nodes along the board's longer side
 _F0 = 0.04  # of the glossy part
+_BOARD = 0.35  # reflectance of a print, white and black together
 
 
 def bounce_columns(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
@@ -31,11 +33,13 @@ def bounce_columns(points: np.ndarray, light: np.ndarray, center: np.ndarray, ra
 
 
 def diffuse_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
-    """From a Lambertian ball of albedo 1, (n,): a sum over facets of equal area, each lit by the lamp."""
+    """From a Lambertian ball of albedo 1, (n,): a sum over facets of equal area, each lit by the lamp and, from
+    below, by the board."""
     normal = _fibonacci(_FACETS)
     place = center + radius * normal
     offset = light - place
     lit = np.clip(np.einsum("ij,ij->i", offset, normal), 0, None) / (offset**2).sum(1) ** 1.5
+    lit += _from_board(place, normal, light, center, radius)
     area = 4 * np.pi * radius**2 / _FACETS
     result = np.empty(len(points))
     _gather(np.ascontiguousarray(points, float), place, normal, lit * area / np.pi, area, result)
@@ -53,6 +57,21 @@ def _gather(points, place, normal, lit, area, result):
             leaving = max(x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2], 0.0)
             total += leaving * max(-z, 0.0) / (squared * squared) * lit[f]
         result[k] = total
+
+
+def _from_board(
+    place: np.ndarray, normal: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float
+) -> np.ndarray:
+    """Irradiance (f,) of a ball's facets by the board, for a lamp of unit strength.
+
+    A facet sees the board with (1 - n_z) / 2 of its cosine-weighted sky, and the board there is taken as lit as its
+    brightest part from the facet: where the facet's normal, turned down by half a right angle, meets it.
+    """
+    down = normal[:, 2:] - 1.0
+    foot = place[:, :2] - normal[:, :2] * place[:, 2:] / np.minimum(down, -0.1)
+    points = np.column_stack([foot, np.zeros(len(foot))])
+    share = lit_fraction(points, np.asarray(light, float), 0.2 * radius, np.array([[*center, radius]]), 0.0)
+    return _BOARD * (1 - normal[:, 2]) / 2 * direct(points, np.asarray(light, float)) * share
 
 
 def glossy_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
