@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib.board import Corners
 from calib.bundle import pose_block, project
 from calib.camera import Camera, Pose
 from calib.evidence import BALL_PLACE, SAMPLE_PLACE
@@ -151,6 +152,13 @@ def marks(photoset: PhotoSet, settled: Settled, sight: Sight) -> Marks:
         np.array([h.pixel for h in sight.highlights]).reshape(-1, 2),
         np.array([e for e in expected if np.isfinite(e).all()]).reshape(-1, 2),
     )
+
+
+def board_marks(settled: Settled, corners: Corners, pose: Pose) -> Marks:
+    """The board's corners in one calibration photo."""
+    empty = np.zeros((0, 2))
+    misses = settled.camera.project(pose, corners.points) - corners.pixels
+    return Marks(corners.pixels, misses, empty, empty, empty, empty)
 
 
 def sample_in_picture(camera: Camera, pose: Pose, sample: Sphere | Plane) -> bool:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.account import account, believed, marks, sample_in_picture
-from calib.bundle import Model
-from calib.camera import Camera
+from calib.account import account, believed, board_marks, marks, sample_in_picture
+from calib.board import Corners
+from calib.bundle import Model, block_pose, pose_block
+from calib.camera import Camera, Pose
 from calib.evidence import Posed
 from calib.irradiance import read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
 from calib.looking import Progress, Reader, ReadLevel, ReadPart, ReadRadiance
 from calib.notes import Notes
 from calib.observe import observe
-from calib.setup import Light, Setup, ViewSetup
-from calib.sight import Sight, channel_names
+from calib.setup import BoardSetup, Light, Setup, ViewSetup
+from calib.sight import POSE, Sight, channel_names
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
@@ -59,6 +60,7 @@ def calibrate(
         tuple(notes.warnings),
         notes.residuals,
         mirror_balls=_mirror_balls(photoset, settled),
+        boards=tuple(_board(settled, *board) for board in boards),
     )
 
 
@@ -177,6 +179,13 @@ def _sample(photoset: PhotoSet, settled: Settled) -> Sphere | Plane:
         return photoset.sample
     block = settled.values["sample"]
     return Sphere(block[:3].copy(), float(block[3]))
+
+
+def _board(settled: Settled, block: str, corners: Corners, pose: Pose) -> BoardSetup:
+    pose = block_pose(settled.values.get(block, pose_block(pose)))
+    drawn = board_marks(settled, corners, pose)
+    rms = float(np.sqrt(np.mean((drawn.corner_misses**2).sum(1))))
+    return BoardSetup(block.removeprefix(POSE), pose, rms, settled.covariance.get(block), drawn)
 
 
 def _mirror_balls(photoset: PhotoSet, settled: Settled) -> tuple[MirrorBall, ...]:

@@ -70,6 +70,17 @@ class ViewSetup:
 
 
 @dataclass(frozen=True, slots=True)
+class BoardSetup:
+    """One calibration photo: where the camera stood, and the board's corners."""
+
+    name: str  # the view's first file
+    pose: Pose
+    pose_rms: float  # reprojection residual of the board, pixels
+    pose_covariance: np.ndarray | None  # (6, 6) of rotation vector and translation
+    marks: Marks
+
+
+@dataclass(frozen=True, slots=True)
 class LeftOut:
     name: str  # photo
     reason: str
@@ -91,6 +102,7 @@ class Setup:
     )  # what was measured on the way; plain JSON values
     source: dict[str, object] = field(default_factory=dict)  # program, command and hashes of the inputs
     mirror_balls: tuple[MirrorBall, ...] = ()  # as refined
+    boards: tuple[BoardSetup, ...] = ()  # calibration photos
 
 
 def save_setup(setup: Setup, path: str | Path) -> None:
@@ -156,6 +168,7 @@ def _setup(data: dict) -> Setup:
         mirror_balls=tuple(
             MirrorBall(_array(b["center"]), float(b["radius"])) for b in data.get("mirror_balls", [])
         ),
+        boards=tuple(_board(b) for b in data.get("boards", [])),
     )
 
 
@@ -163,6 +176,16 @@ def _sample(data: dict) -> Sphere | Plane:
     if "center" in data:
         return Sphere(_array(data["center"]), float(data["radius"]))
     return Plane(_array(data["outline"]), float(data["height"]))
+
+
+def _pose(data: dict) -> Pose:
+    return Pose(_array(data["rotation"]), _array(data["translation"]))
+
+
+def _board(data: dict) -> BoardSetup:
+    covariance = None if data["pose_covariance"] is None else _array(data["pose_covariance"])
+    rms = _number(data["pose_rms"])
+    return BoardSetup(data["name"], _pose(data["pose"]), rms, covariance, _marks(data["marks"]))
 
 
 def _marks(data: dict) -> Marks:
@@ -182,7 +205,7 @@ def _view(data: dict) -> ViewSetup:
             radius=float(light["radius"]),
             residual=_number(light["residual"]),
         ),
-        pose=Pose(_array(data["pose"]["rotation"]), _array(data["pose"]["translation"])),
+        pose=_pose(data["pose"]),
         strength=_array(data["strength"]),
         strength_error=_array(data["strength_error"]),
         strength_source=data["strength_source"],

@@ -14,6 +14,7 @@ from calib.shading import Reading
 from capture.errors import InputError
 from capture.photoset import LightEntry, PhotoSet, View
 
+POSE = "pose "  # begins the names of poses' blocks, the photo's name follows
 FIXED_POSE = "pose fixed"  # the block that all views of a fixed camera share
 
 

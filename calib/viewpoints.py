@@ -15,7 +15,7 @@ from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_ca
 from calib.looking import Progress, Reader, Seen, look, look_closer
 from calib.notes import Notes
 from calib.pose import FEWEST_CORNERS, fit_pose, joined
-from calib.sight import FIXED_POSE, Sight, light_id
+from calib.sight import FIXED_POSE, POSE, Sight, light_id
 from capture.errors import InputError
 from capture.photoset import MANIFEST, PhotoSet
 
@@ -143,7 +143,7 @@ def find_poses(
         if fit is None or one.corners is None:
             notes.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree")
         else:
-            boards.append((f"pose {one.view.name}", one.corners.keep(fit.inlier), fit.pose))
+            boards.append((POSE + one.view.name, one.corners.keep(fit.inlier), fit.pose))
     common = _common_pose(photoset, camera, photos.samples + photos.probes)
     sights = []
     for one in photos.samples + photos.probes:
@@ -167,7 +167,7 @@ def _sight(
         return None
     corners = one.corners.keep(fit.inlier)
     return Sight(
-        one.view, name, corners, fit.pose, f"pose {one.view.name}", fit.rms, rejected=_rest(one, corners)
+        one.view, name, corners, fit.pose, POSE + one.view.name, fit.rms, rejected=_rest(one, corners)
     )
 
 

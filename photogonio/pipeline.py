@@ -17,6 +17,7 @@ from capture.photoset import MANIFEST, PhotoSet
 from capture.prepare import prepare, vignetting
 from capture.reader import RadianceReader
 from photogonio import page
+from photogonio.marked_photos import pictures_folder, save_pictures
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
 from photogonio.outputs import staged_file, staged_folder
 from photogonio.progress import Reporter, Stopwatch
@@ -115,19 +116,24 @@ def calibrate(
     *,
     workers: int | None = None,
 ) -> Setup:
-    """Camera, poses, lights and irradiance scale of a photo set; with ``out``, also to that file.
+    """Camera, poses, lights and irradiance scale of a photo set.
+
+    With ``out``, also to that file, with a picture of every photo in a folder beside it.
 
     Raises:
         InputError: the set cannot be used.
     """
     photoset = load_photoset(folder)
     threads = Options(workers=workers).threads()
+    reporter = reporter or Reporter(quiet=True)
     with Scratch() as scratch:
-        setup, _, hashes = _calibrated(photoset, reporter or Reporter(quiet=True), threads, scratch)
-    setup = replace(setup, source=_provenance("calibrate", photoset, Options(), hashes).to_dict())
-    if out is not None:
-        with staged_file(Path(out)) as stage:
-            save_setup(setup, stage)
+        setup, radiance, hashes = _calibrated(photoset, reporter, threads, scratch)
+        setup = replace(setup, source=_provenance("calibrate", photoset, Options(), hashes).to_dict())
+        if out is not None:
+            with staged_folder(pictures_folder(Path(out))) as stage:
+                save_pictures(radiance, setup, stage, reporter)
+            with staged_file(Path(out)) as stage:
+                save_setup(setup, stage)
     return setup
 
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
+import numpy as np
+
+from photogonio.calibration_text import calibration_lines
+from photogonio.marked_photos import pictures_folder
 from photogonio.pipeline import calibrate
 from photogonio.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     setup = calibrate(args.set, args.out, reporter, workers=args.workers)
-    reporter.say(f"written to {args.out}")
+    reporter.say(calibration_lines(setup))
+    reporter.say(f"written to {args.out}, pictures to {pictures_folder(Path(args.out))}")
     lights = {view.light.id: view.light for view in setup.views}
     return {
         "camera": {
@@ -20,12 +26,21 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         },
         "scale": setup.scale,
         "views": [
-            {"name": view.name, "light": view.light.id, "pose_rms": view.pose_rms} for view in setup.views
+            {
+                "name": view.name,
+                "light": view.light.id,
+                "pose_rms": view.pose_rms,
+                "strength": view.strength,
+                "strength_error": view.strength_error,
+                "strength_source": view.strength_source,
+            }
+            for view in setup.views
         ],
         "lights": {
             light.id: {
                 "kind": light.kind,
                 "place": light.place,
+                "standard_errors": np.sqrt(np.maximum(np.diag(light.covariance), 0.0)),
                 "source": light.source,
                 "residual": light.residual,
             }

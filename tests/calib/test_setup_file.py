@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calib.camera import Camera, Pose
-from calib.setup import LeftOut, Light, Marks, Setup, ViewSetup, load_setup, save_setup
+from calib.setup import BoardSetup, LeftOut, Light, Marks, Setup, ViewSetup, load_setup, save_setup
 from capture.errors import InputError
 from capture.photoset import MirrorBall, Plane, Sphere
 
@@ -34,6 +34,7 @@ def setup(sample: Sphere | Plane) -> Setup:
         residuals={"rms": 0.1 + 0.2, "names": ["a", "b"], "good": True},
         source={"program": "photogonio"},
         mirror_balls=(MirrorBall(rng.normal(size=3), 0.1 + 0.7),),
+        boards=(BoardSetup("calibration/c.png", full.pose, 0.1 / 3, rng.normal(size=(6, 6)), marks),),
     )
 
 

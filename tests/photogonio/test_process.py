@@ -204,3 +204,20 @@ def test_calibrate_alone_writes_the_same_setup(capsys, tmp_path, tiny_set: TinyS
     for setup in (alone, whole):
         setup.pop("source")
     assert alone == whole
+
+
+def test_calibrate_says_how_sure_it_is_and_draws_every_photo(capsys, tmp_path, tiny_set: TinySet):
+    out = tmp_path / "found.json"
+    assert main(["calibrate", str(tiny_set.folder), "-o", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "camera: given" in said and "fx            400" in said
+    assert said.count("L0: direction") == 1
+    assert all(f"{photo}: board" in said for photo in tiny_set.photos)
+    pictures = sorted(path.name for path in (tmp_path / "found-photos").iterdir())
+    assert pictures == sorted(photo.replace("/", "-") + ".jpg" for photo in tiny_set.photos)
+    drawn = cv2.imread(str(tmp_path / "found-photos" / pictures[0])).astype(int)
+    assert drawn.shape == (HEIGHT, WIDTH, 3)
+    ring = 400.0 * 25.0 / np.sqrt(200.0**2 - 25.0**2)  # of the ball's outline about the picture's middle, pixels
+    x, y = round((WIDTH - 1) / 2 + ring), round((HEIGHT - 1) / 2)
+    blue, _, red = drawn[y, x - 1 : x + 2].max(0)
+    assert blue > red + 60  # the sample's outline is blue, the photo gray
