@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.bounce import diffuse_bounce
 from calib.notes import Notes
-from calib.patch import Stray, Strength, no_strength, read_paper, read_patch
+from calib.patch import Stray, Strength, light_shape, no_strength, read_paper, read_patch
 from calib.setup import Light
+from calib.shading import Reading as Paper
 from calib.sight import Sight
 from calib.together import Settled
 from capture.photoset import PhotoSet, Plane
@@ -23,6 +25,8 @@ _ALIKE = 0.03  # relative difference of patches in one photo
 _REFUSED = "the patch is not believed"
 _DARKER = "a patch is much darker than another: not believed"
 _NO_PATCH = "the set has no white patch"
+_SEEN = 0.999  # share of the lamp that a place must see
+_FEW_SAMPLES = 300
 _NAMED = 4  # photos named in a warning
 
 
@@ -72,7 +76,46 @@ def stray_light(settled: Settled, sight: Sight, light: Light) -> Stray | None:
     points = sight.reading.samples.points
     toward, falloff = light.toward(points)
     even = float(np.median(np.clip(toward[:, 2], 0, None) * falloff))
-    return Stray(settled.scene, np.clip(sight.shading[4:7], 0.0, None), even)
+    stray = Stray(settled.scene, np.clip(sight.shading[4:7], 0.0, None), even)
+    return replace(stray, amounts=_coloured(stray, sight.reading, light))
+
+
+def _coloured(stray: Stray, reading: Paper, light: Light) -> np.ndarray:
+    """The amounts (3, c) channel by channel: a coloured sample throws coloured light.
+
+    Shading was fitted to the mean of the channels. Each channel over that fit is one constant but for the diffuse
+    bounce's share, in which channels may differ; what all of them have in common is a misfit, and stays out of it.
+    """
+    channels = reading.samples.value.shape[1]
+    amounts = np.repeat(stray.amounts[:, None], channels, axis=1)
+    if channels == 1 or stray.scene.sample is None:
+        return amounts
+    ball, points = stray.scene.sample, reading.samples.points
+    shape, share = light_shape(points, light, stray)
+    good = reading.samples.white & (share > _SEEN) & (shape[:, 0] > 0)
+    if good.sum() < _FEW_SAMPLES:
+        return amounts
+    shape = shape[good, 0]
+    thrown = diffuse_bounce(points[good], light.place, ball.center, ball.radius) / shape
+    design = np.column_stack([np.ones(len(thrown)), thrown])
+    ratio = reading.samples.value[good] / shape[:, None]
+    ratio /= np.median(ratio, axis=0)
+    off = np.zeros(channels)
+    for c in range(channels):
+        values = _robust_line(design, ratio[:, c])
+        off[c] = values[1] / values[0]
+    amounts[0] = np.clip(amounts[0] + off - off.mean(), 0.0, 1.0)
+    return amounts
+
+
+def _robust_line(design: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Least squares without what lies three scatters off, three times."""
+    kept = np.ones(len(values), bool)
+    for _ in range(3):
+        found = np.linalg.lstsq(design[kept], values[kept], rcond=None)[0]
+        miss = np.abs(values - design @ found)
+        kept = miss <= 3 * 1.4826 * float(np.median(miss)) + 1e-12
+    return found
 
 
 def _mean(readings: list[Strength]) -> Strength:

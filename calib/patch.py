@@ -48,7 +48,7 @@ class Stray:
     """Light beside the direct one, by the shading fit: amounts of diffuse and glossy bounce and of even light."""
 
     scene: Scene
-    amounts: np.ndarray  # (3,) diffuse, glossy, even
+    amounts: np.ndarray  # (3,) diffuse, glossy, even, or (3, c)
     even: float  # unit of the even light
 
 
@@ -57,21 +57,24 @@ def no_strength(problem: str) -> Strength:
 
 
 def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Irradiance (n,) on a level surface for unit strength, bounce and all, and the share of the lamp seen (n,)."""
+    """Irradiance on a level surface for unit strength, bounce and all, (n, c) or (n, 1) where all channels have the
+    same, and the share of the lamp seen (n,).
+    """
     toward, falloff = light.toward(points)
-    shape = np.clip(toward[:, 2], 0, None) * falloff
+    shape = (np.clip(toward[:, 2], 0, None) * falloff)[:, None]
     if stray is None or light.kind != "point":
         return shape, np.ones(len(points))
-    scene = stray.scene
+    scene, amounts = stray.scene, stray.amounts.reshape(3, -1)
     balls = scene.polished + (() if scene.sample is None else (scene.sample,))
     table = np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
     share = lit_fraction(points, light.place, scene.lamp_radius, table, scene.blur)
-    extra = np.full(len(points), stray.amounts[2] * stray.even)
+    extra = amounts[2:] * stray.even
     if scene.sample is not None:
         ball = scene.sample
-        extra += stray.amounts[0] * diffuse_bounce(points, light.place, ball.center, ball.radius)
-        extra += stray.amounts[1] * glossy_bounce(points, light.place, ball.center, ball.radius)
-    return shape * share + extra, share
+        diffuse = diffuse_bounce(points, light.place, ball.center, ball.radius)
+        glossy = glossy_bounce(points, light.place, ball.center, ball.radius)
+        extra = extra + diffuse[:, None] * amounts[0] + glossy[:, None] * amounts[1]
+    return shape * share[:, None] + extra, share
 
 
 def read_patch(
@@ -88,15 +91,15 @@ def read_patch(
     eye = pose.center
     points = eye + ((patch.height - eye[2]) / rays[:, 2])[:, None] * rays
     shape, share = light_shape(points, light, stray)
-    good = (shape > 0) & (share > _SEEN) & ~_hidden(points, eye, stray)
+    good = (shape > 0).all(1) & (share > _SEEN) & ~_hidden(points, eye, stray)
     if good.sum() < max(_FEWEST_PIXELS, 0.1 * inside.sum()):
         return no_strength("the patch lies in shadow, is hidden, or has too few usable pixels")
     whole = int(good.sum())
-    good[good] = _lit_part(image.value[y, x][good].astype(float) / shape[good, None], y[good], x[good])
+    good[good] = _lit_part(image.value[y, x][good].astype(float) / shape[good], y[good], x[good])
     if good.sum() < max(_FEWEST_PIXELS, _LEAST_PART * inside.sum()):
         return no_strength("the patch is unevenly lit: shadowed or partly hidden")
-    level = image.value[y, x][good].astype(float) / shape[good, None]
-    noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good, None]
+    level = image.value[y, x][good].astype(float) / shape[good]
+    noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good]
     middle = np.median(level, axis=0)
     spread = 1.4826 * np.median(np.abs(level - middle), axis=0)
     if middle.min() <= 0:
@@ -186,11 +189,11 @@ def read_paper(reading: Reading, light: Light, stray: Stray | None, *, white: bo
         else np.full(len(points), max(light.place[2], 0.0))
     )
     good = (samples.white == white) & (share > _SEEN) & (bare > 0)
-    calm = good & (shape - bare < _LITTLE_BOUNCE * bare)
+    calm = good & (shape - bare[:, None] < _LITTLE_BOUNCE * bare[:, None]).all(1)
     good = calm if calm.sum() > _FEW_PLACES else good
     if good.sum() < _FEW_PLACES:
         return no_strength("too little lit paper is seen")
-    level = samples.value[good] / shape[good, None]
+    level = samples.value[good] / shape[good]
     middle = np.median(level, axis=0)
     if middle.min() <= 0:
         return no_strength("the paper is black")
