@@ -219,6 +219,7 @@ RADIOMETRY_TABLE = {
     "gain_electrons": Key(POSITIVE),
     "read_noise_electrons": Key(number(low=0.0)),
     "vignetting": Key(choice("cos4", "none", "flat")),
+    "colour": Key(choice("camera", "srgb", "xyz")),
     "demosaic": Key(choice(*DEMOSAIC)),
 }
 CAMERA_TABLE = {

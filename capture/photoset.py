@@ -65,6 +65,9 @@ class Radiometry:
     gain_electrons: float | None = None  # electrons at white level
     read_noise_electrons: float | None = None
     vignetting: str = "none"  # "cos4" | "none" | "flat"
+    colour: str = (
+        "camera"  # of the result: "camera" | "srgb" (linear) | "xyz"; the last two take a chart photo
+    )
     demosaic: str = "superpixel"  # RAW: "superpixel", or LibRaw's "linear" | "vng" | "ppg" | "ahd" | "dht"
 
 

@@ -76,7 +76,7 @@ def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
             "fit",
             "Fitted against observed",
             "One dot a facet pair and photo. On the line the fit says what was seen.",
-            scatter_figure(cells.value, result.fit.predicted, brdf.channels),
+            scatter_figure(cells.value, result.fit.predicted, result.fit.brdf.channels),
         ),
         (
             "lobes",

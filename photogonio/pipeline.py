@@ -11,12 +11,14 @@ import numpy as np
 
 from calib.calibrate import calibrate as find_setup
 from calib.setup import LeftOut, Setup, save_setup
+from capture.colour import ColourCorrection
 from capture.errors import InputError
 from capture.manifest import load_photoset
 from capture.photoset import MANIFEST, PhotoSet
 from capture.prepare import prepare, vignetting
 from capture.reader import RadianceReader
 from photogonio import page
+from photogonio.colours import correction_note, find_correction, in_colours, require_mixable
 from photogonio.marked_photos import pictures_folder, save_pictures
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
 from photogonio.outputs import staged_file, staged_folder
@@ -51,10 +53,11 @@ class Result:
     warnings: tuple[str, ...]
     provenance: Provenance
     seconds: Mapping[str, float] = field(default_factory=dict)  # by stage; not written anywhere
+    coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
 
     @property
     def brdf(self) -> Brdf:
-        return self.fit.brdf
+        return self.fit.brdf if self.coloured is None else self.coloured
 
 
 def process(
@@ -73,7 +76,9 @@ def process(
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
     with Scratch() as scratch:
-        setup, radiance, hashes = _calibrated(photoset, reporter, options.threads(), scratch)
+        setup, radiance, hashes, correction = _calibrated(photoset, reporter, options.threads(), scratch)
+        space = photoset.radiometry.colour
+        require_mixable(photoset, setup.scale, options.channels)
         watch.lap("calibrate")
         level = choose_level(setup, options)
         reporter.say(f"{level.what} {level.value}: {level.reason}")
@@ -102,6 +107,7 @@ def process(
         warnings=tuple(reporter.warnings),
         provenance=provenance,
         seconds=watch.seconds,
+        coloured=None if space == "camera" or correction is None else in_colours(fit.brdf, correction, space),
     )
     if out is not None:
         write_result(result, Path(out))
@@ -127,7 +133,7 @@ def calibrate(
     threads = Options(workers=workers).threads()
     reporter = reporter or Reporter(quiet=True)
     with Scratch() as scratch:
-        setup, radiance, hashes = _calibrated(photoset, reporter, threads, scratch)
+        setup, radiance, hashes, _ = _calibrated(photoset, reporter, threads, scratch)
         setup = replace(setup, source=_provenance("calibrate", photoset, Options(), hashes).to_dict())
         if out is not None:
             with staged_folder(pictures_folder(Path(out))) as stage:
@@ -191,9 +197,11 @@ def write_result(result: Result, out: Path) -> None:
 
 def _calibrated(
     photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch
-) -> tuple[Setup, RadianceReader, dict[str, str]]:
-    """Where everything was, the reader that the sample photos are to be read with, and the hashes of the files."""
+) -> tuple[Setup, RadianceReader, dict[str, str], ColourCorrection | None]:
+    """Where everything was, the reader that the sample photos are to be read with, the files' hashes, and
+    the colours of a chart."""
     radiance = prepare(photoset, decode=scratch.keep)
+    correction = find_correction(photoset, radiance, reporter.warn)
     kept = KeptSetup.of(photoset, default_store(), workers)
     setup = kept.load()
     if setup is not None:
@@ -210,10 +218,17 @@ def _calibrated(
         reporter.say(note)
     for warning in (*radiance.warnings, *setup.warnings):
         reporter.warn(warning)
-    setup = replace(setup, residuals=setup.residuals | {"radiometry": list(radiance.notes)})
+    told: dict[str, object] = {"radiometry": list(radiance.notes)}
+    if correction is not None:
+        told["colour"] = correction_note(correction)
+        left = correction.delta_e_left_out.mean()
+        reporter.say(
+            f"colour chart: Delta E 2000 {correction.delta_e.mean():.2f} in the mean, {left:.2f} left out"
+        )
+    setup = replace(setup, residuals=setup.residuals | told)
     used, total = len(setup.views), len(photoset.views("sample"))
     reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
-    return setup, radiance, kept.hashes
+    return setup, radiance, kept.hashes, correction
 
 
 def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:

@@ -1,0 +1,82 @@
+"""A BRDF in another colour space than the camera's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from capture.colour import ColourCorrection, colour_correction, srgb_from_xyz
+from capture.errors import InputError
+from capture.photoset import MANIFEST, PhotoSet
+from capture.reader import RadianceReader
+from reconstruct.brdf import Brdf, Lobe
+
+_CHANNELS = {"srgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
+_KEY = "[radiometry] colour"
+
+
+def find_correction(
+    photoset: PhotoSet, radiance: RadianceReader, warn: Callable[[str], None]
+) -> ColourCorrection | None:
+    """By the set's chart photos; None without any, or with a warning if none of them will do.
+
+    Raises InputError if the manifest asks for colours that cannot be had.
+    """
+    asked = photoset.radiometry.colour != "camera"
+    where = f"{photoset.folder / MANIFEST}: {_KEY}"
+    if asked and len(radiance.channels) != 3:
+        raise InputError(where, f"needs photos of 3 channels, these have {len(radiance.channels)}")
+    if asked and not photoset.views("chart"):
+        raise InputError(where, 'needs a photo with role "chart" that shows a 24-patch ColorChecker')
+    try:
+        return colour_correction(radiance)
+    except InputError as error:
+        if asked:
+            raise
+        warn(f"{error}: the chart is of no use, colours stay the camera's")
+        return None
+
+
+def require_mixable(photoset: PhotoSet, scale: str, chosen: Sequence[str] | None) -> None:
+    """Colours are mixed from all channels, their scales known. Raises InputError otherwise."""
+    if photoset.radiometry.colour == "camera":
+        return
+    where = f"{photoset.folder / MANIFEST}: {_KEY}"
+    if chosen:
+        raise InputError(where, "needs all channels: leave out --channels")
+    if scale != "absolute":
+        what = "needs a white patch: without one the channels' scales against one another are not known"
+        raise InputError(where, what)
+
+
+def correction_note(found: ColourCorrection) -> dict[str, object]:
+    """What is told of a correction; plain JSON values."""
+    return {
+        "xyz_from_camera": found.matrix.tolist(),
+        "delta_e_2000_mean": float(found.delta_e.mean()),
+        "delta_e_2000_max": float(found.delta_e.max()),
+        "delta_e_2000_left_out_mean": float(found.delta_e_left_out.mean()),
+    }
+
+
+def in_colours(brdf: Brdf, correction: ColourCorrection, space: str) -> Brdf:
+    """The BRDF in linear sRGB or XYZ; exact, since both modes and lobes are linear in the channels."""
+    matrix = correction.matrix if space == "xyz" else srgb_from_xyz() @ correction.matrix
+    errors = np.sqrt(np.square(brdf.standard_errors) @ np.square(matrix).T)
+    return replace(
+        brdf,
+        channels=_CHANNELS[space],
+        coefficients=brdf.coefficients @ matrix.T,
+        standard_errors=errors,
+        lobes=tuple(_lobe(lobe, matrix) for lobe in brdf.lobes),
+    )
+
+
+def _lobe(lobe: Lobe, matrix: np.ndarray) -> Lobe:
+    """Fresnel's factor is f0 + (1 - f0) s: both weight and weight times f0 are mixed."""
+    weight = np.broadcast_to(np.asarray(lobe.weight, float), (3,))
+    mixed = matrix @ weight
+    mixed = np.where(np.abs(mixed) < 1e-12, 1e-12, mixed)
+    return replace(lobe, weight=mixed, f0=matrix @ (weight * np.broadcast_to(lobe.f0, (3,))) / mixed)
