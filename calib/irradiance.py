@@ -143,6 +143,7 @@ def tie(
     """
     _whiten(readings)
     _disbelieve(readings, notes)
+    _widen(readings)
     middle = _middle(photoset)
     ratio = _paper_to_patch(readings)
     tied: dict[str, Tied] = {}
@@ -236,6 +237,24 @@ def _disbelieve(readings: dict[str, Reading], notes: Notes) -> None:
                 f"it is {100 * np.expm1(value - middle):+.0f} % off what the paper says",
                 notes,
             )
+
+
+def _widen(readings: dict[str, Reading]) -> None:
+    """Larger errors where patch and paper scatter against one another by more than theirs explain."""
+    both = [r for r in readings.values() if r.patch.value is not None and r.paper.value is not None]
+    if len(both) < _FEW:
+        return
+    log = np.array([np.log(r.patch.value / r.paper.value) for r in both])
+    stated = np.array([np.hypot(r.patch.error / r.patch.value, r.paper.error / r.paper.value) for r in both])
+    factor = 1.4826 * float(np.median(np.abs(log - np.median(log, axis=0)) / stated))
+    if factor <= 1.0:
+        return
+    for name, r in readings.items():
+        readings[name] = Reading(*(_wider(one, factor) for one in (r.patch, r.paper, r.black)))
+
+
+def _wider(one: Strength, factor: float) -> Strength:
+    return one if one.value is None else replace(one, error=factor * one.error)
 
 
 def _refuse(readings: dict[str, Reading], name: str, why: str, notes: Notes) -> None:

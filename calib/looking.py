@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from threading import Lock
 
+import numpy as np
+
 from calib.abreast import Found, Item, abreast
 from calib.board import Corners, board_points, find_corners
 from calib.camera import Camera

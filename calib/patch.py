@@ -200,5 +200,5 @@ def read_paper(reading: Reading, light: Light, stray: Stray | None, *, white: bo
     squares = np.unique(samples.square[good])
     by_square = np.array([np.median(level[samples.square[good] == k], axis=0) for k in squares])
     spread = 1.4826 * np.median(np.abs(by_square - middle), axis=0)
-    error = 1.2533 * spread / np.sqrt(len(squares)) + 0.001 * middle
+    error = 1.2533 * spread / np.sqrt(len(squares)) + 0.002 * middle
     return Strength(middle, error, _pull(points[good], light))

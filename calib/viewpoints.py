@@ -28,6 +28,7 @@ _ORDINARY = (
 )  # distortion terms of a lens, by OpenCV's number, and size
 _ASPECT = 5e-4  # how square pixels are
 _CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
+_POSE_VALUES = 7  # that each photo's corners fix: its pose, and its share of the camera
 _MOVED = 0.5  # share of a photo's corners astray that means the camera moved
 
 
@@ -227,12 +228,16 @@ def check_camera(
         }
 
 
+def _freed(corners: Corners) -> float:
+    """What the fit of a pose takes off its corners' residuals, as a factor to put it back."""
+    count = 2 * len(corners)
+    return float(np.sqrt(count / max(count - _POSE_VALUES, 1)))
+
+
 def scale_corners(camera: Camera, boards: list[Posed], sights: list[Sight]) -> float:
     """Give corners the errors they show: those stated know nothing of what all corners of a print share."""
-    z = [(camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for _, c, p in boards]
-    for s in sights:
-        if s.corners is not None:
-            z.append((camera.project(s.pose, s.corners.points) - s.corners.pixels) / s.corners.sigma[:, None])
+    photos = [(c, p) for _, c, p in boards] + [(s.corners, s.pose) for s in sights if s.corners is not None]
+    z = [_freed(c) * (camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for c, p in photos]
     if not z:
         return 1.0
     factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))

@@ -96,7 +96,7 @@ def test_the_coefficients_are_in_the_colours_asked_for(capsys, tmp_path, tiny_se
     """With the radiance patch of a relative set declared absolute: a gray ball is the same gray in sRGB."""
     monkeypatch.setattr(colours, "colour_correction", lambda reader: CORRECTION)
     found = pipeline.find_setup
-    monkeypatch.setattr(pipeline, "find_setup", lambda *a: replace(found(*a), scale="absolute"))
+    monkeypatch.setattr(pipeline, "find_setup", lambda *a, **k: replace(found(*a, **k), scale="absolute"))
     asked(tiny_set, "xyz", chart=True)
     assert main(["process", str(tiny_set.folder), "-o", str(tmp_path / "out"), *QUICK, "--json"]) == 0
     numbers = json.loads(capsys.readouterr().out)

@@ -217,7 +217,9 @@ def test_calibrate_says_how_sure_it_is_and_draws_every_photo(capsys, tmp_path, t
     assert pictures == sorted(photo.replace("/", "-") + ".jpg" for photo in tiny_set.photos)
     drawn = cv2.imread(str(tmp_path / "found-photos" / pictures[0])).astype(int)
     assert drawn.shape == (HEIGHT, WIDTH, 3)
-    ring = 400.0 * 25.0 / np.sqrt(200.0**2 - 25.0**2)  # of the ball's outline about the picture's middle, pixels
+    ring = (
+        400.0 * 25.0 / np.sqrt(200.0**2 - 25.0**2)
+    )  # of the ball's outline about the picture's middle, pixels
     x, y = round((WIDTH - 1) / 2 + ring), round((HEIGHT - 1) / 2)
     blue, _, red = drawn[y, x - 1 : x + 2].max(0)
     assert blue > red + 60  # the sample's outline is blue, the photo gray
