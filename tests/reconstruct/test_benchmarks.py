@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from benchmarks import evaluation, facet_lookup, paper_figures, truncation
+from benchmarks import evaluation, facet_lookup, intervals, paper_figures, truncation
 from capture.errors import InputError
 from reconstruct.brdf import load_brdf
 from reconstruct.facets import facet_index
@@ -81,3 +81,11 @@ def test_truncation(tmp_path):
         < 0.2
     )
     assert (tmp_path / "truncation.png").stat().st_size > 5000
+
+
+def test_intervals(capsys):
+    intervals.main(["--quick"])
+    line = capsys.readouterr().out.splitlines()[-1].split()
+    assert line[:2] == ["all", "2"] and 0.0 < float(line[2]) <= 100.0
+    scores = [intervals.drawn(seed)[0] for seed in range(len(intervals.KINDS))]
+    assert tuple(scores) == intervals.KINDS
