@@ -1,7 +1,9 @@
 """How well a fit predicts the photo under a light that it has not seen.
 
-Every light in turn is left out of the fit, and the values of the sample's pixels in its photos are predicted: those
-lit, and above a tenth of the photo's maximum. The median relative error of each light, and over all pixels::
+The set is processed whole once: where camera, sample and lights are comes from all photos, the left-out light's own
+among them. Then every light in turn is left out of the fit, and the values of the sample's pixels in its photos are
+predicted: those lit, and above a tenth of the photo's maximum. The median relative error of each light, and over all
+pixels::
 
     python -m benchmarks.leave_one_light_out SET [--level L] [--quick]
 
@@ -17,13 +19,12 @@ import numpy as np
 from calib.setup import Setup, ViewSetup
 from capture.manifest import load_photoset
 from capture.prepare import prepare
-from photogonio.pipeline import calibrate
-from photogonio.stream import reduce_photos
+from photogonio.options import Options
+from photogonio.pipeline import process
 from reconstruct.angles import spherical_angles
 from reconstruct.brdf import Brdf
 from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 from reconstruct.fit import FitOptions, fit_table
-from reconstruct.rows import cores
 from reconstruct.table import of_groups
 
 BRIGHT = 0.1  # of the photo's maximum
@@ -55,9 +56,9 @@ def leave_each_out(
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Relative errors of each left-out light: of pixels (the mean of their channels), and of single channels."""
     photoset = load_photoset(folder)
-    setup, reader = calibrate(folder), prepare(photoset)
+    whole, reader = process(folder, options=Options(level=level)), prepare(photoset)
+    setup, table = whole.setup, whole.table
     options = ReduceOptions(mirror_balls=photoset.mirror_balls, white_patches=photoset.white_patches)
-    table = reduce_photos(reader, setup, level=level, options=options, workers=cores()).table
     asked = FitOptions(absolute=setup.scale == "absolute")
     names = sorted({view.light.id for view in setup.views})[:lights]
     errors = {}

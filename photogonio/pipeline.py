@@ -27,13 +27,14 @@ from photogonio.provenance import Provenance, canonical_command, hash_file, hash
 from photogonio.scratch import Scratch
 from photogonio.store import KeptSetup, default_store
 from photogonio.stream import Reduced, reduce_photos
-from photogonio.summary import fit_choices, physics_warnings, rescaled, said_warnings
+from photogonio.summary import fit_choices, physics_warnings, relit_warning, rescaled, said_warnings
 from photogonio.surroundings import is_stray_light_known, joined_stray_light
 from photogonio.tables import read_table, take_channels
 from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.kernel import compiled_before
+from reconstruct.relight import relit, turned_lights
 from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable, save_table
 
@@ -87,15 +88,22 @@ def process(
             mirror_balls=photoset.mirror_balls,
             white_patches=photoset.white_patches,
         )
-        reduced = _reduced(radiance, setup, int(level.value), around, options, hashes, reporter)
+        for last in (False, True):
+            reduced = _reduced(radiance, setup, int(level.value), around, options, hashes, reporter)
+            table = take_channels(reduced.table, options)
+            watch.lap("reduce")
+            stray = joined_stray_light(setup, table, reduced.around)
+            errors = view_errors(setup, table)
+            fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=errors, stray=stray)
+            watch.lap("fit")
+            turned = () if last else turned_lights(fit.cells, fit.model, setup)
+            if not turned:
+                break
+            setup = relit(setup, turned)
+            reporter.warn(relit_warning(turned))
     for photo in reduced.left_out:
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
-    table = take_channels(reduced.table, options)
-    watch.lap("reduce")
-    stray = joined_stray_light(setup, table, reduced.around)
-    errors = view_errors(setup, table)
-    fit = _fitted(table, options, symmetry, setup.scale, reporter, view_errors=errors, stray=stray)
-    watch.lap("fit")
+    _announce(fit, reporter)
     provenance = _provenance("process", photoset, options, reduced.hashes)
     result = Result(
         name=photoset.name,
@@ -164,6 +172,7 @@ def fit(
     wanted = {"columns": joined(columns), "where": joined(dict(where))} | options.to_dict()
     provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
     found = _fitted(read, options, options.symmetry, scale, reporter)
+    _announce(found, reporter)
     result = Result(
         name=path.stem,
         setup=None,
@@ -309,13 +318,17 @@ def _fitted(
     )
     if symmetry not in ("auto", found.brdf.symmetry):
         raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
+    return found
+
+
+def _announce(found: FitResult, reporter: Reporter) -> None:
+    """What a fit chose, and what it had to put right."""
     for name, factor in rescaled(found):
         reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
     for warning in (*physics_warnings(found), *said_warnings(found)):
         reporter.warn(warning)
     for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
-    return found
 
 
 def _provenance(

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from photogonio.pipeline import Result
     from reconstruct.brdf import Brdf
     from reconstruct.fit import FitResult
+    from reconstruct.relight import TurnedLight
 
 
 def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
@@ -66,6 +67,14 @@ def said_warnings(fit: FitResult) -> list[str]:
         f"the file says the fitted surface to within {share:.0%} rms: its ridge is too narrow for modes of order "
         f"{fit.brdf.order}, and the file has no lobe of two roughnesses"
     ]
+
+
+def relit_warning(turned: Sequence[TurnedLight]) -> str:
+    worst = max(turned, key=lambda one: one.angle)
+    return (
+        f"the sample's shading contradicts the highlights: all {len(turned)} lights turned, "
+        f"{worst.id} most, by {np.degrees(worst.angle):.1f} degrees"
+    )
 
 
 def stray_share(fit: FitResult) -> tuple[float, float]:

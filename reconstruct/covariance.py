@@ -127,8 +127,16 @@ def _solve(grams: list[np.ndarray], moments: list[np.ndarray], one: Alternative,
         inner += gram[own:, own:] - gram[own:, :own] @ across
         outer += moment[own:] - gram[own:, :own] @ free
         eliminated.append((free, across))
-    shared = np.linalg.solve(inner, outer) if shapes else outer
+    shared = _regular(inner, outer) if shapes else outer
     return np.stack([np.vstack([free - across @ shared, shared]) for free, across in eliminated])
+
+
+def _regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution of a symmetric system; 0 for unknowns that nothing depends on, as the shape of a lobe of no weight."""
+    size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    scaled = np.linalg.pinv(matrix * np.outer(inverse, inverse), hermitian=True)
+    return inverse[:, None] * (scaled @ (inverse[:, None] * right))
 
 
 def _embedded(problem: Problem, one: Alternative, solution: np.ndarray) -> np.ndarray:
