@@ -62,13 +62,13 @@ def drawn(seed: int) -> tuple[str, Reflectance, Plan]:
     plan = Plan(
         shape=("ball", "plane")[int(rng.integers(2))],
         views=int(rng.integers(12, 25)),
-        pixels=1500,
-        level=2,
+        pixels=4000,
+        level=3,
         camera=("fixed", "moving")[int(rng.integers(2))],
         lamp_elevation=(float(rng.uniform(12, 30)), 80.0),
         electrons=float(rng.uniform(3e3, 3e4)),
         view_error=float(rng.uniform(0.001, 0.008)),
-        spoiled=float(rng.uniform(0.0, 0.02)),
+        spoiled=float(rng.uniform(0.0, 0.002)),  # most spots are found in the photos
     )
     return kind, make_brdf(kind, parameters), plan
 

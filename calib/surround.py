@@ -20,7 +20,7 @@ from capture.photoset import MirrorBall, Sphere
 from capture.radiance import RadianceImage
 
 FINE, COARSE = 0.4, 1.2  # sizes of cells near the sample and farther off, of its radius
-NEAR, FAR = 3.2, 10.0  # how far they reach from its foot, of its radius
+NEAR, FAR = 3.6, 10.0  # how far they reach from its foot, of its radius; a whole number of either
 SUBCELLS = 5  # points a side that are read in a cell
 LEAST_READ = 0.4  # share of a cell's points that must be readable
 MARGIN = 1.08  # silhouettes are taken as larger
@@ -100,13 +100,17 @@ def _reflectance(one: Surround) -> np.ndarray:
 
 
 def _spread(factor: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Reflectances (m, c) with those that no photo shows filled in by their neighbours' mean; 0 if there are none."""
+    """Reflectances (m, c) with those that no photo shows filled in by what is seen nearest; 0 if nothing is.
+
+    Far outside the picture that is the picture's edge alone: a mean over all of it would make the table as light as
+    the board.
+    """
     seen = np.isfinite(factor).all(1)
     if not seen.any():
         return np.zeros_like(factor)
     apart = np.linalg.norm(points[~seen, None, :2] - points[None, seen, :2], axis=-1)
     nearest = apart.min(1, keepdims=True)
-    share = np.exp(-0.5 * (apart / (nearest + SPREAD * _pitch(points))) ** 2)
+    share = np.exp(-0.5 * ((apart - nearest) / (SPREAD * _pitch(points))) ** 2)
     factor = factor.copy()
     factor[~seen] = share @ factor[seen] / share.sum(1, keepdims=True)
     return factor

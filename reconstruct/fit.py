@@ -35,6 +35,7 @@ HIGHEST_AUTO_TURNING = 4  # of a surface that is not isotropic: 120 modes
 MOST_MODES = 1300  # of those asked for
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
+KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
 CLOSE = 0.005  # relative representation error that needs no finer modes
 MOST_MOVED = (
     4.0  # standard errors, a bound: data that would have to move further contradict physics, and are not bent
@@ -75,9 +76,8 @@ class FitResult:
         """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, of what it misses systematically,
         and of its being said in modes."""
         said = self.brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
-        return np.hypot(
-            error_of(self.model, self.uncertainty, self.misfit, cells), said - self.model.evaluate(cells)
-        )
+        departed = (said - self.model.evaluate(cells)) / KNOWN
+        return np.hypot(error_of(self.model, self.uncertainty, self.misfit, cells), departed)
 
 
 def fit_table(
