@@ -1,0 +1,110 @@
+"""Distant lights whose directions are wrong are turned to where the shading of a ball has them."""
+
+import numpy as np
+import pytest
+
+from calib.camera import Camera, Pose
+from calib.setup import Light, Setup, ViewSetup
+from capture.photoset import Plane, Sphere
+from reconstruct.basis import Basis
+from reconstruct.cells import Cells
+from reconstruct.model import LobeSet, Model
+from reconstruct.relight import relit, turned_lights
+
+RNG = np.random.default_rng(3)
+RADIUS, DISTANCE = 100.0, 20000.0
+NORMALS = RNG.normal(size=(900, 3))
+NORMALS[:, 2] = np.abs(NORMALS[:, 2])
+NORMALS /= np.linalg.norm(NORMALS, axis=1, keepdims=True)
+LIGHTS = np.array([[0.5, 0.2, 0.8], [-0.5, 0.3, 0.8], [0.1, -0.6, 0.8], [0.0, 0.1, 1.0], [-0.4, -0.4, 0.8]])
+LIGHTS /= np.linalg.norm(LIGHTS, axis=1, keepdims=True)
+STATED = np.radians(0.3)
+NOISE = 0.01
+
+
+def lambert():
+    return Model(Basis("isotropic", 0), np.array([[2 * 0.5]]), LobeSet(), np.zeros((0, 1)))
+
+
+def turned_about(direction, angle):
+    across = np.cross(direction, [0.3, 0.9, 0.1])
+    across /= np.linalg.norm(across)
+    return np.cos(angle) * direction + np.sin(angle) * across
+
+
+def world(angles, sample=None):
+    """A setup whose lights are off by ``angles``, and the cells that a photo under the true ones gives."""
+    views, parts = [], []
+    camera = np.array([0.0, 0.0, DISTANCE])
+    for k, true in enumerate(LIGHTS):
+        believed = turned_about(true, angles[k])
+        lit = (NORMALS @ true > 0.05) & (NORMALS @ believed > 0.05)
+        normal = NORMALS[lit]
+        place = RADIUS * normal
+        back = camera - place
+        back /= np.linalg.norm(back, axis=1, keepdims=True)
+        cos_i, cos_r = normal @ believed, np.einsum("ij,ij->i", normal, back)
+        value = 0.5 / np.pi * (normal @ true) / cos_i * (1 + NOISE * RNG.normal(size=lit.sum()))
+        parts.append(
+            (np.arccos(cos_i), np.arccos(np.clip(cos_r, -1, 1)), value, place, np.full(lit.sum(), k))
+        )
+        light = Light(f"L{k}", "directional", believed, STATED**2 * np.eye(3), "probe")
+        pose = Pose(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, DISTANCE]))
+        views.append(ViewSetup(f"s{k}", light, pose, np.ones(1), np.zeros(1), "none"))
+    theta_i, theta_r, value, place, group = (np.concatenate(column) for column in zip(*parts, strict=True))
+    n = len(value)
+    cells = Cells(
+        theta_i=theta_i,
+        phi_i=np.zeros(n),
+        theta_r=theta_r,
+        phi_r=np.zeros(n),
+        dphi=np.zeros(n),
+        value=value[:, None],
+        variance=np.full((n, 1), (0.01 * 0.16) ** 2),
+        count=np.full(n, 10.0),
+        group=group,
+        place=place,
+        groups=tuple(view.name for view in views),
+        channels=("grey",),
+        binned=True,
+    )
+    setup = Setup(
+        Camera(np.eye(3), np.zeros(5), (640, 480)),
+        sample or Sphere(np.zeros(3), RADIUS),
+        tuple(views),
+        "relative",
+        ("grey",),
+    )
+    return setup, cells
+
+
+def apart(one, other):
+    return float(np.arccos(np.clip(one @ other, -1.0, 1.0)))
+
+
+def test_a_light_that_the_shading_contradicts_is_turned_to_where_it_is():
+    setup, cells = world(np.radians([0.0, 5.0, 0.0, 0.0, 0.0]))
+    turned = turned_lights(cells, lambert(), setup)
+    after = relit(setup, turned)
+    # what is left is the highlights' share of the way, by their stated errors
+    assert apart(after.views[1].light.place, LIGHTS[1]) <= np.radians(1.5)
+    for k in (0, 2, 3, 4):
+        assert apart(after.views[k].light.place, LIGHTS[k]) <= np.radians(0.3)
+    assert after.views[1].light.source == "refined"
+
+
+def test_lights_within_their_errors_stay():
+    setup, cells = world(np.radians([0.3, 0.2, 0.1, 0.3, 0.2]))
+    assert turned_lights(cells, lambert(), setup) == ()
+
+
+def test_neither_planes_nor_few_lights_are_judged():
+    outline = np.array([[0.0, 0], [1, 0], [1, 1]])
+    setup, cells = world(np.radians([0.0, 5.0, 0.0, 0.0, 0.0]), Plane(outline, 0.0))
+    assert turned_lights(cells, lambert(), setup) == ()
+
+
+@pytest.mark.parametrize("angle", [30.0])
+def test_another_light_altogether_is_no_error_of_direction(angle):
+    setup, cells = world(np.radians([0.0, angle, 0.0, 0.0, 0.0]))
+    assert "L1" not in {one.id for one in turned_lights(cells, lambert(), setup)}
