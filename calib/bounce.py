@@ -53,7 +53,9 @@ def _gather(points, place, normal, lit, area, result):
         total = 0.0
         for f in range(len(place)):
             x, y, z = points[k, 0] - place[f, 0], points[k, 1] - place[f, 1], points[k, 2] - place[f, 2]
-            squared = max(x * x + y * y + z * z, area)  # the sum is coarse where a point all but touches the ball
+            squared = max(
+                x * x + y * y + z * z, area
+            )  # the sum is coarse where a point all but touches the ball
             leaving = max(x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2], 0.0)
             total += leaving * max(-z, 0.0) / (squared * squared) * lit[f]
         result[k] = total

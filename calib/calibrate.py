@@ -106,7 +106,7 @@ def settled_from(
     for sight in sights:
         groups.setdefault(sight.light, []).append(sight)
     wanted = {name: members for name, members in groups.items() if any(not s.probe for s in members)}
-    lamps = start_lamps(photoset, camera, wanted, scene, tell)
+    lamps = start_lamps(photoset, camera, wanted, scene, tell, reader.workers)
     return settle(photoset, reader, model, camera, boards, sights, lamps, scene, sample, tell)
 
 

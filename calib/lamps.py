@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.abreast import abreast
 from calib.board import board_size
 from calib.bundle import Values
 from calib.camera import Camera, Pose
@@ -73,12 +74,16 @@ def start_lamps(
     groups: dict[str, list[Sight]],
     scene: Scene | None,
     tell: Progress,
+    workers: int = 1,
 ) -> dict[str, Lamp]:
     """First guesses of all lamps that something tells about, by id."""
+
+    def start(name: str) -> Lamp | None:
+        entry = _entry(photoset, groups[name])
+        return start_lamp(photoset, camera, name, entry, groups[name], scene)
+
     lamps = {}
-    for k, (name, members) in enumerate(groups.items()):
-        entry = _entry(photoset, members)
-        lamp = start_lamp(photoset, camera, name, entry, members, scene)
+    for k, (name, lamp) in enumerate(zip(groups, abreast(start, groups, workers), strict=True)):
         if lamp is not None:
             lamps[name] = lamp
         tell("finding the lights", k + 1, len(groups))

@@ -26,7 +26,10 @@ def lit_fraction(
             if cosine <= 0 or near >= far:
                 continue
             disc = np.sqrt((lamp_radius / far) ** 2 + (blur / near) ** 2)
-            edge = (np.arccos(min(cosine, 1.0)) - np.arcsin(balls[j, 3] / near)) / disc
+            sine = balls[j, 3] / near
+            if cosine < np.sqrt(1 - sine * sine) * (1 - 0.5 * disc * disc) - sine * disc:
+                continue  # beyond the ball's limb by more than the disc: no need of the angles
+            edge = (np.arccos(min(cosine, 1.0)) - np.arcsin(sine)) / disc
             if edge >= 1:
                 continue
             if edge <= -1:

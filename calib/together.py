@@ -61,7 +61,7 @@ def settle(
     fixed = fixed_blocks(photoset, lamps)
     scale = 1.0
     for round_, steps in enumerate(_STEPS):
-        fits = {} if scene is None else _shade(sights, values, lamps, scene, steps)
+        fits = {} if scene is None else _shade(reader, sights, values, lamps, scene, steps)
         done = adjust(values, all_terms(photoset, model, boards, sights, lamps, values, fits, scale), fixed)
         values = done.values
         for sight in sights:
@@ -92,21 +92,25 @@ def _present(scene: Scene, values: Values) -> Scene:
 
 
 def _shade(
-    sights: list[Sight], values: Values, lamps: dict[str, Lamp], scene: Scene, steps: int
+    reader: Reader, sights: list[Sight], values: Values, lamps: dict[str, Lamp], scene: Scene, steps: int
 ) -> dict[str, ShadingFit]:
     """Every near view's shading at the present values."""
     scene = _present(scene, values)
-    fits = {}
-    for sight in sights:
+
+    def fit(sight: Sight) -> ShadingFit | None:
         lamp = lamps.get(sight.light)
         if sight.reading is None or lamp is None or lamp.kind != "point" or lamp.fixed:
-            continue
+            return None
         pose = block_pose(values[sight.pose_block])
         place = place_in_world(lamp, values[block_name(lamp.name)], pose)
         start = place if sight.shading is None else np.concatenate([place, sight.shading[3:]])
-        fit = fit_shading(sight.reading, scene, start, steps)
-        sight.shading = fit.local
-        fits[sight.view.name] = fit
+        return fit_shading(sight.reading, scene, start, steps)
+
+    fits = {}
+    for sight, found in zip(sights, reader.abreast(fit, sights), strict=True):
+        if found is not None:
+            sight.shading = found.local
+            fits[sight.view.name] = found
     return fits
 
 
