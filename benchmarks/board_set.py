@@ -6,6 +6,8 @@ DIFFERENT lamps are rendered; more photos repeat them under other names.
 
 from __future__ import annotations
 
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +17,9 @@ import tomli_w
 
 from benchmarks.end_to_end import DIFFERENT, write_picture
 from calib.camera import Camera
+from capture.images import read_image
 from capture.photoset import MANIFEST
+from reconstruct.rows import cores
 from synthetic.manifest import manifest_of
 from synthetic.photoset import view_radiance
 from synthetic.plan import Shot, camera_of, exposure_factor, plan
@@ -42,26 +46,45 @@ def board_scene(megapixels: float, boards: int) -> Scene:
     return replace(scene, camera=camera, lamp=lamp, render=replace(scene.render, bounce=False))
 
 
-def make_board_set(folder: Path, suffix: str, photos: int, boards: int, megapixels: float) -> None:
-    """``photos`` of the sample and ``boards`` of the bare board, of a format."""
+def make_board_set(folder: Path, photos: int, boards: int, megapixels: float) -> None:
+    """``photos`` of the sample and ``boards`` of the bare board, 16-bit PNG."""
     scene = board_scene(megapixels, boards)
     camera = camera_of(scene)
-    shots = [replace(shot, file=str(Path(shot.file).with_suffix(suffix))) for shot in plan(scene)]
-    samples = [shot for shot in shots if shot.role == "sample"]
-    named = [shot for shot in shots if shot.role != "sample"]
-    for shot in shots:
+    shots = [shot for shot in plan(scene) if shot.role != "sample"]
+    samples = [shot for shot in plan(scene) if shot.role == "sample"][:photos]
+    for shot in (*shots, *samples):
         (folder / shot.file).parent.mkdir(parents=True, exist_ok=True)
-        if shot in named or samples.index(shot) < photos:
-            write_picture(photo_of(scene, camera, shot), folder / shot.file)
+
+    def take(shot: Shot) -> None:
+        write_picture(photo_of(scene, camera, shot), folder / shot.file)
+
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(take, (*shots, *samples)))
     for k in range(photos):
-        shot = samples[k % DIFFERENT]
-        file = f"sample/s{k:03d}{suffix}"
+        shot = replace(samples[k % DIFFERENT], file=f"sample/s{k:03d}.png")
         if k >= DIFFERENT:
-            (folder / file).hardlink_to(folder / shot.file)
-        named.append(replace(shot, file=file))
-    manifest = manifest_of(scene, camera, tuple(named))
+            (folder / shot.file).hardlink_to(folder / samples[k % DIFFERENT].file)
+        shots.append(shot)
+    manifest = manifest_of(scene, camera, tuple(shots))
+    (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
+
+
+def converted(source: Path, folder: Path, suffix: str) -> None:
+    """The same set in another format."""
+    manifest = tomllib.loads((source / MANIFEST).read_text(encoding="utf-8"))
     if suffix == ".jpg":
-        manifest["radiometry"] = {"encoding": "srgb"}
+        manifest["radiometry"]["encoding"] = "srgb"
+    written: dict[int, Path] = {}  # by the source's place on the disk: links stay links
+    for entry in manifest["photo"]:
+        path = source / entry["file"]
+        entry["file"] = str(Path(entry["file"]).with_suffix(suffix))
+        place, number = folder / entry["file"], path.stat().st_ino
+        place.parent.mkdir(parents=True, exist_ok=True)
+        if number in written:
+            place.hardlink_to(written[number])
+        else:
+            write_picture(read_image(path).pixels / np.float32(FULL), place)
+            written[number] = place
     (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""How fast expansions are summed: pairs a second, and the ratio to SCATMECH for the same coefficients.
+"""How fast expansions are summed: pairs a second, against a design matrix and against SCATMECH.
 
     python -m benchmarks.evaluation [--quick] [--ptfe FILE] [--threads N]
 
@@ -58,6 +58,16 @@ def rate(order: int, channels: int, count: int, repeats: int, threads: int | Non
     return count / best_time(task, repeats), count / best_time(task, repeats, time.process_time)
 
 
+def product_rate(order: int, channels: int, count: int, repeats: int) -> tuple[float, float]:
+    """Pairs a second of the design matrix times coefficients, and the largest difference to ours, relative."""
+    modes = m.isotropic_modes(order)
+    values = np.random.default_rng(1).normal(size=(len(modes), channels))
+    angles = random_pairs(count)
+    seconds = best_time(lambda: m.isotropic_design(order, *angles) @ values, repeats)
+    theirs, ours = m.isotropic_design(order, *angles) @ values, m.evaluate_isotropic(modes, values, *angles)
+    return count / seconds, float(np.abs(ours - theirs).max() / np.abs(theirs).max())
+
+
 def scatmech_comparison(table: ScatmechTable, count: int, single: int, repeats: int) -> dict[str, float]:
     """Pairs a second of both for one table, and the largest relative difference between their values."""
     from pySCATMECH.brdf import BRDF_Model
@@ -96,6 +106,10 @@ def main(arguments: list[str] | None = None) -> None:
         clock, core = rate(order, channels, count, repeats, options.threads)
         print(
             f"  order {order:2d}, {channels} channels: {clock / 1e6:8.1f}, a core's time alone {core / 1e6:8.1f}"
+        )
+        product, difference = product_rate(order, channels, count // 20, repeats)
+        print(
+            f"    design matrix and product {product / 1e6:8.1f}, ratio {clock / product:.1f}, within {difference:.1e}"
         )
     try:
         import pySCATMECH  # noqa: F401

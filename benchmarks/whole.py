@@ -14,6 +14,7 @@ import argparse
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,7 +22,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from benchmarks.board_set import make_board_set
+from benchmarks.board_set import converted, make_board_set
 from reconstruct.rows import cores
 
 STAGES = ("calibrate", "reduce", "fit", "write")
@@ -108,11 +109,17 @@ def main(arguments: list[str] | None = None) -> None:
         "format  decode     all  table / decode  known / decode  everything / all"
         "  calibr reduce    fit report  peak MB"
     )
-    for name in options.formats.split(","):
-        with tempfile.TemporaryDirectory() as made:
-            folder = Path(made) / "set"
-            make_board_set(folder, f".{name}", photos, boards, megapixels)
-            print(line(name, measure(folder, Path(made), options.workers)), flush=True)
+    with tempfile.TemporaryDirectory() as made:
+        source = Path(made) / "png"
+        make_board_set(source, photos, boards, megapixels)
+        for name in options.formats.split(","):
+            folder = Path(made) / name
+            if name != "png":
+                converted(source, folder, f".{name}")
+            with tempfile.TemporaryDirectory(dir=made) as results:
+                print(line(name, measure(folder, Path(results), options.workers)), flush=True)
+            if name != "png":
+                shutil.rmtree(folder)
 
 
 if __name__ == "__main__":
