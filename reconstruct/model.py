@@ -71,6 +71,5 @@ class Model:
     def evaluate(self, cells: Cells) -> np.ndarray:
         """Values (n, c) at the cells' mean directions."""
         fixed, columns = self.lobes.columns(cells)
-        return (
-            fixed[:, None] + columns @ self.lobe_coefficients + self.basis.design(cells) @ self.coefficients
-        )
+        modes = self.basis.evaluate(cells, self.coefficients)
+        return fixed[:, None] + columns @ self.lobe_coefficients + modes
