@@ -170,14 +170,15 @@ class FoldedDesign:
         moment = np.empty((folds, channels, m + q))
         square = np.empty((folds, channels))
         for f, rows in enumerate(self._slices()):
-            x, w, y = self._design[rows], self._weight[rows], target[rows]
-            lobe = columns[rows]
-            square[f] = np.einsum("nc,nc->c", w, y * y)
-            moment[f, :, :m] = (x.T @ (w * y)).T
-            moment[f, :, m:] = np.einsum("nq,nc->cq", lobe, w * y)
-            for k in range(q):
-                gram[f, :, :m, m + k] = (x.T @ (w * lobe[:, k, None])).T
-            gram[f, :, m:, m:] = np.einsum("nq,nc,np->cqp", lobe, w, lobe)
+            x, w, y, lobe = self._design[rows], self._weight[rows], target[rows], columns[rows]
+            weighed = np.empty((len(x), q + 1, channels))  # lobes, and the target: one product for all
+            np.multiply(lobe[:, :, None], w[:, None, :], out=weighed[:, :q])
+            np.multiply(w, y, out=weighed[:, q])
+            square[f] = np.sum(weighed[:, q] * y, axis=0)
+            for own, k in ((x, np.s_[:m]), (lobe, np.s_[m:])):
+                sums = (own.T @ weighed.reshape(len(x), -1)).reshape(-1, q + 1, channels)
+                gram[f, :, k, m:] = sums[:, :q].transpose(2, 0, 1)
+                moment[f, :, k] = sums[:, q].T
         if self._common is not None:
             self._take_away_shared(target, columns, gram, moment, square)
         gram[..., m:, :m] = np.swapaxes(gram[..., :m, m:], -1, -2)
