@@ -9,11 +9,12 @@ from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
 from calib.evidence import Posed
-from calib.irradiance import read_view, tie
+from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
 from calib.looking import Progress, Reader, ReadLevel, ReadPart, ReadRadiance
 from calib.notes import Notes
 from calib.observe import observe
+from calib.patch import patches_box
 from calib.setup import BoardSetup, Light, Setup, ViewSetup
 from calib.sight import POSE, Sight, channel_names
 from calib.together import Settled, settle, start_sample, start_scene
@@ -115,22 +116,21 @@ def _views(
 ) -> tuple[list[ViewSetup], str]:
     lights: dict[str, Light] = {}
     readings, given, kept = {}, {}, []
+    lit = [s for s in sights if not s.probe and s.light in settled.lamps]
     for sight in sights:
+        if not sight.probe and sight.light not in settled.lamps:
+            why = f"light {sight.light!r} is seen in no mirror ball and on no paper"
+            notes.leave_out(sight.view.name, why)
+    read = reader.abreast(lambda sight: _read(photoset, reader, settled, sight), lit)
+    for sight, found in zip(lit, read, strict=True):
         name = sight.view.name
-        if sight.probe:
-            continue
-        if sight.light not in settled.lamps:
-            notes.leave_out(name, f"light {sight.light!r} is seen in no mirror ball and on no paper")
-            continue
-        image = reader(sight.view)
-        if image is None:
+        if found is None:
             notes.leave_out(name, reader.failed[name])
             continue
-        lights[name] = light_of(settled, sight)
-        readings[name] = read_view(photoset, image, settled, sight, lights[name])
+        lights[name], readings[name], channels = found
         entry = settled.lamps[sight.light].entry
         intensity = np.asarray(entry.intensity if entry is not None else (1.0,), float)
-        given[name] = np.broadcast_to(intensity, (image.value.shape[2],)).copy()
+        given[name] = np.broadcast_to(intensity, (channels,)).copy()
         kept.append(sight)
     if not kept:
         return [], "relative"
@@ -152,6 +152,18 @@ def _views(
             )
         )
     return views, scale
+
+
+def _read(
+    photoset: PhotoSet, reader: Reader, settled: Settled, sight: Sight
+) -> tuple[Light, Reading, int] | None:
+    """One view's light, what patch and paper say of its strength, and the number of channels."""
+    box = patches_box(settled.camera, sight.pose, photoset.white_patches)
+    image = reader.part(sight.view, box)
+    if image is None:
+        return None
+    light = light_of(settled, sight)
+    return light, read_view(photoset, image, settled, sight, light), image.value.shape[2]
 
 
 def light_of(settled: Settled, sight: Sight) -> Light:

@@ -18,6 +18,7 @@ from capture.photoset import WhitePatch
 from capture.radiance import RadianceImage
 
 _CLEAR = 2  # pixels between the patch's edge and what is read
+_AROUND = 24  # pixels around the patches that are read too: spots and spills show in their neighbours
 _FEWEST_PIXELS = 12
 _CLIPPED = 0.03  # share of saturated pixels beyond which the patch is not believed
 _UNEVEN = 0.04  # relative spread beyond noise: a shadow or a hidden part that the geometry does not know
@@ -81,13 +82,13 @@ def read_patch(
     image: RadianceImage, camera: Camera, pose: Pose, light: Light, patch: WhitePatch, stray: Stray | None
 ) -> Strength:
     """Strength times rho / pi from one patch's pixels, each with its own distance and angle to the lamp."""
-    inside = _patch_mask(image.valid.shape, camera, pose, patch)
+    inside = _patch_mask(image, camera, pose, patch)
     if inside is None or inside.sum() < _FEWEST_PIXELS:
         return no_strength("the patch is outside the picture or too small in it")
     if image.saturated[inside].mean() > _CLIPPED:
         return no_strength("the patch is clipped")
     y, x = np.nonzero(inside & image.valid)
-    rays = camera.world_rays(pose, np.column_stack([x, y]).astype(float))
+    rays = camera.world_rays(pose, np.column_stack([x, y]).astype(float) + image.origin)
     eye = pose.center
     points = eye + ((patch.height - eye[2]) / rays[:, 2])[:, None] * rays
     shape, share = light_shape(points, light, stray)
@@ -149,13 +150,31 @@ def _parting(tone: np.ndarray) -> float | None:
     return float((low[k] + high[k]) / 2) if apart else None
 
 
-def _patch_mask(shape: tuple[int, int], camera: Camera, pose: Pose, patch: WhitePatch) -> np.ndarray | None:
+def patches_box(camera: Camera, pose: Pose, patches: tuple[WhitePatch, ...]) -> tuple[int, int, int, int]:
+    """Columns and rows ``[x0, x1) x [y0, y1)`` of the picture that hold all patches, and what judging pixels takes."""
+    width, height = camera.size
+    limbs = [limb for patch in patches if (limb := _limb(camera, pose, patch)) is not None]
+    if not limbs:
+        return 0, 0, min(1, width), min(1, height)
+    low, high = np.floor(np.vstack(limbs).min(0)) - _AROUND, np.ceil(np.vstack(limbs).max(0)) + _AROUND
+    x0, y0 = np.clip(low, 0, [width - 1, height - 1]).astype(int)
+    x1, y1 = np.clip(high, [x0 + 1, y0 + 1], [width, height]).astype(int)
+    return int(x0), int(y0), int(x1), int(y1)
+
+
+def _limb(camera: Camera, pose: Pose, patch: WhitePatch) -> np.ndarray | None:
+    """The patch's outline in the picture (k, 2); None if it is not before the camera."""
     outline = np.asarray(patch.outline, float)
     limb = camera.project(pose, np.column_stack([outline, np.full(len(outline), patch.height)]))
-    if not np.isfinite(limb).all() or np.abs(limb).max() > 1e6:
+    return limb if np.isfinite(limb).all() and np.abs(limb).max() <= 1e6 else None
+
+
+def _patch_mask(image: RadianceImage, camera: Camera, pose: Pose, patch: WhitePatch) -> np.ndarray | None:
+    limb = _limb(camera, pose, patch)
+    if limb is None:
         return None
-    mask = np.zeros(shape, np.uint8)
-    fill(mask, limb)
+    mask = np.zeros(image.valid.shape, np.uint8)
+    fill(mask, limb - image.origin)
     width = 2 * _CLEAR + 1
     return cv2.erode(mask, np.ones((width, width), np.uint8), borderValue=1) > 0
 
