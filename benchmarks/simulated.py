@@ -39,6 +39,8 @@ class Plan:
     spoiled_by: float = 0.5  # relative size of what spoils them
     isotropic: bool = True  # pairs are turned to one incident azimuth
     lamp_error: float = 0.0  # degrees, of each view's lamp about where it is thought to be
+    tilt: float = 0.0  # degrees, of a plane's normal about where it is thought to be, the same in all views
+    texture: float = 0.0  # relative rms of a plane's pattern, the same in all views
 
 
 def simulate(brdf: Reflectance, plan: Plan = Plan(), *, seed: int = 0) -> FacetTable:
@@ -96,7 +98,7 @@ def _view(brdf, plan, name, camera, lamp, thought, scale, rng) -> FacetTable:
     seen = (cos_i > GRAZING) & (np.einsum("ij,ij->i", back, normal) > GRAZING)
     point, toward, back, normal, cos_i = (a[seen] for a in (point, toward, back, normal, cos_i))
     turned = canonical(toward, back, normal)
-    true = brdf(*turned) if plan.shape == "ball" else brdf(toward, back)
+    true = brdf(*turned) if plan.shape == "ball" else _of_plane(brdf, plan, point, toward, back)
     irradiance = np.pi * cos_i * plan.lamp_distance**2 / np.sum((lamp - point) ** 2, axis=1)
     if thought is not lamp:
         toward = _unit(thought - point)
@@ -121,6 +123,21 @@ def _view(brdf, plan, name, camera, lamp, thought, scale, rng) -> FacetTable:
         value=value,
         variance=variance,
     )
+
+
+def _of_plane(brdf, plan: Plan, point: np.ndarray, toward: np.ndarray, back: np.ndarray) -> np.ndarray:
+    """Values (n, c) as the plane has them whose normal leans toward x and that bears a pattern of stripes."""
+    if plan.tilt:
+        cos, sin = np.cos(np.radians(plan.tilt)), np.sin(np.radians(plan.tilt))
+        lean = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+        leant = toward @ lean
+        share = np.maximum(leant[:, 2], 0.0) / toward[:, 2]  # of the light that is thought to fall on it
+        return brdf(leant, back @ lean) * share[:, None] * _pattern(plan, point)
+    return brdf(toward, back) * _pattern(plan, point)
+
+
+def _pattern(plan: Plan, point: np.ndarray) -> np.ndarray:
+    return 1.0 + np.sqrt(2.0) * plan.texture * np.sin(5.0 * point[:, :1] + 3.0 * point[:, 1:2])
 
 
 def _measured(true: np.ndarray, irradiance: np.ndarray, scale: float, plan: Plan, rng):

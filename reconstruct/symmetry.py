@@ -35,6 +35,7 @@ CHANCE = 0.01  # that a shuffled set has odds as high
 ONE_TURN = 0.9  # mean resultant of doubled azimuths: above it the sample was seen at one rotation
 START = 0.25  # roughness
 TWINS = 0.05  # of the cells, that have been seen the other way round too
+BROKEN = 0.03  # rms, of f, by which exchange must matter: an error of the irradiance's angle looks the same
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +149,7 @@ def _reciprocity(trial: Trial, best: Tried) -> str:
         return "assumed"
     lobes = best.model.lobes
     other = trial.fitted(lobes, swapped=True)
-    broken = trial.log_odds(best, other) >= CONVINCING and difference(best, other) >= MATERIAL
+    broken = trial.log_odds(best, other) >= CONVINCING and difference(best, other) >= BROKEN
     return "broken" if broken else "held"
 
 
