@@ -104,11 +104,11 @@ def _nearest(half: _Hemisphere, family: Family, shape: np.ndarray, own: np.ndarr
 
     As for an isotropic lobe, a ground under the lobe is said by modes alone.
     """
-    fixed, columns = _values(half, family, shape)
+    fixed, columns = _values(family, tuple(shape))
     count = len(own) - family.has_ground
     lobe = fixed + np.einsum("qkl,qc->ckl", columns[:count], own[:count])
     rest = half.rest(lobe)
-    stand = [_file_columns(float(one[0])) for one in standing_for(family, shape)]
+    stand = [_values(FILE_FAMILY, tuple(one))[1] for one in standing_for(family, shape)]
     file_columns = np.concatenate(stand)
     file_rest = half.rest(file_columns)
     root = np.linalg.cholesky(np.array([[half.inner(a, b) for b in file_rest] for a in file_rest]))
@@ -122,17 +122,13 @@ def _nearest(half: _Hemisphere, family: Family, shape: np.ndarray, own: np.ndarr
     return half.coefficients(left), found.T, missing
 
 
-@lru_cache(maxsize=2)
-def _file_columns(roughness: float) -> np.ndarray:
-    """(2, k, k) constant and grazing part of the file's lobe."""
-    return _values(_hemisphere(0), FILE_FAMILY, np.array([roughness]))[1]
-
-
-def _values(half: _Hemisphere, family: Family, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Fixed part (k, k) and columns (q, k, k) of a lobe at all pairs of directions."""
+@lru_cache(maxsize=3)
+def _values(family: Family, shape: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Fixed part (k, k) and columns (q, k, k) of a lobe at all pairs of directions, whatever the modes' order."""
+    half = _hemisphere(0)
     i, r = (a.ravel() for a in np.indices((len(half.theta),) * 2))
     dphi = half.phi[r] - half.phi[i]
-    fixed, columns = lobe_columns(family, shape, half.theta[i], half.theta[r], dphi, half.phi[i])
+    fixed, columns = lobe_columns(family, np.array(shape), half.theta[i], half.theta[r], dphi, half.phi[i])
     size = (len(half.theta),) * 2
     return fixed.reshape(size), columns.T.reshape(-1, *size)
 
