@@ -31,7 +31,7 @@ from reconstruct.search import starting_shape
 from reconstruct.trial import MATERIAL, TOLD, Trial, Tried, difference, turned
 
 CONVINCING = np.log(1000.0)  # log odds
-CHANCE = 0.01  # that a shuffled set has odds as high
+CHANCE = 0.001  # that a shuffled set has odds as high
 ONE_TURN = 0.9  # mean resultant of doubled azimuths: above it the sample was seen at one rotation
 START = 0.25  # roughness
 TWINS = 0.05  # of the cells, that have been seen the other way round too
