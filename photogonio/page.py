@@ -56,6 +56,8 @@ def _corrections(fit: FitResult) -> Section:
     median, most = stray_share(fit)
     said = f"{100 * median:.2f} % of the value in the median, {100 * most:.1f} % in one cell of twenty"
     rows = [("stray light of the surroundings", said if most > 0 else "not known, none removed")]
+    binned = listed(100 * np.array(fit.diagnostics["binning error"]), ".2f")
+    rows += [("binning into facets", f"{binned} % of the values, rms")]
     rows += [(f"scale of {name}", f"{factor - 1:+.1%}") for name, factor in rescaled(fit)]
     return Section("Corrections", Table(("what", "removed"), rows))
 

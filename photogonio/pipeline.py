@@ -27,7 +27,14 @@ from photogonio.provenance import Provenance, canonical_command, hash_file, hash
 from photogonio.scratch import Scratch
 from photogonio.store import KeptSetup, default_store
 from photogonio.stream import Reduced, reduce_photos
-from photogonio.summary import fit_choices, physics_warnings, relit_warning, rescaled, said_warnings
+from photogonio.summary import (
+    contradicted_photos,
+    fit_choices,
+    physics_warnings,
+    relit_warning,
+    rescaled,
+    said_warnings,
+)
 from photogonio.surroundings import is_stray_light_known, joined_stray_light
 from photogonio.tables import read_table, take_channels
 from reconstruct.brdf import Brdf
@@ -101,7 +108,8 @@ def process(
                 break
             setup = relit(setup, turned)
             reporter.warn(relit_warning(turned))
-    for photo in reduced.left_out:
+    contradicted = contradicted_photos(fit)
+    for photo in (*reduced.left_out, *contradicted):
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
     _announce(fit, reporter)
     provenance = _provenance("process", photoset, options, reduced.hashes)
@@ -111,7 +119,7 @@ def process(
         table=table,
         fit=fit,
         choices=(level, *fit_choices(fit)),
-        left_out=(*setup.left_out, *reduced.left_out),
+        left_out=(*setup.left_out, *reduced.left_out, *contradicted),
         warnings=tuple(reporter.warnings),
         provenance=provenance,
         seconds=watch.seconds,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calib.setup import LeftOut
 from photogonio.options import Choice
 from reconstruct.plots import correlation
 from reconstruct.represent_turning import typical
@@ -37,6 +38,12 @@ def rescaled(fit: FitResult) -> list[tuple[str, float]]:
     return [
         (name, float(fit.scales.factor[g])) for g, name in enumerate(fit.cells.groups) if fit.scales.freed[g]
     ]
+
+
+def contradicted_photos(fit: FitResult) -> tuple[LeftOut, ...]:
+    """Photos that were reduced, and that the fit left out."""
+    names = fit.diagnostics["views left out"]
+    return tuple(LeftOut(name, "the other photos contradict it at the same directions") for name in names)
 
 
 def physics_warnings(fit: FitResult) -> list[str]:
@@ -111,6 +118,7 @@ def numbers(result: Result) -> dict[str, object]:
         "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
         "valid": brdf.valid,
         "physics": result.fit.diagnostics["physics"],
+        "binning_error": result.fit.diagnostics["binning error"],
         "stray_light": stray_share(result.fit) if result.setup else None,
         "rescaled": dict(rescaled(result.fit)),
         "level": result.table.level,
@@ -133,8 +141,8 @@ def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarra
 
 
 def photos_used(result: Result) -> int:
-    """Views that gave the table something."""
-    return len(np.unique(result.table.group))
+    """Views that gave the fit something."""
+    return len(np.unique(result.table.group)) - len(result.fit.diagnostics["views left out"])
 
 
 def fitted_order(fit: FitResult) -> int:

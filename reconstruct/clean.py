@@ -37,6 +37,7 @@ class Cleaned:
     stray: np.ndarray  # (n, c) stray light removed, 1/sr
     scales: ViewScales
     pilots: tuple[Fitted, ...]  # on thinned cells
+    binning: np.ndarray | None = None  # (n, c) binning error removed, 1/sr
     discordant: tuple[str, ...] = ()  # views left out: what they show is not what all others show
 
     @property
@@ -85,7 +86,7 @@ def clean(
             seen, light, added = seen.take(keep), light[keep], added[keep]
             work = _piloted(seen, added, scales, kinds)
     work = _with_second_lobe(_piloted(seen, added, scales, kinds), lobes, absolute)
-    return replace(work, stray=light, discordant=tuple(np.array(seen.groups)[left_out]))
+    return replace(work, stray=light, binning=added - light, discordant=tuple(np.array(seen.groups)[left_out]))
 
 
 def _discordant(work: Cleaned) -> np.ndarray:

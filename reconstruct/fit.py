@@ -259,6 +259,7 @@ def _result(
         "views left out": list(work.discordant),
         "views rescaled": [cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "representation error": said.error.tolist(),
+        "binning error": _binning_error(work),
         "physics": physics,
     }
     brdf = replace(brdf, fit=diagnostics)
@@ -276,6 +277,13 @@ def _result(
         region,
         diagnostics,
     )
+
+
+def _binning_error(work: Cleaned) -> list[float]:
+    """Root mean square over the cells of what binning had added, over that of the values; (c,)."""
+    added = np.zeros_like(work.cells.value) if work.binning is None else work.binning
+    size = np.sqrt(np.mean(work.cells.value**2, axis=0))
+    return (np.sqrt(np.mean(added**2, axis=0)) / np.maximum(size, np.finfo(float).tiny)).tolist()
 
 
 def error_of(model: Model, spread: Uncertainty, misfit: Misfit, cells: Cells) -> np.ndarray:
