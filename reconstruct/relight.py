@@ -45,7 +45,11 @@ def turned_lights(cells: Cells, model: Model, setup: Setup) -> tuple[TurnedLight
     Directions of highlights and of shading are weighed by their errors, the highlights' by no less than what the
     lights' turns say of them.
     """
-    lights = {view.light.id: view.light for view in setup.views if view.light.kind == "directional"}
+    lights = {
+        view.light.id: view.light
+        for view in setup.views
+        if view.light.kind == "directional" and view.light.source != "given"
+    }
     if not isinstance(setup.sample, Sphere) or len(lights) < FEWEST_LIGHTS or not cells.binned:
         return ()
     views = {view.name: view for view in setup.views}
