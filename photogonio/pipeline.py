@@ -36,7 +36,7 @@ from photogonio.summary import (
     said_warnings,
 )
 from photogonio.surroundings import is_stray_light_known, joined_stray_light
-from photogonio.tables import read_table, take_channels
+from photogonio.tables import read_table, refuse_empty, take_channels
 from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
 from reconstruct.fit import FitOptions, FitResult, fit_table
@@ -97,6 +97,7 @@ def process(
         )
         for last in (False, True):
             reduced = _reduced(radiance, setup, int(level.value), around, options, hashes, reporter)
+            refuse_empty(reduced.table)
             table = take_channels(reduced.table, options)
             watch.lap("reduce")
             stray = joined_stray_light(setup, table, reduced.around)

@@ -40,7 +40,7 @@ def _lost_among_weights() -> float:
     rng = np.random.default_rng(8)
     omega = np.sort(10.0 ** rng.uniform(-6.0, 0.0, _BLOCK))[::-1]
     value = rng.uniform(0.01, 1.0, _BLOCK)
-    cell = _one_cell(omega, value)
+    cell = one_cell(omega, value)
     exact = (math.fsum(omega), math.fsum(omega * value), math.fsum(omega * value**2))
     sums = (cell.weight[0], cell.value[0, 0], cell.value2[0, 0])
     return max(abs(got / want - 1.0) for got, want in zip(sums, exact, strict=True))
@@ -53,7 +53,7 @@ def a_billion_samples() -> tuple[bool, str]:
     """
     rng = np.random.default_rng(9)
     blocks = [10.0 ** rng.uniform(-3.0, 0.0, _BLOCK) for _ in range(4)]
-    cells = [_one_cell(np.ones(_BLOCK), block) for block in blocks]
+    cells = [one_cell(np.ones(_BLOCK), block) for block in blocks]
     total = add_tables(cells * 250)
     exact = 250 * sum((Fraction(math.fsum(block)) for block in blocks), Fraction(0))
     squares = 250 * sum((Fraction(math.fsum(block**2)) for block in blocks), Fraction(0))
@@ -63,14 +63,15 @@ def a_billion_samples() -> tuple[bool, str]:
     )
     whole = len(total) == 1 and int(total.count[0]) == int(total.weight[0]) == 1000 * _BLOCK
     # one sample more must still count, to the last bit that the sum holds
-    more = total + _one_cell(np.ones(1), np.array([0.25]))
+    more = total + one_cell(np.ones(1), np.array([0.25]))
     gained = float(more.value[0, 0] - total.value[0, 0])
     counted = int(more.count[0]) == 1000 * _BLOCK + 1 and abs(gained - 0.25) <= np.spacing(total.value[0, 0])
     said = f"{total.count[0]:.0e} samples in one cell, sums off by {lost:.1e}; one of 0.25 more adds {gained:.9f}"
     return bool(whole and counted and lost < LOST), said
 
 
-def _one_cell(omega: np.ndarray, value: np.ndarray) -> FacetTable:
+def one_cell(omega: np.ndarray, value: np.ndarray) -> FacetTable:
+    """A table of one cell from samples of weights (n,) and values (n,)."""
     n = len(omega)
     direction = np.repeat(_DIRECTION, n, axis=0)
     facet = np.repeat(facet_index(_DIRECTION, 3), n)

@@ -13,7 +13,7 @@ from capture.errors import InputError
 from photogonio.options import Options
 from photogonio.progress import Reporter
 from reconstruct.measured import UNBINNED, read_samples, samples_table
-from reconstruct.table import FacetTable, load_table
+from reconstruct.table import LEFT_OUT, FacetTable, load_table
 
 
 def read_table(
@@ -48,6 +48,29 @@ def _refuse_level(options: Options, level: int) -> None:
             "tabulated measurements are not binned" if level == UNBINNED else f"the table's level is {level}"
         )
         raise InputError(f"--level {options.level}", found)
+
+
+WHY_UNUSED = {  # reasons of reconstruct.table, to somebody who took the photos
+    "outline": "too near to its outline",
+    "covered": "behind a mirror ball or a white patch",
+    "unlit": "turned away from the lamp",
+    "grazing": "lit or seen at more than 85 degrees from the normal",
+    "shadowed": "in the shadow of a mirror ball",
+    "saturated": "saturated",
+    "invalid": "damaged or beside saturated ones",
+}
+
+
+def refuse_empty(table: FacetTable) -> None:
+    """Raises InputError for a table that not one pixel went into, with what most of them suffer from."""
+    if len(table):
+        return
+    counts = table.left_out.sum(0)
+    if not counts.sum():
+        raise InputError("sample", "no pixel shows it in any photo")
+    worst = int(np.argmax(counts))
+    share = 100.0 * counts[worst] / counts.sum()
+    raise InputError("sample", f"no pixel can be used: {share:.0f} % are {WHY_UNUSED[LEFT_OUT[worst]]}")
 
 
 def take_channels(table: FacetTable, options: Options) -> FacetTable:
