@@ -133,6 +133,8 @@ def _lit_part(level: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def _parting(tone: np.ndarray) -> float | None:
     """The value between two separate parts of ``tone`` (n,) by Otsu's criterion; None if there is but one."""
+    if len(tone) < 2:
+        return None
     ordered = np.sort(tone)
     count = np.arange(1, len(tone))
     total, squares = np.cumsum(ordered), np.cumsum(ordered**2)

@@ -13,6 +13,7 @@ from photogonio.calibration_page import calibration_sections
 from photogonio.summary import (
     albedo_note,
     count_of,
+    fitted_lobes,
     fitted_order,
     lead,
     listed,
@@ -127,12 +128,12 @@ def _other_warnings(result: Result) -> list[str]:
 def _cards(result: Result) -> list[Card]:
     brdf = result.brdf
     values = numbers(result)
-    order, lobes = ", ".join(brdf.channels), count_of(len(brdf.lobes), "lobe")
+    order = ", ".join(brdf.channels)
     cards = [
         Card(
             "model",
-            f"order {fitted_order(result.fit)}, {lobes}",
-            f"in the file: {len(brdf.modes)} modes to order {brdf.order}, {lobes}",
+            f"order {fitted_order(result.fit)}, {count_of(fitted_lobes(result.fit), 'lobe')}",
+            f"in the file: {len(brdf.modes)} modes to order {brdf.order}, {count_of(len(brdf.lobes), 'lobe')}",
         ),
         Card("albedo", listed(values["albedo"], ".3f"), f"{order}; {albedo_note(brdf)}"),
         Card(

@@ -150,6 +150,11 @@ def fitted_order(fit: FitResult) -> int:
     return int(fit.diagnostics.get("order", fit.brdf.order))
 
 
+def fitted_lobes(fit: FitResult) -> int:
+    """How many lobes were fitted; the file may say one with several of its own."""
+    return len(fit.model.lobes.families)
+
+
 def count_of(count: int, what: str) -> str:
     return f"no {what}" if count == 0 else f"{count} {what}{'s' if count > 1 else ''}"
 
@@ -157,7 +162,7 @@ def count_of(count: int, what: str) -> str:
 def lead(result: Result) -> str:
     """The result in one sentence."""
     brdf = result.brdf
-    order, lobes = fitted_order(result.fit), count_of(len(brdf.lobes), "lobe")
+    order, lobes = fitted_order(result.fit), count_of(fitted_lobes(result.fit), "lobe")
     scale = "in absolute units" if brdf.scale == "absolute" else "on a relative scale: no white reference"
     text = f"{brdf.symmetry.capitalize()} BRDF of order {order} with {lobes}, {scale}."
     if result.setup is None:

@@ -86,7 +86,9 @@ def clean(
             seen, light, added = seen.take(keep), light[keep], added[keep]
             work = _piloted(seen, added, scales, kinds)
     work = _with_second_lobe(_piloted(seen, added, scales, kinds), lobes, absolute)
-    return replace(work, stray=light, binning=added - light, discordant=tuple(np.array(seen.groups)[left_out]))
+    return replace(
+        work, stray=light, binning=added - light, discordant=tuple(np.array(seen.groups)[left_out])
+    )
 
 
 def _discordant(work: Cleaned) -> np.ndarray:

@@ -26,11 +26,8 @@ FADE_WIDTH = np.radians(2.5)
 NOTHING = 1e-5  # of the largest coefficient
 BEYOND = 0.02  # weight of what lies beyond, against 1
 PENALTY = 1e-8  # of the weight's sum: keeps fine modes from trading places
-RATIOS = (
-    0.8,
-    1.1,
-)  # of the roughness of GGX lobes that stand for one of Beckmann's: with modes of order 16 they
-# come as close as three do
+# roughness of the file's lobes that stand for one it does not know, over its own; its own first
+RATIOS = {"ggx": (1.0, 0.7, 1.25), "beckmann": (0.8, 1.1)}
 NODES = (28, 40)  # Gauss nodes in cos theta, midpoints in dphi
 
 
@@ -108,7 +105,7 @@ class _Nearest:
 
 
 def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int) -> _Nearest:
-    """The file's lobe of the same roughness, or two, and modes, nearest to a lobe with coefficients ``own`` (q, c).
+    """The file's lobes of about the same roughness, and modes, nearest to a lobe with coefficients ``own`` (q, c).
 
     A ground under the lobe is said by modes alone, so that all channels keep the same lobe.
     """
@@ -129,7 +126,7 @@ def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int) -> 
 
 def standing_for(family: Family, shape: np.ndarray) -> tuple[np.ndarray, ...]:
     """Roughnesses (1,) of the file's lobes that a lobe of another family is said by, beside modes."""
-    ratios = RATIOS if family.distribution == "beckmann" else (1.0,)
+    ratios = (1.0,) if family.turning else RATIOS[family.distribution]
     return tuple(np.minimum(shape[:1] * ratio, 1.0) for ratio in ratios)
 
 

@@ -70,14 +70,14 @@ def test_the_stated_error_is_true_and_falls_with_the_order(name):
     family = next(f for f in families(absolute=True) if f.name == name)
     model = model_of(family)
     stated = []
-    for order in (2, 4, 8):
+    for order in (2, 8):
         said = represent(model, order)
         # the stated error is taken on fewer nodes, of which those below the limit are not a rule of their own
         np.testing.assert_allclose(miss(model, said), np.broadcast_to(said.error, 2), rtol=0.1)
         stated.append(said.error.max())
-    assert stated[2] < stated[1] < stated[0]
+    assert stated[1] < stated[0]
     # Schlick's formula is off by a few per cent of the lobe, f about 0.3 here: without modes this were 0.01
-    assert stated[2] < 2e-3
+    assert stated[1] < 2e-3
 
 
 def test_two_lobes_are_said_apart():
