@@ -102,8 +102,11 @@ def main(arguments: list[str] | None = None) -> None:
     print(
         f"million pairs a second, {options.threads or cores()} threads, best of {repeats} runs of {count} pairs"
     )
-    for order, channels in ((2, 3), (8, 1), (8, 3), (16, 3)):
+    seconds = []
+    cases = ((2, 3), (8, 1), (8, 3), (16, 3))
+    for order, channels in cases:
         clock, core = rate(order, channels, count, repeats, options.threads)
+        seconds.append(count / core)
         print(
             f"  order {order:2d}, {channels} channels: {clock / 1e6:8.1f}, a core's time alone {core / 1e6:8.1f}"
         )
@@ -111,6 +114,9 @@ def main(arguments: list[str] | None = None) -> None:
         print(
             f"    design matrix and product {product / 1e6:8.1f}, ratio {clock / product:.1f}, within {difference:.1e}"
         )
+    modes = [len(m.isotropic_modes(order)) for order, channels in cases if channels == 3]
+    power = np.polyfit(np.log(modes), np.log(np.delete(seconds, 1)), 1)[0]
+    print(f"  time ~ modes^{power:.2f}")
     try:
         import pySCATMECH  # noqa: F401
     except ImportError:

@@ -21,11 +21,11 @@ from calib.tone import detection_image, fine_image, finite, gray, without_firefl
 from capture.errors import InputError
 from capture.photoset import PhotoSet, View
 from capture.radiance import RadianceImage
-from capture.signal import Region
+from capture.signal import Region, Windows
 
 ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
 ReadLevel = Callable[[View], tuple[np.ndarray, np.ndarray]]  # gray (h, w) float32, not saturated (h, w) bool
-ReadPart = Callable[[View, Region], RadianceImage]
+ReadPart = Callable[[View, Region | Windows], RadianceImage]
 Progress = Callable[[str, int, int], None]
 
 _CACHE_BYTES = 250_000_000  # a few small photos; large ones are read again
@@ -82,7 +82,7 @@ class Reader:
             self.failed[view.name] = str(error)
             return None
 
-    def part(self, view: View, region: Region) -> RadianceImage | None:
+    def part(self, view: View, region: Region | Windows) -> RadianceImage | None:
         """The radiance of a region ``[x0, x1) x [y0, y1)``; None if the view cannot be read."""
         if self._read_part is None or view.name in self.failed or view.name in self._kept:
             return self(view)
@@ -91,6 +91,18 @@ class Reader:
         except InputError as error:
             self.failed[view.name] = str(error)
             return None
+
+    def near(self, view: View, pixels: np.ndarray) -> RadianceImage | None:
+        """The four pixels to the right of and below each of ``pixels`` (n, 2), as a picture (2 n, 2) in which they lie
+        under one another; None if the view cannot be read. Only the whole picture tells which of them are valid."""
+        windows = Windows(pixels, 0, 1)
+        if self._read_part is not None and view.name not in self._kept:
+            return self.part(view, windows)
+        image = self(view)
+        if image is None:
+            return None
+        planes = (image.value, image.variance, image.valid, image.saturated)
+        return RadianceImage(*(windows.of(plane) for plane in planes))
 
     def abreast(self, task: Callable[[Item], Found], items: Sequence[Item]) -> Iterator[Found]:
         """:func:`calib.abreast.abreast` with this reader's workers."""

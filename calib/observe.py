@@ -6,16 +6,15 @@ import numpy as np
 
 from calib.board import board_size
 from calib.camera import Camera
-from calib.highlights import find_highlight
+from calib.highlights import Highlight, ball_box, find_highlight
 from calib.looking import Progress, Reader
 from calib.paper import sample_paper
 from calib.sample import Limb, focal, settled_limb
 from calib.shading import Reading
 from calib.sight import FIXED_POSE, Sight
 from calib.starts import local_noise
-from calib.tone import finite, gray, without_fireflies
+from calib.tone import without_fireflies
 from capture.photoset import MirrorBall, PhotoSet, Sphere
-from capture.radiance import RadianceImage
 
 _ACROSS = 170  # paper samples along the board's longer side
 _CAUSTIC = 3.0  # radii around a polished ball where it throws light back onto the paper
@@ -37,17 +36,16 @@ def observe(
     brightest, middle = _Pile("max"), _Pile("median")
 
     def watch(sight: Sight) -> tuple[np.ndarray, np.ndarray] | None:
-        image = reader(sight.view)
-        if image is None:
-            return None
         sight.highlights = [
             h
             for number, ball in enumerate(balls)
-            if (h := find_highlight(image, camera, sight.pose, ball, number)) is not None
+            if (h := _highlight(reader, camera, sight, ball, number)) is not None
         ]
         if not sight.probe:
-            sight.reading = _paper(photoset, image, camera, sight)
-        return _clean(image) if still or not sight.probe else None
+            sight.reading = _paper(photoset, reader, camera, sight)
+        shown = reader.level(sight.view) if still or not sight.probe else None
+        # what is saturated has edges too
+        return None if shown is None else (without_fireflies(shown[0]), np.isfinite(shown[0]))
 
     for k, (sight, shown) in enumerate(zip(sights, reader.abreast(watch, sights), strict=True)):
         if shown is not None and still:
@@ -85,17 +83,21 @@ class _Pile:
         return np.median(self._levels, axis=0).astype(np.float32), self._usable
 
 
-def _clean(image: RadianceImage) -> tuple[np.ndarray, np.ndarray]:
-    return without_fireflies(gray(image)), finite(image)
+def _highlight(
+    reader: Reader, camera: Camera, sight: Sight, ball: MirrorBall, number: int
+) -> Highlight | None:
+    x0, y0, x1, y1 = box = ball_box(camera, sight.pose, ball)
+    image = reader.part(sight.view, box) if x0 < x1 and y0 < y1 else None
+    return None if image is None else find_highlight(image, camera, sight.pose, ball, number)
 
 
-def _paper(photoset: PhotoSet, image: RadianceImage, camera: Camera, sight: Sight) -> Reading | None:
+def _paper(photoset: PhotoSet, reader: Reader, camera: Camera, sight: Sight) -> Reading | None:
     board = photoset.board
     if board is None:
         return None
     samples = sample_paper(
         board,
-        image,
+        lambda pixels: reader.near(sight.view, pixels),
         camera,
         sight.pose,
         step=float(board_size(board).max()) / _ACROSS,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -143,7 +143,7 @@ def _even_scale(board: Board) -> float:
 
 def sample_paper(
     board: Board,
-    image: RadianceImage,
+    near: Callable[[np.ndarray], RadianceImage | None],
     camera: Camera,
     pose: Pose,
     *,
@@ -152,7 +152,10 @@ def sample_paper(
     balls: tuple[MirrorBall, ...],
     patches: tuple[WhitePatch, ...],
 ) -> PaperSamples | None:
-    """Radiance on a grid of pitch ``step`` over the board, where the print is even and nothing stands before it."""
+    """Radiance on a grid of pitch ``step`` over the board, where the print is even and nothing stands before it.
+
+    ``near`` reads the four pixels right of and below each of some pixels, as :meth:`calib.looking.Reader.near` does.
+    """
     print_ = draw_print(board)
     if print_ is None:
         return None
@@ -161,7 +164,7 @@ def sample_paper(
     points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
     pixels, scale = project_with_scale(camera, pose, points)
     white, clear = print_.at(points[:, :2])
-    height, width = image.valid.shape
+    width, height = camera.size
     inside = (pixels > 2).all(1) & (pixels[:, 0] < width - 3) & (pixels[:, 1] < height - 3)
     usable = (
         inside
@@ -169,7 +172,11 @@ def sample_paper(
         & ~covered(points, pose, sample, balls, patches, size.max() / 100)
     )
     points, pixels, white = points[usable], pixels[usable], white[usable]
-    value, variance, lit = _read(image, pixels)
+    corners = np.floor(pixels).astype(int)
+    read = near(corners)
+    if read is None:
+        return None
+    value, variance, lit = _between(read, pixels - corners)
     across = int(np.ceil(size[0] / _square(board)))
     square = (points[:, 0] // _square(board)).astype(int) + across * (points[:, 1] // _square(board)).astype(
         int
@@ -195,27 +202,23 @@ def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[
     return pixels, np.sqrt(np.maximum(least, 0.0))
 
 
-def _read(image: RadianceImage, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Radiance and variance (n, c) between the four pixels around each place, and whether all four may be read."""
-    x, y = pixels.astype(np.float32).T
-    column, row = np.floor(x).astype(int), np.floor(y).astype(int)
-    clean = np.ones(len(pixels), bool)
-    for right, down in itertools.product((0, 1), repeat=2):
-        at = (row + down, column + right)
-        clean &= (
-            ~image.saturated[at]
-            & np.isfinite(image.value[at]).all(1)
-            & np.isfinite(image.variance[at]).all(1)
-        )
+def _between(read: RadianceImage, part: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Radiance and variance (n, c) between four pixels, and whether all may be read.
 
-    def look(planes: np.ndarray) -> np.ndarray:
-        parts = [
-            planes[..., k : k + 4] for k in range(0, planes.shape[2], 4)
-        ]  # as many as OpenCV takes at once
-        read = [cv2.remap(part, x, y, cv2.INTER_LINEAR).reshape(len(pixels), -1) for part in parts]
-        return np.hstack(read).astype(float)
+    ``read`` (2 n, 2) holds the pixels, ``part`` (n, 2) says how far to the right and down of the first.
+    """
+    x, y = part.T[:, :, None]
+    weights = ((1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y)
 
-    return look(image.value), look(image.variance), clean
+    def four(plane: np.ndarray) -> np.ndarray:
+        return plane.reshape(len(part), 4, -1)
+
+    def mean(plane: np.ndarray) -> np.ndarray:
+        return sum(weight * four(plane)[:, k].astype(float) for k, weight in enumerate(weights))
+
+    clean = np.isfinite(four(read.value)).all((1, 2)) & np.isfinite(four(read.variance)).all((1, 2))
+    clean &= ~four(read.saturated).any((1, 2))
+    return mean(read.value), mean(read.variance), clean
 
 
 def covered(

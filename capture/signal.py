@@ -30,19 +30,21 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """Small windows around single pixels, laid under one another as one narrow picture (n * WINDOW, WINDOW).
+    """Small windows about single pixels, laid under one another as one narrow picture (n * size, size).
 
-    ``picture[MIDDLE::WINDOW, MIDDLE]`` are the pixels themselves. At least MIDDLE pixels must lie between them and the
-    photo's edge.
+    With the sizes as they are by default, ``picture[MIDDLE::WINDOW, MIDDLE]`` are the pixels themselves. All of a
+    window must lie within the photo.
     """
 
     pixels: np.ndarray  # (n, 2) int columns and rows
+    before: int = MIDDLE  # pixels of a window to the left and above
+    after: int = MIDDLE  # and to the right and below
 
     def of(self, array: np.ndarray) -> np.ndarray:
         """The windows of an image (h, w, ...), a copy."""
-        step = np.arange(-MIDDLE, MIDDLE + 1)
+        step = np.arange(-self.before, self.after + 1)
         rows = (self.pixels[:, 1, None] + step).reshape(-1, 1)
-        return array[rows, np.repeat(self.pixels[:, 0, None] + step, WINDOW, axis=0)]
+        return array[rows, np.repeat(self.pixels[:, 0, None] + step, len(step), axis=0)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,7 @@ class Scratch:
         self._end = 0
         self._kept: dict[tuple[Path, str], _Kept] = {}
         self._lock = threading.Lock()
+        self._last = threading.local()  # each thread's latest photo, of which it may read several parts
 
     def __enter__(self) -> Scratch:
         if self._most and hasattr(os, "preadv"):
@@ -46,17 +47,26 @@ class Scratch:
 
     def take(self, path: Path, *, demosaic: str = "superpixel") -> Image:
         """The photo, read back if it was kept. Raises InputError as :func:`capture.images.read_image` does."""
-        kept = self._kept.get((path, demosaic))
-        if kept is None or self._file is None:
-            return read_image(path, demosaic=demosaic)
-        return kept.read(self._file.fileno())
+        return self._latest(path, demosaic, keep=False)
 
     def keep(self, path: Path, *, demosaic: str = "superpixel") -> Image:
         """The photo, which is kept if there is room: for those that are read again."""
-        if (path, demosaic) in self._kept:
-            return self.take(path, demosaic=demosaic)
+        return self._latest(path, demosaic, keep=True)
+
+    def _latest(self, path: Path, demosaic: str, *, keep: bool) -> Image:
+        asked = path, demosaic
+        if getattr(self._last, "asked", None) != asked:
+            self._last.asked = self._last.image = None  # memory for one photo, not two
+            self._last.image = self._found(path, demosaic, keep)
+            self._last.asked = asked
+        return self._last.image
+
+    def _found(self, path: Path, demosaic: str, keep: bool) -> Image:
+        kept = self._kept.get((path, demosaic))
+        if kept is not None and self._file is not None:
+            return kept.read(self._file.fileno())
         image = read_image(path, demosaic=demosaic)
-        place = self._room(_size(image))
+        place = self._room(_size(image)) if keep else None
         if place is not None and self._file is not None:
             try:
                 self._kept[path, demosaic] = _Kept.written(image, self._file.fileno(), place)

@@ -3,9 +3,13 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
-from benchmarks import end_to_end, growth, kernel, symmetry_choice
+from benchmarks import all as everything
+from benchmarks import end_to_end, fit, growth, kernel, symmetry_choice, whole
+from capture.images import read_image
+from capture.manifest import load_photoset
 
 
 def test_kernel_against_numpy(capsys):
@@ -40,3 +44,36 @@ def test_symmetry_is_chosen_right(capsys):
     symmetry_choice.main(["--quick"])
     out = capsys.readouterr().out
     assert re.findall(r"(\w+): 0 of (\d+) wrong", out) == [("isotropic", "2"), ("anisotropic", "2")]
+
+
+def test_fit_against_lstsq(capsys):
+    fit.main(["--quick"])
+    out = capsys.readouterr().out
+    assert float(re.search(r"solutions within (\S+)", out)[1]) < 1e-6  # of the largest value
+    assert re.search(r"orders 0 to 2: \d+ cells, \d+ views", out)
+
+
+def test_the_whole_command_against_decoding(capsys, tmp_path):
+    whole.main(["--quick", "--formats", "png"])
+    line = capsys.readouterr().out.splitlines()[-1]
+    assert line.startswith("png") and all(float(number) > 0 for number in line.split()[1:])
+
+
+def test_another_format_is_the_same_set(tmp_path):
+    source = tmp_path / "png"
+    whole.make_board_set(source, 3, 1, 0.03)
+    whole.converted(source, tmp_path / "exr", ".exr")
+    for name in ("sample/s002", "calibration/c00"):
+        a, b = (read_image(tmp_path / kind / f"{name}.{kind}") for kind in ("png", "exr"))
+        # half floats have 11 bits
+        np.testing.assert_allclose(b.pixels, a.pixels / 65535, rtol=2**-11, atol=2**-24)
+    assert load_photoset(tmp_path / "exr").photos[0].file.endswith(".exr")
+
+
+def test_all_run_what_is_asked(monkeypatch, capsys):
+    ran = []
+    monkeypatch.setattr(everything, "run", lambda name, words: ran.append((name, words)) or True)
+    monkeypatch.setattr(everything, "startup", lambda *words: 0.1)
+    assert everything.main(["--quick", "--only", "kernel,fit"]) == 0
+    assert ran == [("kernel", ["--quick"]), ("fit", ["--quick"])]
+    assert "cores" in capsys.readouterr().out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import sys
 
 import numpy as np
@@ -20,6 +21,8 @@ def test_evaluation(capsys, monkeypatch, tmp_path):
     evaluation.main(["--quick"])
     text = capsys.readouterr().out
     assert "order  8, 3 channels" in text and "left out, pyscatmech is not installed" in text
+    apart = re.findall(r"design matrix and product .* within (\S+)", text)
+    assert len(apart) == 4 and max(map(float, apart)) < 1e-12
 
 
 def test_evaluation_beside_scatmech(capsys, tmp_path):
