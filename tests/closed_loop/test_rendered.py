@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from photogonio.evaluate import Score, evaluate_scene, score_table
+from photogonio.evaluate import Score, evaluate_scene
 from photogonio.pipeline import write_result
 from photogonio.progress import Reporter
+from photogonio.score_table import score_table
 from synthetic.hard import changed
 from synthetic.scene import Scene, load_scene
 
