@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
 
 from calib.setup import Setup
 from capture.errors import InputError
@@ -29,7 +30,7 @@ class Settings:
 
 
 FULL = Settings()
-FEW = Settings(levels=(1, 2, 3), orders=(0, 4), strides=(4, 1), samples=(2000,))
+FEW = Settings(levels=(1, 2, 3), orders=(0, 4), strides=(4, 1), samples=(1000,))
 _LEAST_GAIN = 0.05  # a knee must lie this far below the chord, in the unit square of the logarithms
 
 
@@ -159,6 +160,9 @@ def tradeoff_figure(points: Sequence[Point], title: str) -> Figure:
         mine = [point for point in points if point.knob == knob]
         ax.set(xscale="log", yscale="log", xlabel="processor seconds, reduce and fit")
         ax.set_title(knob, fontsize=10)
+        for axis in (ax.xaxis, ax.yaxis):  # plain numbers, also over less than a decade
+            axis.set_major_formatter(LogFormatter())
+            axis.set_minor_formatter(LogFormatter(minor_thresholds=(2.0, 0.5)))
         ax.plot([p.seconds for p in mine], [100 * p.error for p in mine], "o", color="#3d4f66", markersize=5)
         for point in mine:
             ax.annotate(
@@ -172,7 +176,7 @@ def tradeoff_figure(points: Sequence[Point], title: str) -> Figure:
                 ax.plot(point.seconds, 100 * point.error, "o", mfc="none", mec="#c8372d", ms=12, label="knee")
             if point.auto:
                 ax.plot(point.seconds, 100 * point.error, "s", mfc="none", mec="#2f8f46", ms=9, label="auto")
-        ax.margins(0.2)
+        ax.margins(0.3)
         ax.grid(which="both", alpha=0.25)
         ax.legend(fontsize=8)
     figure.axes[0].set_ylabel("error below 70 degrees, %")
