@@ -118,7 +118,7 @@ def judge(cells: Cells, view_errors: np.ndarray, isotropic: Cleaned, *, absolute
     chance = None
     if odds >= CONVINCING and difference(still, turns) >= MATERIAL:
         chance = trial.chance(still, turns)
-    turning = chance is not None and chance <= CHANCE
+    turning = chance is not None and chance <= CHANCE and trial.accounts(still, turns)
     reciprocity = _reciprocity(trial, turns if turning else still)
     could_show = trial.could_show(still)
     reason = _why_turning(turns, odds, chance) if turning else _why_isotropic(odds, chance, could_show)
@@ -186,7 +186,12 @@ def _why_turning(turns: Tried, odds: float, chance: float) -> str:
 def _why_isotropic(odds: float, chance: float | None, could_show: float) -> str:
     found = f"odds for a surface that turns {_odds(odds)}"
     if chance is not None:
-        found += f", but {_chance(chance)}: views turned at random do as well"
+        why = (
+            "views turned at random do as well"
+            if chance > CHANCE
+            else "both models miss far more than errors do"
+        )
+        found += f", {_chance(chance)}, but {why}"
     if could_show < CONVINCING:
         return f"assumed: roughnesses in the ratio {TOLD} would not have shown ({found})"
     return f"{found}; roughnesses in the ratio {TOLD} would have had {_odds(could_show)}, at least"

@@ -24,6 +24,8 @@ from reconstruct.uncertainty import shape_slopes
 
 VIEW_WORTH = 3.0  # independent values that a view's residuals count for
 SHUFFLES = 7  # sets with their rotations dealt out anew
+ADEQUATE = 2.5  # squared residual, in robust standard deviations, of what left-out values miss on the mean
+REST = 0.25  # of the squared misfit of the isotropic model
 LEAST_SPREAD = 1.0  # of the odds of shuffled sets
 MATERIAL = 0.01  # rms by which two models differ where data lie, of f: less is calibration
 TOLD = 1.5  # ratio of roughnesses that must have shown, where isotropy is said to have been tested
@@ -154,9 +156,18 @@ class Trial:
         draws = []
         for _ in range(SHUFFLES):
             trial = replace(self, cells=shuffled(self.cells, rng))
-            draws.append(self.log_odds(still, trial.fitted(lobes, turning=turning, anew=True)))
+            odds = self.log_odds(still, trial.fitted(lobes, turning=turning, anew=True))
+            draws.append(max(odds, 0.0))  # a model that may turn need not
         spread = max(float(np.std(draws, ddof=1)), LEAST_SPREAD) * np.sqrt(1.0 + 1.0 / SHUFFLES)
         return float(student.sf((self.log_odds(still, turns) - np.mean(draws)) / spread, SHUFFLES - 1))
+
+    def accounts(self, still: Tried, turns: Tried) -> bool:
+        """Whether ``turns`` misses no more than errors do, or little of what ``still`` misses.
+
+        Of two models that are both far off the better one proves nothing: a peak of an odd shape gives such pairs.
+        """
+        errors = float(independence(self.cells).sum()) * self.weight.shape[1]
+        return turns.loss <= max(ADEQUATE * errors, REST * still.loss)
 
     def log_odds(self, one: Tried, other: Tried) -> float:
         """Natural logarithm of the odds for ``other`` against ``one``."""
