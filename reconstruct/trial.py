@@ -24,7 +24,7 @@ from reconstruct.uncertainty import shape_slopes
 
 VIEW_WORTH = 3.0  # independent values that a view's residuals count for
 SHUFFLES = 7  # sets with their rotations dealt out anew
-ADEQUATE = 2.5  # squared residual, in robust standard deviations, of what left-out values miss on the mean
+ADEQUATE = 1.8  # squared residual, in robust standard deviations, of what left-out values miss on the mean
 REST = 0.25  # of the squared misfit of the isotropic model
 LEAST_SPREAD = 1.0  # of the odds of shuffled sets
 MATERIAL = 0.01  # rms by which two models differ where data lie, of f: less is calibration
