@@ -36,7 +36,7 @@ MOST_MODES = 1300  # of those asked for
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
-CLOSE = 0.005  # relative representation error that needs no finer modes
+CLOSE = 0.001  # relative representation error that needs no finer modes
 MOST_MOVED = (
     4.0  # standard errors, a bound: data that would have to move further contradict physics, and are not bent
 )
