@@ -135,9 +135,12 @@ def numbers(result: Result) -> dict[str, object]:
 
 
 def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Root mean square and median of |fitted - observed| / observed over the cells with f above 0, (c,) each."""
+    """How far the fit is from the cells: root mean squares, of the difference over the observed; and the median of
+    |fitted - observed| / observed over the cells with f above 0; (c,) each. Cells that are all but black have no say
+    in the first."""
+    size = np.maximum(np.sqrt(np.mean(observed**2, axis=0)), np.finfo(float).tiny)
     ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=observed > 0)
-    return np.sqrt(np.nanmean(ratio**2, axis=0)), np.nanmedian(np.abs(ratio), axis=0)
+    return np.sqrt(np.mean((fitted - observed) ** 2, axis=0)) / size, np.nanmedian(np.abs(ratio), axis=0)
 
 
 def photos_used(result: Result) -> int:
