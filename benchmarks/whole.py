@@ -28,14 +28,15 @@ from reconstruct.rows import cores
 STAGES = ("calibrate", "reduce", "fit", "write")
 
 
-def child(what: str, folder: Path, out: Path, workers: int) -> dict[str, float]:
+def child(what: str, folder: Path, out: Path, workers: int, quick: bool) -> dict[str, float]:
     """Seconds of one task in this process, imports of the libraries not counted, and the peak in megabytes."""
     if what == "process":
         from photogonio.options import Options
         from photogonio.pipeline import process
 
+        asked = Options(workers=workers, order=2, lobes=0) if quick else Options(workers=workers)
         start = time.perf_counter()
-        found = dict(process(folder, out, Options(workers=workers)).seconds)
+        found = dict(process(folder, out, asked).seconds)
     else:
         from capture.images import read_image
 
@@ -49,12 +50,12 @@ def child(what: str, folder: Path, out: Path, workers: int) -> dict[str, float]:
     return found
 
 
-def apart(what: str, folder: Path, out: Path, workers: int, cache: Path) -> dict[str, float]:
+def apart(what: str, folder: Path, out: Path, options: argparse.Namespace, cache: Path) -> dict[str, float]:
     """:func:`child` in a process of its own; with the wall clock of it all."""
     command = [sys.executable, "-m", "benchmarks.whole", "--child", what, str(folder), str(out)]
     start = time.perf_counter()
     done = subprocess.run(
-        [*command, "--workers", str(workers)],
+        [*command, "--workers", str(options.workers), *(["--quick"] if options.quick else [])],
         check=True,
         capture_output=True,
         text=True,
@@ -64,15 +65,15 @@ def apart(what: str, folder: Path, out: Path, workers: int, cache: Path) -> dict
     return json.loads(done.stdout.splitlines()[-1]) | {"wall": time.perf_counter() - start}
 
 
-def measure(folder: Path, made: Path, workers: int) -> dict[str, dict[str, float]]:
+def measure(folder: Path, made: Path, options: argparse.Namespace) -> dict[str, dict[str, float]]:
     """Decoding alone, everything, and with the calibration known."""
     cache = made / "cache"
-    apart("all", folder, made, workers, cache)  # into the disk's cache
-    found = {what: apart(what, folder, made, workers, cache) for what in ("decode", "all")}
-    found["everything"] = apart("process", folder, made / "first", workers, cache)
+    apart("all", folder, made, options, cache)  # into the disk's cache
+    found = {what: apart(what, folder, made, options, cache) for what in ("decode", "all")}
+    found["everything"] = apart("process", folder, made / "first", options, cache)
     for path in cache.rglob("*.np[yz]"):  # the views' results, but not the calibration
         path.unlink()
-    found["known"] = apart("process", folder, made / "second", workers, cache)
+    found["known"] = apart("process", folder, made / "second", options, cache)
     for path in (made / "first").iterdir():
         if path.read_bytes() != (made / "second" / path.name).read_bytes():
             raise RuntimeError(f"{path.name} differs between the runs")
@@ -101,9 +102,9 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if options.child:
         what, folder, out = options.child
-        print(json.dumps(child(what, Path(folder), Path(out), options.workers)))
+        print(json.dumps(child(what, Path(folder), Path(out), options.workers, options.quick)))
         return
-    photos, boards, megapixels = (3, 4, 0.4) if options.quick else (options.photos, options.boards, 12.0)
+    photos, boards, megapixels = (3, 4, 0.2) if options.quick else (options.photos, options.boards, 12.0)
     print(f"{photos} + {boards} photos of {megapixels:g} megapixels, {options.workers} workers; seconds")
     print(
         "format  decode     all  table / decode  known / decode  everything / all"
@@ -117,7 +118,7 @@ def main(arguments: list[str] | None = None) -> None:
             if name != "png":
                 converted(source, folder, f".{name}")
             with tempfile.TemporaryDirectory(dir=made) as results:
-                print(line(name, measure(folder, Path(results), options.workers)), flush=True)
+                print(line(name, measure(folder, Path(results), options)), flush=True)
             if name != "png":
                 shutil.rmtree(folder)
 

@@ -11,6 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from photogonio import page
 from photogonio.cli import main
 from tests.tiny_set import ALBEDO, HEIGHT, WIDTH, TinySet
 
@@ -24,6 +25,14 @@ FILES = [
     "table.npz",
 ]
 QUICK = ("--lobes", "none", "--order", "2")
+
+
+@pytest.fixture
+def plain_pictures(monkeypatch):
+    """One pixel each, for tests that are not about pictures: drawing them takes most of a tiny set's time."""
+    pixel = cv2.imencode(".png", np.zeros((1, 1, 3), np.uint8))[1].tobytes()
+    drawn = tuple(page.Drawn(name, name, "", pixel) for name in ("coverage", "fit", "lobes"))
+    monkeypatch.setattr(page, "draw_pictures", lambda result, *, source: drawn)
 
 
 def process(capsys, folder: Path, out: Path, *options: str) -> tuple[int, str, str]:
@@ -67,6 +76,7 @@ def test_a_second_run_calibrates_and_reduces_nothing_and_gives_the_same_bytes(
         assert plain == (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
 
 
+@pytest.mark.usefixtures("plain_pictures")
 @pytest.mark.parametrize("change", ["photo", "manifest"])
 def test_a_changed_set_is_calibrated_anew(capsys, tmp_path, tiny_set: TinySet, monkeypatch, change):
     monkeypatch.setenv("PHOTOGONIO_CACHE", str(tmp_path / "kept"))
@@ -78,6 +88,7 @@ def test_a_changed_set_is_calibrated_anew(capsys, tmp_path, tiny_set: TinySet, m
     assert "calibrated before" not in process(capsys, tiny_set.folder, tmp_path / "second", *QUICK)[1]
 
 
+@pytest.mark.usefixtures("plain_pictures")
 def test_channels_are_obeyed_or_refused(capsys, tmp_path, tiny_set: TinySet):
     status, out, _ = process(capsys, tiny_set.folder, tmp_path / "g", *QUICK, "--channels", "G", "--json")
     assert (status, json.loads(out)["channels"]) == (0, ["G"])
@@ -89,6 +100,7 @@ def test_what_a_sphere_cannot_be_asked(capsys, tmp_path, tiny_set: TinySet):
     refused(capsys, tiny_set.folder, tmp_path / "x", "--level", "9", said="--level 9")
 
 
+@pytest.mark.usefixtures("plain_pictures")
 @pytest.mark.parametrize("spoil", ["truncated", "saturated", "black", "another size"])
 def test_one_bad_photo_is_left_out_and_named(capsys, tmp_path, tiny_set: TinySet, spoil):
     path = tiny_set.folder / "sample/s3.png"
@@ -193,6 +205,7 @@ def test_what_cannot_be_used_is_refused_in_one_line(capsys, tmp_path, tiny_set: 
     refused(capsys, tiny_set.folder, tmp_path / "out", *QUICK, said=said)
 
 
+@pytest.mark.usefixtures("plain_pictures")
 def test_calibrate_alone_writes_the_same_setup(capsys, tmp_path, tiny_set: TinySet):
     assert main(["calibrate", str(tiny_set.folder), "-o", str(tmp_path / "setup.json"), "--json"]) == 0
     numbers = json.loads(capsys.readouterr().out)
