@@ -8,6 +8,7 @@ from calib.account import account, believed, board_marks, marks, sample_in_pictu
 from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
+from calib.doubts import contradiction, denied_by_patch
 from calib.evidence import Posed
 from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
@@ -111,16 +112,27 @@ def settled_from(
     return settle(photoset, reader, model, camera, boards, sights, lamps, scene, sample, tell)
 
 
+def _with_lamp(settled: Settled, sights: list[Sight], notes: Notes) -> list[Sight]:
+    """The sample's sights whose lamp was found and may be believed."""
+    doubts = {name: contradiction(settled, [s for s in sights if s.light == name]) for name in settled.lamps}
+    kept = []
+    for sight in sights:
+        if sight.probe:
+            continue
+        why = doubts.get(sight.light, f"light {sight.light!r} is seen in no mirror ball and on no paper")
+        if why is None:
+            kept.append(sight)
+        else:
+            notes.leave_out(sight.view.name, why)
+    return kept
+
+
 def _views(
     photoset: PhotoSet, reader: Reader, settled: Settled, sights: list[Sight], notes: Notes
 ) -> tuple[list[ViewSetup], str]:
     lights: dict[str, Light] = {}
     readings, given, kept = {}, {}, []
-    lit = [s for s in sights if not s.probe and s.light in settled.lamps]
-    for sight in sights:
-        if not sight.probe and sight.light not in settled.lamps:
-            why = f"light {sight.light!r} is seen in no mirror ball and on no paper"
-            notes.leave_out(sight.view.name, why)
+    lit = _with_lamp(settled, sights, notes)
     read = reader.abreast(lambda sight: _read(photoset, reader, settled, sight), lit)
     for sight, found in zip(lit, read, strict=True):
         name = sight.view.name
@@ -132,6 +144,10 @@ def _views(
         intensity = np.asarray(entry.intensity if entry is not None else (1.0,), float)
         given[name] = np.broadcast_to(intensity, (channels,)).copy()
         kept.append(sight)
+    for name in denied_by_patch(settled, kept, readings):
+        notes.leave_out(name, "the white patch is not lit as by the lamp that the mirror balls seem to show")
+        del readings[name]
+    kept = [s for s in kept if s.view.name in readings]
     if not kept:
         return [], "relative"
     tied, scale = tie(photoset, readings, lights, given, notes)

@@ -17,6 +17,7 @@ from calib.shading import Reading, Scene
 from capture.photoset import WhitePatch
 from capture.radiance import RadianceImage
 
+UNEVEN = "the patch is unevenly lit: shadowed or partly hidden"
 _CLEAR = 2  # pixels between the patch's edge and what is read
 _AROUND = 24  # pixels around the patches that are read too: spots and spills show in their neighbours
 _FEWEST_PIXELS = 12
@@ -98,7 +99,7 @@ def read_patch(
     whole = int(good.sum())
     good[good] = _lit_part(image.value[y, x][good].astype(float) / shape[good], y[good], x[good])
     if good.sum() < max(_FEWEST_PIXELS, _LEAST_PART * inside.sum()):
-        return no_strength("the patch is unevenly lit: shadowed or partly hidden")
+        return no_strength(UNEVEN)
     level = image.value[y, x][good].astype(float) / shape[good]
     noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good]
     middle = np.median(level, axis=0)
@@ -107,7 +108,7 @@ def read_patch(
         return no_strength("the patch is black")
     excess = np.sqrt(np.maximum(spread**2 - np.median(noise, axis=0) ** 2, 0.0)) / middle
     if excess.max() > _UNEVEN:
-        return no_strength("the patch is unevenly lit: shadowed or partly hidden")
+        return no_strength(UNEVEN)
     error = 1.2533 * spread / np.sqrt(good.sum()) + (0.002 + _PARTLY * (good.sum() < whole)) * middle
     return Strength(middle, error, _pull(points[good], light))
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks import all as everything
-from benchmarks import end_to_end, fit, growth, kernel, symmetry_choice, whole
+from benchmarks import coverage, end_to_end, fit, growth, kernel, symmetry_choice, whole
 from capture.images import read_image
 from capture.manifest import load_photoset
 
@@ -77,3 +77,12 @@ def test_all_run_what_is_asked(monkeypatch, capsys):
     assert everything.main(["--quick", "--only", "kernel,fit"]) == 0
     assert ran == [("kernel", ["--quick"]), ("fit", ["--quick"])]
     assert "cores" in capsys.readouterr().out
+
+
+def test_coverage_of_a_calibrations_intervals(capsys):
+    coverage.main(["--quick", "--workers", "1"])
+    rows = {line.split()[0]: line.split()[1:] for line in capsys.readouterr().out.splitlines()[2:]}
+    assert set(rows) == {"camera", "pose", "light", "sample", "radiance"}
+    for numbers in rows.values():
+        # four set-ups tell little; errors of the stated size have an rms of 1, those of a wrong slope had 4
+        assert 0.2 < float(numbers[-1]) < 2.0
