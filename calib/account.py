@@ -10,6 +10,7 @@ from calib.camera import Camera, Pose
 from calib.evidence import BALL_PLACE, SAMPLE_PLACE
 from calib.lamps import expected_pixel
 from calib.notes import Notes
+from calib.plane import PlaneMove
 from calib.setup import Marks
 from calib.sight import Sight
 from calib.together import Settled
@@ -17,6 +18,8 @@ from capture.photoset import PhotoSet, Plane, Sphere
 
 _BALL_ASTRAY = 3.0  # expected errors of the manifest at which a ball's move is told
 _IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed
+_TILTED = np.radians(0.7)
+_SURE_TILT = 5.0  # standard errors at which a tilt is told
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
@@ -83,6 +86,41 @@ def _sample(photoset: PhotoSet, settled: Settled, notes: Notes) -> None:
     elif moved > SAMPLE_PLACE * sample.radius:
         notes.warnings.append(
             f"the sample ball stands {moved:.3g} {photoset.length_unit} off the manifest's center; this is allowed for"
+        )
+
+
+def account_plane(photoset: PhotoSet, move: PlaneMove | None, notes: Notes) -> None:
+    """How a flat sample lies, and what of it a person should look at."""
+    if move is None:
+        return
+    x, y, turn, height, *slopes = move.values.tolist()
+    error = move.errors.tolist()
+    notes.residuals["sample"] = {
+        "shift": [x, y, height],
+        "shift_error": [error[0], error[1], error[3]],
+        "turn": turn,
+        "turn_error": error[2],
+        "tilt": slopes,
+        "tilt_error": error[4:],
+    }
+    if not move.plausible:
+        notes.warnings.append(
+            "the flat sample's edges are not where the manifest puts them: not believed, the manifest's are kept; "
+            "check sample.outline and sample.height"
+        )
+        return
+    tilt, sure = move.tilt
+    if tilt > max(_SURE_TILT * sure, _TILTED):
+        notes.warnings.append(
+            f"the flat sample is tilted by {np.degrees(tilt):.1f} degrees against the board, "
+            "and is taken as level: lay it flat"
+        )
+    far = np.abs(move.values[:4]) > np.maximum(_SURE_TILT * move.errors[:4], move.expected[:4])
+    if far.any():
+        unit = photoset.length_unit
+        notes.warnings.append(
+            f"the flat sample lies {x:+.2g}, {y:+.2g} {unit} beside its outline and {height:+.2g} {unit} higher "
+            "than in the manifest; this is allowed for"
         )
 
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.account import account, believed, board_marks, marks, sample_in_picture
+from calib.account import (
+    account,
+    account_plane,
+    believed,
+    board_marks,
+    marks,
+    sample_in_picture,
+)
 from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
@@ -16,8 +23,9 @@ from calib.looking import Progress, Reader, ReadLevel, ReadPart, ReadRadiance
 from calib.notes import Notes
 from calib.observe import observe
 from calib.patch import patches_box
+from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Light, Setup, ViewSetup
-from calib.sight import POSE, Sight, channel_names
+from calib.sight import FIXED_POSE, POSE, Sight, channel_names
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
@@ -52,9 +60,11 @@ def calibrate(
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     account(photoset, settled, sights, notes)
+    move = _plane_move(photoset, settled, sights)
+    account_plane(photoset, move, notes)
     return Setup(
         settled.camera,
-        _sample(photoset, settled),
+        _sample(photoset, settled, move),
         tuple(views),
         scale,
         channel_names(len(views[0].strength)),
@@ -202,7 +212,17 @@ def light_of(settled: Settled, sight: Sight) -> Light:
     return Light(lamp.name, lamp.kind, place, covariance, lamp.source, radius, rms)
 
 
-def _sample(photoset: PhotoSet, settled: Settled) -> Sphere | Plane:
+def _plane_move(photoset: PhotoSet, settled: Settled, sights: list[Sight]) -> PlaneMove | None:
+    if not isinstance(photoset.sample, Plane):
+        return None
+    seen = [(s.pose, s.edges) for s in sights if s.edges is not None]
+    still = all(s.pose_block == FIXED_POSE for s in sights)
+    return lying(settled.camera, seen, photoset.sample, still)
+
+
+def _sample(photoset: PhotoSet, settled: Settled, move: PlaneMove | None) -> Sphere | Plane:
+    if isinstance(photoset.sample, Plane):
+        return photoset.sample if move is None else move.applied(photoset.sample)
     if not believed(photoset, settled):
         return photoset.sample
     block = settled.values["sample"]

@@ -9,17 +9,19 @@ from calib.camera import Camera
 from calib.highlights import Highlight, ball_box, find_highlight
 from calib.looking import Progress, Reader
 from calib.paper import sample_paper
+from calib.plane import Edges, plane_edges
 from calib.sample import Limb, focal, settled_limb
 from calib.shading import Reading
 from calib.sight import FIXED_POSE, Sight
 from calib.starts import local_noise
 from calib.tone import without_fireflies
-from capture.photoset import MirrorBall, PhotoSet, Sphere
+from capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
 
 _ACROSS = 170  # paper samples along the board's longer side
 _CAUSTIC = 3.0  # radii around a polished ball where it throws light back onto the paper
 _FEWEST = 400  # samples of paper worth a fit
 _PILED = 16  # photos of a still camera that are laid over one another
+_FARTHEST_EDGE = 8.0  # pixels that a flat sample's edge is looked for aside
 _ASTRAY = 0.04  # of the radius: how far a sample ball may stand from the manifest's place
 
 
@@ -43,9 +45,13 @@ def observe(
         ]
         if not sight.probe:
             sight.reading = _paper(photoset, reader, camera, sight)
-        shown = reader.level(sight.view) if still or not sight.probe else None
-        # what is saturated has edges too
-        return None if shown is None else (without_fireflies(shown[0]), np.isfinite(shown[0]))
+        level = reader.level(sight.view) if still or not sight.probe else None
+        if level is None:
+            return None
+        shown = without_fireflies(level[0]), np.isfinite(level[0])  # what is saturated has edges too
+        if isinstance(photoset.sample, Plane) and not sight.probe:
+            sight.edges = _sample_edges(photoset.sample, *shown, camera, sight)
+        return shown
 
     for k, (sight, shown) in enumerate(zip(sights, reader.abreast(watch, sights), strict=True)):
         if shown is not None and still:
@@ -127,6 +133,15 @@ def _sample_limb(
     center = np.asarray(sample.center, float)
     within = 2.0 + _ASTRAY * sample.radius * _scale(camera, sight, center)
     return settled_limb(level, usable, camera, sight.pose, center, sample.radius, within)
+
+
+def _sample_edges(
+    plane: Plane, level: np.ndarray, usable: np.ndarray, camera: Camera, sight: Sight
+) -> Edges | None:
+    flat = np.asarray(plane.outline, float)
+    middle = np.append(flat.mean(0), plane.height)
+    astray = _ASTRAY / 2 * float(np.ptp(flat, axis=0).max()) * _scale(camera, sight, middle)
+    return plane_edges(level, usable, camera, sight.pose, plane, min(2.0 + astray, _FARTHEST_EDGE))
 
 
 def _ball_limbs(

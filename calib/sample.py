@@ -52,9 +52,20 @@ def find_limb(
     outer = outline(camera, pose, center, radius * 1.02, _AROUND)
     normal = outer - limb
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    edge, sigma, clear = find_edges(level, usable, limb, normal, within)
+    return Limb(edge[clear], sigma[clear])
+
+
+def find_edges(
+    level: np.ndarray, usable: np.ndarray, places: np.ndarray, normals: np.ndarray, within: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The strongest edge across each of ``places`` (n, 2) along its unit ``normals``, at most ``within`` pixels off.
+
+    Pixels (n, 2), their standard errors (n,) across the edge, and which of them are clear (n,) bool.
+    """
     reach = within + 4 * _SOFT
     along = np.arange(-reach, reach + _STEP / 2, _STEP)
-    place = (limb[:, None] + along[:, None] * normal[:, None]).astype(np.float32)
+    place = (places[:, None] + along[:, None] * normals[:, None]).astype(np.float32)
     profile = cv2.remap(level, place[..., 0], place[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     bad = cv2.remap(
         (~usable).astype(np.float32), place[..., 0], place[..., 1], cv2.INTER_LINEAR, borderValue=1.0
@@ -63,7 +74,7 @@ def find_limb(
     strength = np.abs(slope)
     strength[:, np.abs(along) > within] = 0.0
     best = np.argmax(strength, axis=1)
-    rows = np.arange(len(limb))
+    rows = np.arange(len(places))
     inner = (best > 0) & (best < len(along) - 1)
     left, peak, right = (strength[rows, np.clip(best + k, 0, len(along) - 1)] for k in (-1, 0, 1))
     bend = np.where(left - 2 * peak + right < 0, left - 2 * peak + right, -1.0)
@@ -72,8 +83,8 @@ def find_limb(
     contrast = peak / (profile.max(1) - profile.min(1) + 1e-30)
     clear = inner & (peak > 5 * rest) & (contrast > 0.02) & (bad.max(1) == 0)
     clear &= peak > 0.02 * np.percentile(peak, 90)
-    edge = limb + offset[:, None] * normal
-    return Limb(edge[clear], _TRUSTED_EDGE + 0.3 * rest[clear] / peak[clear])
+    edge = places + offset[:, None] * normals
+    return edge, _TRUSTED_EDGE + 0.3 * rest / np.maximum(peak, 1e-30), clear
 
 
 def cone_residual(rays: np.ndarray, axis: np.ndarray, radius: float, focal_length: float) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from calib.board import Corners
 from calib.camera import Pose
 from calib.highlights import Highlight
+from calib.plane import Edges
 from calib.sample import Limb
 from calib.shading import Reading
 from capture.errors import InputError
@@ -30,6 +31,7 @@ class Sight:
     pose_rms: float = float("nan")
     highlights: list[Highlight] = field(default_factory=list)
     limb: Limb | None = None  # of the sample; of a still camera's photos the first holds all
+    edges: Edges | None = None  # of a flat sample
     ball_limbs: dict[int, Limb] = field(default_factory=dict)  # of mirror balls, by number
     reading: Reading | None = None
     shading: np.ndarray | None = None  # local values of the latest shading fit
