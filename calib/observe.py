@@ -8,7 +8,7 @@ from calib.board import board_size
 from calib.camera import Camera
 from calib.highlights import Highlight, ball_box, find_highlight
 from calib.looking import Progress, Reader
-from calib.paper import sample_paper
+from calib.paper import draw_print, sample_paper
 from calib.plane import Edges, plane_edges
 from calib.sample import Limb, focal, settled_limb
 from calib.shading import Reading
@@ -21,7 +21,7 @@ _ACROSS = 170  # paper samples along the board's longer side
 _CAUSTIC = 3.0  # radii around a polished ball where it throws light back onto the paper
 _FEWEST = 400  # samples of paper worth a fit
 _PILED = 16  # photos of a still camera that are laid over one another
-_FARTHEST_EDGE = 8.0  # pixels that a flat sample's edge is looked for aside
+_FARTHEST_EDGE = 3.0  # pixels that a flat sample's edge is looked for aside
 _ASTRAY = 0.04  # of the radius: how far a sample ball may stand from the manifest's place
 
 
@@ -50,7 +50,7 @@ def observe(
             return None
         shown = without_fireflies(level[0]), np.isfinite(level[0])  # what is saturated has edges too
         if isinstance(photoset.sample, Plane) and not sight.probe:
-            sight.edges = _sample_edges(photoset.sample, *shown, camera, sight)
+            sight.edges = _sample_edges(photoset, photoset.sample, *shown, camera, sight)
         return shown
 
     for k, (sight, shown) in enumerate(zip(sights, reader.abreast(watch, sights), strict=True)):
@@ -136,12 +136,14 @@ def _sample_limb(
 
 
 def _sample_edges(
-    plane: Plane, level: np.ndarray, usable: np.ndarray, camera: Camera, sight: Sight
+    photoset: PhotoSet, plane: Plane, level: np.ndarray, usable: np.ndarray, camera: Camera, sight: Sight
 ) -> Edges | None:
     flat = np.asarray(plane.outline, float)
     middle = np.append(flat.mean(0), plane.height)
     astray = _ASTRAY / 2 * float(np.ptp(flat, axis=0).max()) * _scale(camera, sight, middle)
-    return plane_edges(level, usable, camera, sight.pose, plane, min(2.0 + astray, _FARTHEST_EDGE))
+    within = min(2.0 + astray, _FARTHEST_EDGE)
+    pattern = None if photoset.board is None else draw_print(photoset.board)
+    return plane_edges(level, usable, camera, sight.pose, plane, within, pattern)
 
 
 def _ball_limbs(

@@ -8,11 +8,13 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from calib.camera import Camera, Pose
+from calib.paper import Print, project_with_scale
 from calib.sample import find_edges
 from capture.photoset import Plane
 
 _STEP = 6.0  # pixels between places along an edge
 _CORNER = 0.08  # of an edge at either end, where the other edge is near
+_PRINT = 2.5  # pixels between what is looked for and the next edge of the print
 _LEAST = 40  # points from which a place is told
 _MISPLACED = 0.02  # of the sample's size: how far off the manifest may put it, sideways and in height
 _TURNED = 0.02  # radians, about the normal and off the level
@@ -87,11 +89,18 @@ def _on(plane: Plane, flat: np.ndarray) -> np.ndarray:
 
 
 def plane_edges(
-    level: np.ndarray, usable: np.ndarray, camera: Camera, pose: Pose, plane: Plane, within: float
+    level: np.ndarray,
+    usable: np.ndarray,
+    camera: Camera,
+    pose: Pose,
+    plane: Plane,
+    within: float,
+    print_: Print | None = None,
 ) -> Edges | None:
     """The edges of the outline in one photo, at most ``within`` pixels off; None if too few are clear.
 
-    ``level`` (h, w) float32 is linear radiance.
+    ``level`` (h, w) float32 is linear radiance. Edges of the board's ``print_`` are stronger than a sample's: where
+    one may come within reach nothing is looked for.
     """
     places, ahead = [], []
     corners = _on(plane, plane.outline)
@@ -106,6 +115,13 @@ def plane_edges(
     along = camera.project(pose, np.concatenate(ahead)) - pixels
     normals = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1, keepdims=True)
     found, sigma, clear = find_edges(level, usable, pixels, normals, within)
+    if print_ is not None:
+        rays = camera.world_rays(pose, pixels)
+        behind = pose.center - (pose.center[2] / rays[:, 2])[:, None] * rays
+        _, apart = print_.at(behind[:, :2])
+        _, scale = project_with_scale(camera, pose, behind)
+        beside = ~print_.on_print(behind[:, :2])
+        clear &= beside | (apart * scale > within + _PRINT)
     if clear.sum() < _LEAST:
         return None
     return Edges(where[clear], found[clear], normals[clear], sigma[clear])

@@ -7,9 +7,10 @@ import pytest
 from calib.account import account_plane
 from calib.camera import Camera
 from calib.notes import Notes
+from calib.paper import draw_print
 from calib.plane import PlaneMove, lying, moved_points, place_plane, plane_edges
 from capture.photoset import PhotoSet, Plane
-from tests.calib.drawn import looking_at
+from tests.calib.drawn import BOARD, looking_at
 from tests.calib.test_irradiance import SET
 
 SIZE = (480, 360)
@@ -107,3 +108,20 @@ def test_no_edges_no_move():
     account_plane(SET, None, notes)
     assert notes.residuals == {}
     assert isinstance(SET, PhotoSet)
+
+
+def test_edges_of_the_print_are_not_taken_for_the_samples():
+    """Points are kept only where the ground behind is one tone as far as an edge is looked for."""
+    print_, usable, pose = draw_print(BOARD), np.ones(SIZE[::-1], bool), POSES[0]
+    level = photo(pose, np.zeros(6), 0.004, 0)
+    free = plane_edges(level, usable, CAMERA, pose, PLANE, 3.0)
+    held = plane_edges(level, usable, CAMERA, pose, PLANE, 3.0, print_)
+    assert free is not None and held is not None
+    over = print_.on_print(free.places[:, :2])
+    assert over.any() and len(held) < len(free)
+    inner = held.places[
+        (held.places[:, :2] > 3.0).all(1), :2
+    ]  # not where a slanted ray passes the print's border
+    _, apart = print_.at(inner)
+    # seen from above, 2 mm over the board: about three pixels a millimetre
+    assert (apart * 3.2 > 4.0).all()
