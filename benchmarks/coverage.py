@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.board import Corners, board_points, board_size
-from calib.bounce import bounce_columns
+from calib.bounce import bounce_columns, diffuse_bounce, glossy_bounce
 from calib.bundle import pose_block
 from calib.calibrate import light_of, settled_from
 from calib.camera import Camera, Pose
@@ -44,6 +44,7 @@ SAMPLE = Sphere(np.array([90.0, 70.0, 25.0]), 25.0)
 BALLS = (MirrorBall(np.array([10.0, 10, 8]), 8.0), MirrorBall(np.array([170.0, 130, 8]), 8.0))
 PATCH = WhitePatch(np.array([[150.0, 10], [170, 10], [170, 30], [150, 30]]), 0.3, (0.9,))
 PAPER, BLACK = 0.8, 0.05  # reflectances of paper and print
+DIFFUSE, GLOSSY = 0.4, 1.0  # of the sample, as shading counts what it throws onto the board
 UNEVEN = 0.002  # relative, of patch and paper as a whole from view to view: dirt, light from elsewhere
 ACROSS = 70  # paper samples along the board
 LEVEL = 0.95
@@ -184,7 +185,9 @@ def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
     lamp = world.lamps[number]
     level = direct(points, lamp) * lit(points, lamp, scene_of(world))
     thrown = bounce_columns(points, lamp, world.sample.center, world.sample.radius)
-    level = (level + thrown @ [0.4, 1.0]) * np.where(white, PAPER, BLACK) * world.strengths[number] / np.pi
+    level = (
+        (level + thrown @ [DIFFUSE, GLOSSY]) * np.where(white, PAPER, BLACK) * world.strengths[number] / np.pi
+    )
     square = (points[:, 0] // 20 + 9 * (points[:, 1] // 20)).astype(int)
     level *= (1 + 0.002 * rng.normal(size=63))[square] * (1 + UNEVEN * rng.normal())
     noise = (0.01 * level) ** 2
@@ -193,8 +196,10 @@ def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
     return Reading(samples, level, noise)
 
 
-def draw_patch(world: World, number: int, rng: np.random.Generator) -> RadianceImage:
-    """A picture that holds nothing but the white patch."""
+def draw_patch(
+    world: World, number: int, rng: np.random.Generator, *, bounced: bool = False
+) -> RadianceImage:
+    """A picture that holds nothing but the white patch, with the sample's bounce on it where shading can tell."""
     pose, lamp = world.views[number], world.lamps[number]
     corners = world.camera.project(pose, np.column_stack([PATCH.outline, np.full(4, PATCH.height)]))
     mask = np.zeros(SIZE[::-1], np.uint8)
@@ -206,6 +211,10 @@ def draw_patch(world: World, number: int, rng: np.random.Generator) -> RadianceI
         points = pose.center + ((PATCH.height - pose.center[2]) / rays[:, 2])[:, None] * rays
         offset = lamp - points
         shape = offset[:, 2] / np.linalg.norm(offset, axis=1) ** 3 * lit(points, lamp, scene_of(world))
+        if bounced:
+            ball = world.sample
+            shape += DIFFUSE * diffuse_bounce(points, lamp, ball.center, ball.radius)
+            shape += GLOSSY * glossy_bounce(points, lamp, ball.center, ball.radius)
         for ball in (*world.balls, world.sample):
             shape[behind_ball(points, pose.center, ball.center, ball.radius)] = 0.0
         level = shape * world.strengths[number] * PATCH.reflectance[0] / np.pi * (1 + UNEVEN * rng.normal())
@@ -228,7 +237,10 @@ def deviations(seed: int, *, paper: bool = False, views: int = 8) -> list[Deviat
         for v, p in _paired(photoset, "calibration", world.boards)
     ]
     photos = Photos([Seen(v, c, SIZE) for v, c in samples], [], [Seen(v, c, SIZE) for v, c in boards])
-    notes, reader = Notes(), Reader(photoset, lambda _, view: draw_patch(world, int(view.name[1:]), rng))
+    notes, reader = (
+        Notes(),
+        Reader(photoset, lambda _, view: draw_patch(world, int(view.name[1:]), rng, bounced=paper)),
+    )
     camera, model, photos = fitted_camera(photos, SIZE, notes)
     posed, sights = find_poses(photoset, camera, photos, notes)
     scale_corners(camera, posed, sights)
