@@ -23,6 +23,7 @@ _TUKEY = 5.0
 _STEPS = 15
 _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0])  # of the local values after the first four
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.002])  # of the first three of them
+_EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not modelled
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
@@ -158,6 +159,8 @@ def _weigh(reading: Reading, values: np.ndarray, scene: Scene) -> _Weighing:
     sigma = np.sqrt(reading.noise + floor**2 + crowd * (_BOUNCE_ERROR * indirect) ** 2)
     slope = _SLOPE + _SLOPE_BOUNCE * float(np.median(indirect / np.maximum(bare, 1e-300)))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope]])
+    if now.sample is None:
+        prior[2] = _EVEN_PLANE
     residual = (reading.level - parts.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
     return _Weighing(sigma, bound, thrown, across, prior)

@@ -64,3 +64,18 @@ def test_camera_directions_at_the_sample(setup, truth):
 def test_focal_lengths(setup, truth):
     found, true = (m[[0, 1], [0, 1]] for m in (setup.camera.matrix, truth["K"]))
     assert np.abs(found / true - 1).max() <= 0.001
+
+
+def test_no_lamp_over_the_plane_is_lost():
+    """One is seen in no mirror ball: the board's light alone places it, with the sheet's own bounce in it."""
+    photoset = load_photoset(SHARED / "traced-green-plane")
+    reader = prepare(photoset)
+    found = calibrate(photoset, lambda _, view: reader.read(view))
+    with np.load(SHARED / "traced-green-plane.truth.npz") as data:
+        files, light = list(data["files"]), data["light"]
+    middle = np.append(found.sample.outline.mean(0), found.sample.height)
+    true = light[[files.index(v.name) for v in found.views]] - middle
+    off = degrees_apart(np.array([v.light.place for v in found.views]) - middle, true)
+    assert len(found.views) == len(files)
+    assert np.median(off) <= 0.2
+    assert off.max() < 1.2
