@@ -19,6 +19,7 @@ from reconstruct.select import Prior
 
 PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
+PILOT_TOLERANCE = 3e-3  # of the logarithms of lobe shapes
 ROUNDS = 3  # stray light from a model of the surface, and the model without it
 START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further
@@ -141,19 +142,26 @@ def _piloted(
 ) -> Cleaned:
     cells = seen.with_value((seen.value - added) / scales.factor[seen.group, None])
     deviation = error_model(cells, added)
-    few, few_deviation = thinned(cells, deviation)
-    basis = Basis("isotropic", PILOT_ORDER)
-    free = None if anew else 0
-
-    def fitted(lobes: LobeSet) -> Fitted:
-        return search_lobes(
-            few, few_deviation, basis, PILOT_PRIOR, lobes, free=free, view_errors=scales.error
-        )
-
-    pilots = [fitted(lobes) for lobes in starts]
+    work = Cleaned(cells, deviation, added, scales, ())
+    pilots = [_pilot(work, lobes, None if anew else 0) for lobes in starts]
     if anew:
-        pilots += [fitted(lobes) for lobes in _without_tails(pilots)]
-    return Cleaned(cells, deviation, added, scales, tuple(pilots))
+        pilots += [_pilot(work, lobes, None) for lobes in _without_tails(pilots)]
+    return replace(work, pilots=tuple(pilots))
+
+
+def _pilot(work: Cleaned, lobes: LobeSet, free: int | None) -> Fitted:
+    few, deviation = thinned(work.cells, work.deviation)
+    basis = Basis("isotropic", PILOT_ORDER)
+    return search_lobes(
+        few,
+        deviation,
+        basis,
+        PILOT_PRIOR,
+        lobes,
+        free=free,
+        tolerance=PILOT_TOLERANCE,
+        view_errors=work.scales.error,
+    )
 
 
 def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Cleaned:
@@ -161,13 +169,9 @@ def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Clean
     first = work.reference.model.lobes
     pilots = _likeliest(work.pilots)
     if len(first.families) == 1 and lobes in (None, 2):
-        few, deviation = thinned(work.cells, work.deviation)
-        basis = Basis("isotropic", PILOT_ORDER)
         for family in _seconds(first.families[0], absolute):
             both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
-            pilots.append(
-                search_lobes(few, deviation, basis, PILOT_PRIOR, both, free=1, view_errors=work.scales.error)
-            )
+            pilots.append(_pilot(work, both, 1))
     return replace(work, pilots=tuple(pilots))
 
 

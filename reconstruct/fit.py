@@ -33,14 +33,16 @@ HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for pra
 HIGHEST_AUTO_TABLE = 12
 HIGHEST_AUTO_TURNING = 4  # of a surface that is not isotropic: 120 modes
 MOST_MODES = 1300  # of those asked for
+MOST_CELLS = (
+    24_000  # of photos, evenly taken: a view counts as few independent ones, and more say nothing new
+)
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
-CLOSE = 0.001  # relative representation error that needs no finer modes
-MOST_MOVED = (
-    4.0  # standard errors, a bound: data that would have to move further contradict physics, and are not bent
-)
-FINEST = 16  # order of the representation
+MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
+# orders in which the model is said, each only while the relative representation error of the last is larger: narrow
+# glosses are worth modes beyond 16, which cost more than they say of others
+FINER = ((8, 0.001), (12, 0.001), (16, 0.001), (20, 0.003), (24, 0.003))
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +168,9 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
     keep &= np.isfinite(cells.value).all(1)
     if not keep.any():
         raise InputError("table", "no cell with samples is left to fit")
+    if cells.binned and keep.sum() > MOST_CELLS:
+        evenly = np.linspace(0, keep.sum(), MOST_CELLS, endpoint=False).astype(int)
+        return cells.take(np.flatnonzero(keep)[evenly])
     return cells.take(keep)
 
 
@@ -214,9 +219,9 @@ def _said(model: Model, options: FitOptions, values: np.ndarray) -> Represented:
     if model.turning:
         return in_file(model, order) if options.order is not None else closely(model)
     said = represent(model, order)
-    while options.order is None and (said.error / typical).max() > CLOSE and order < FINEST:
-        order = max(order + 2, 6)
-        said = represent(model, order)
+    for finer, error in FINER if options.order is None else ():
+        if finer > order and (said.error / typical).max() > error:
+            said = represent(model, finer)
     return said
 
 

@@ -47,6 +47,7 @@ def search_lobes(
     *,
     free: int | None = None,
     refine: bool = True,
+    tolerance: float = TOLERANCE,
     view_errors: np.ndarray | None = None,
 ) -> Fitted:
     """The fit of ``basis`` and lobes of the families of ``start``; the last ``free`` lobes start anew.
@@ -67,7 +68,7 @@ def search_lobes(
         if turn == 0 and free:
             best = _best_start(profile, start, free)
         if refine:
-            best = descend(profile, best, COARSE if turn == 0 and free else FINE)
+            best = descend(profile, best, COARSE if turn == 0 and free else FINE, tolerance)
         fitted = Model(basis, *profile.model_parts(best))
         predicted = _predict(cells, design, fitted)
         residual = cells.value - predicted
@@ -144,8 +145,9 @@ class Profile:
         return statistics, solve(statistics, self._factors, lobes.upper_bounds())
 
 
-def descend(profile: Profile, lobes: LobeSet, step: float) -> LobeSet:
-    """The shapes of least cost near those of ``lobes``, first tried ``step`` apart in their logarithms."""
+def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TOLERANCE) -> LobeSet:
+    """The shapes of least cost near those of ``lobes``, first tried ``step`` apart in their logarithms, to within
+    ``tolerance`` of those."""
     if not lobes.families:
         return lobes
     low, high = np.array(_bounds(lobes)).T
@@ -156,8 +158,8 @@ def descend(profile: Profile, lobes: LobeSet, step: float) -> LobeSet:
         method="Nelder-Mead",
         bounds=list(zip(low, high, strict=True)),
         options={
-            "xatol": TOLERANCE,
-            "fatol": TOLERANCE * max(profile.cost(lobes), 1e-30) * 0.1,
+            "xatol": tolerance,
+            "fatol": tolerance * max(profile.cost(lobes), 1e-30) * 0.1,
             "maxiter": 60 * len(x),
             "initial_simplex": np.vstack([x, x + step * np.eye(len(x))]),
         },
