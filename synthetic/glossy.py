@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from synthetic.reflectance import Channels, Pairs, Reflectance, spread
 
@@ -40,12 +41,12 @@ def ggx(pairs: Pairs, alpha_x: float, alpha_y: float) -> np.ndarray:
     return 0.5 * density / shared
 
 
-COAT_ANGLES = np.linspace(0.0, 0.5 * np.pi, 65)  # of incidence, at which a coat's albedo is tabulated
+COAT_ANGLES = np.linspace(0.0, 0.5 * np.pi, 129)  # of incidence, at which a coat's albedo is tabulated
 
 
 @lru_cache
-def coat_albedo(roughness: float, ior: float, approximate: bool) -> np.ndarray:
-    """Share of light that a rough clear coat (GGX) reflects at :data:`COAT_ANGLES`: the integral of its lobe times
+def coat_albedo(roughness: float, ior: float, approximate: bool) -> CubicSpline:
+    """Share of light that a rough clear coat (GGX) reflects, of the angle of incidence: the integral of its lobe times
     cos_r, over half vectors, of which tan^2 = roughness^2 u / (1 - u) takes equal shares of D cos_h for even u."""
     node, weight = np.polynomial.legendre.leggauss(96)
     share, turn = 0.5 * (node + 1.0), (np.arange(96) + 0.5) * np.pi / 96
@@ -58,12 +59,11 @@ def coat_albedo(roughness: float, ior: float, approximate: bool) -> np.ndarray:
         axis=-1,
     ).reshape(-1, 3)
     part = np.repeat(0.5 * weight, len(turn)) / len(turn)
-    return np.array(
-        [
-            _reflected(np.array([np.sin(a), 0.0, np.cos(a)]), half, part, roughness, ior, approximate)
-            for a in COAT_ANGLES
-        ]
-    )
+    value = [
+        _reflected(np.array([np.sin(a), 0.0, np.cos(a)]), half, part, roughness, ior, approximate)
+        for a in COAT_ANGLES
+    ]
+    return CubicSpline(COAT_ANGLES, value)
 
 
 def _reflected(light, half, part, roughness, ior, approximate) -> float:
@@ -229,12 +229,11 @@ class Plastic(Reflectance):
         back = coat_albedo(self.roughness, self.ior, self.approximate)
         node, weight = np.polynomial.legendre.leggauss(64)
         cos = 0.5 * (node + 1.0)
-        mean = float(np.sum(weight * cos * np.interp(np.arccos(cos), COAT_ANGLES, back)))
+        mean = float(np.sum(weight * cos * back(np.arccos(cos))))
         let_out = (1.0 - mean) / self.ior**2
         ground = albedo / (np.pi * self.ior**2 * (1.0 - albedo * (1.0 - let_out)))
         entered_i, entered_r = (
-            1.0 - np.interp(np.arccos(np.minimum(cos, 1.0)), COAT_ANGLES, back)
-            for cos in (pairs.cos_i, pairs.cos_r)
+            1.0 - back(np.arccos(np.minimum(cos, 1.0))) for cos in (pairs.cos_i, pairs.cos_r)
         )
         coat = ggx(pairs, self.roughness, self.roughness) * self.reflected(pairs.cos_d)
         return spread(entered_i * entered_r, ground) + coat[:, None]
