@@ -29,6 +29,7 @@ from photogonio.store import KeptSetup, default_store
 from photogonio.stream import Reduced, reduce_photos
 from photogonio.summary import (
     contradicted_photos,
+    doubts,
     fit_choices,
     physics_warnings,
     relit_warning,
@@ -349,7 +350,7 @@ def _announce(found: FitResult, reporter: Reporter) -> None:
     """What a fit chose, and what it had to put right."""
     for name, factor in rescaled(found):
         reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
-    for warning in (*physics_warnings(found), *said_warnings(found)):
+    for warning in (*physics_warnings(found), *said_warnings(found), *doubts(found)):
         reporter.warn(warning)
     for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from reconstruct.relight import TurnedLight
 
 
+CONTRADICTED = 0.05  # relative; geometry, texture and noise leave a few per cent
+UNSEEN = 10.0  # degrees
+
+
 def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     """What the fit chose, with its reasons."""
     said = fit.diagnostics.get("choices")
@@ -74,6 +78,29 @@ def said_warnings(fit: FitResult) -> list[str]:
         f"the file says the fitted surface to within {share:.0%} rms: its ridge is too narrow for modes of order "
         f"{fit.brdf.order}, and the file has no lobe of two roughnesses"
     ]
+
+
+def doubts(fit: FitResult) -> list[str]:
+    """What the photos did not look at, and whether they agree where several did."""
+    cells, told = fit.cells, []
+    if not cells.binned:
+        return told
+    apart = fit.diagnostics["contradiction"]
+    if apart is not None and apart > CONTRADICTED:
+        told.append(
+            f"the photos contradict one another at the same directions, by {apart:.0%} in the middle: the sample or "
+            "the board moved, lights are not what they are taken for, or the sample is not alike everywhere"
+        )
+    across = np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi)
+    along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
+    for where, cosine, what in (
+        ("the light's own direction", along + across, "a retro-reflective peak"),
+        ("the mirror direction", along - across, "a gloss"),
+    ):
+        nearest = np.degrees(np.arccos(np.clip(cosine.max(), -1.0, 1.0)))
+        if nearest > UNSEEN:
+            told.append(f"no photo looks within {nearest:.0f} degrees of {where}: {what} there was not seen")
+    return told
 
 
 def relit_warning(turned: Sequence[TurnedLight]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from reconstruct.basis import Basis
 from reconstruct.binning import binning
 from reconstruct.cells import Cells
-from reconstruct.discord import discordant
+from reconstruct.discord import contradiction, discordant
 from reconstruct.microfacet import Family, families, retro_lobe, second_lobe
 from reconstruct.model import LobeSet, Model
 from reconstruct.robust import FREE, ViewScales, error_model, view_scales
@@ -39,6 +39,7 @@ class Cleaned:
     scales: ViewScales
     pilots: tuple[Fitted, ...]  # on thinned cells
     binning: np.ndarray | None = None  # (n, c) binning error removed, 1/sr
+    contradiction: float = np.nan  # of the views that are left: reconstruct.discord.contradiction
     discordant: tuple[str, ...] = ()  # views left out: what they show is not what all others show
 
     @property
@@ -80,7 +81,7 @@ def clean(
             believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
             scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)
         work = _piloted(seen, added, scales, [reference.lobes], anew=False)
-        odd = _discordant(work)
+        odd = discordant(*_few(work))
         if (left_out | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
             left_out |= odd
             keep = ~odd[seen.group]
@@ -88,15 +89,18 @@ def clean(
             work = _piloted(seen, added, scales, kinds)
     work = _with_second_lobe(_piloted(seen, added, scales, kinds), lobes, absolute)
     return replace(
-        work, stray=light, binning=added - light, discordant=tuple(np.array(seen.groups)[left_out])
+        work,
+        stray=light,
+        binning=added - light,
+        contradiction=contradiction(*_few(work)),
+        discordant=tuple(np.array(seen.groups)[left_out]),
     )
 
 
-def _discordant(work: Cleaned) -> np.ndarray:
-    """(g,) bool: views that contradict the others, seen against the likeliest pilot."""
-    model, cells = work.reference.model, work.cells
-    few = cells.take(np.arange(0, len(cells), -(-len(cells) // SEARCH_CELLS)))
-    return discordant(few, model.evaluate(few))
+def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
+    """Some of the cells, and what the likeliest pilot says of them."""
+    few = work.cells.take(np.arange(0, len(work.cells), -(-len(work.cells) // SEARCH_CELLS)))
+    return few, work.reference.model.evaluate(few)
 
 
 def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:

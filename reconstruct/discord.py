@@ -39,11 +39,25 @@ def discordant(cells: Cells, predicted: np.ndarray) -> np.ndarray:
     return result
 
 
+def contradiction(cells: Cells, predicted: np.ndarray) -> float:
+    """How far views are from one another at the same pairs of directions, relative, whatever their scales: of the
+    middle view; NaN where no two see the same."""
+    views = np.unique(cells.group)
+    ratio = cells.value / np.maximum(predicted, 1e-3 * level(cells))
+    scatter = _scatters(cells, ratio, views)
+    return float(np.nanmedian(scatter)) if np.isfinite(scatter).any() else np.nan
+
+
+def _scatters(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> np.ndarray:
+    """(v,) how far each view is from the others, relative; NaN where they see nothing of what it does."""
+    contrast = _against_others(cells, _of_one_scale(cells, ratio, views))
+    return np.array([_typical(contrast[cells.group == view]) for view in views])
+
+
 def _worst(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> int | None:
     """The view that contradicts the others most; None where none does. One at a time, since a bad view makes those
     that it is compared with look bad."""
-    contrast = _against_others(cells, _of_one_scale(cells, ratio, views))
-    scatter = np.array([_typical(contrast[cells.group == view]) for view in views])
+    scatter = _scatters(cells, ratio, views)
     if not np.isfinite(scatter).any():
         return None
     worst = int(np.nanargmax(scatter))

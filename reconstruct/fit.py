@@ -262,6 +262,7 @@ def _result(
         "prior decay": chosen.prior.decay,
         "residual scale": final.scale,
         "views left out": list(work.discordant),
+        "contradiction": None if np.isnan(work.contradiction) else work.contradiction,
         "views rescaled": [cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "representation error": said.error.tolist(),
         "binning error": _binning_error(work),

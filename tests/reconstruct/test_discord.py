@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.simulated import Plan, simulate
 from reconstruct.cells import cells_of
-from reconstruct.discord import discordant
+from reconstruct.discord import contradiction, discordant
 from synthetic.brdf import make_brdf
 
 PLAN = Plan(views=12, pixels=1500, level=2, spoiled=0.0)
@@ -61,3 +61,11 @@ def test_a_peak_that_one_view_alone_shows_is_no_fault():
 def test_a_surface_that_the_model_misses_everywhere_leaves_all_views_in():
     cells, guess = cells_and_guess("plastic")
     assert not discordant(cells, guess).any()
+
+
+def test_views_that_agree_contradict_by_their_noise_and_views_at_odds_by_their_quarrel():
+    cells, guess = cells_and_guess()
+    tilt = 0.3 * np.cos(cells.dphi) * np.sin(cells.theta_i) * np.where(cells.group % 2 == 0, 1.0, -1.0)
+    quarrel = cells.with_value(cells.value * (1.0 + tilt[:, None]))
+    assert contradiction(cells, guess) <= 0.01
+    assert contradiction(quarrel, guess) >= 0.05

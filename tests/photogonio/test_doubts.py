@@ -1,0 +1,36 @@
+"""What a result says of itself that no number holds: directions not looked at, photos at odds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.simulated import Plan, simulate
+from photogonio.summary import doubts
+from reconstruct.fit import FitOptions, fit_table
+from synthetic.brdf import make_brdf
+
+PLAN = Plan(views=10, pixels=900, level=2, spoiled=0.0)
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return fit_table(simulate(make_brdf("lambert"), PLAN), FitOptions(lobes=0))
+
+
+def looked_at(fit, least):
+    """The fit as if only pairs ``least`` and more from the light's own direction had been seen."""
+    cells = fit.cells
+    along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
+    phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
+    return replace(fit, cells=cells.take(phase >= least))
+
+
+def test_a_retro_peak_that_would_not_have_been_seen_is_told(fit):
+    assert any("retro-reflective" in line for line in doubts(looked_at(fit, np.radians(25.0))))
+
+
+def test_photos_that_agree_raise_no_doubt_and_photos_at_odds_do(fit):
+    assert not any("contradict" in line for line in doubts(fit))
+    at_odds = replace(fit, diagnostics=fit.diagnostics | {"contradiction": 0.2})
+    assert any("contradict one another" in line for line in doubts(at_odds))
