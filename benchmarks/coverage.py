@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -327,7 +327,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="four sets")
     asked = parser.parse_args(arguments)
     count = 4 if asked.quick else asked.sets
-    with ProcessPoolExecutor(asked.workers) as pool:
+    with get_context("spawn").Pool(asked.workers) as pool:
         parts = list(pool.map(_one, [(k, asked.paper) for k in range(count)]))
     print(
         f"{count} set-ups, {'with' if asked.paper else 'without'} paper: share of truths within 95 % intervals"

@@ -11,8 +11,8 @@ A set's directions share their errors, so that a set counts once: the figure is 
 from __future__ import annotations
 
 import argparse
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 
 import numpy as np
 
@@ -104,7 +104,7 @@ def main(arguments: list[str] | None = None) -> None:
     asked = parser.parse_args(arguments)
     seeds = range(2 if asked.quick else asked.sets)
     if asked.workers > 1:
-        with ProcessPoolExecutor(asked.workers) as pool:
+        with get_context("spawn").Pool(asked.workers) as pool:
             scores = list(pool.map(score, seeds))
     else:
         scores = [score(seed) for seed in seeds]
