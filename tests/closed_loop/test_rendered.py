@@ -46,9 +46,6 @@ def test_a_matte_ball_is_found_matte(ball: Score):
     np.testing.assert_allclose(brdf.bihemispherical_albedo(), [0.6, 0.5, 0.4], rtol=0.01)
 
 
-@pytest.mark.xfail(
-    reason="from a few small photos of the board the camera is found 1.5 mm off, along its axis"
-)
 def test_the_balls_calibration_is_near_the_truth(ball: Score):
     found = ball.calibration
     assert found.focal < 0.003
