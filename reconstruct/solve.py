@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -152,7 +153,9 @@ class FoldedDesign:
     def _products(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """(f, c, k, k') sums over the units of each fold of outer products."""
         total = np.zeros((len(self._bounds) - 1, *left.shape[1:], right.shape[-1]))
-        np.add.at(total, self._unit_fold, left[..., :, None] * right[..., None, :])
+        bounds = np.searchsorted(self._unit_fold, np.arange(len(total) + 1))  # rows lie fold by fold
+        for f, (a, b) in enumerate(pairwise(bounds)):
+            total[f] = left[a:b].transpose(1, 2, 0) @ right[a:b].transpose(1, 0, 2)
         return total
 
     @property

@@ -26,6 +26,7 @@ from reconstruct.select import Candidate, blocks_of
 
 LEAST_UNITS = 8  # views; fewer are cut into blocks of directions
 MOST_UNITS = 40  # to leave out one by one
+MOST_VIEWS = 100  # to leave out one by one; of more, several together
 STEP = 0.02  # of a shape's logarithm, in finite differences
 
 
@@ -145,10 +146,11 @@ def _alternatives(
 
 
 def _units(cells: Cells) -> np.ndarray:
-    """(n,) what is left out as a whole: a view, or some blocks of neighbouring directions."""
+    """(n,) what is left out as a whole: a view or, of very many, a few; or some blocks of neighbouring directions."""
     names, unit = np.unique(cells.group, return_inverse=True)
     if len(names) >= LEAST_UNITS:
-        return unit.ravel()
+        together = np.random.default_rng(0).permutation(len(names)) % MOST_VIEWS
+        return unit.ravel() if len(names) <= MOST_VIEWS else together[unit.ravel()]
     blocks = np.column_stack([unit.ravel(), blocks_of(cells)])
     block = np.unique(blocks, axis=0, return_inverse=True)[1].ravel()
     count = block.max(initial=0) + 1
