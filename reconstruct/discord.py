@@ -18,6 +18,7 @@ FEWEST_TO_JUDGE = 5  # views
 FEWEST_CELLS = 12  # of a view that others see too
 NEAR = np.radians(5.0)  # between pairs that are compared
 NEIGHBOURS = 24
+MOST_RATIO = 1e6  # of what is seen to what the model says
 
 
 def discordant(cells: Cells, predicted: np.ndarray) -> np.ndarray:
@@ -66,11 +67,12 @@ def _worst(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> int | None:
 
 
 def _of_one_scale(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> np.ndarray:
-    """Ratios (n, c) divided by their view's median."""
-    one_scale = np.empty_like(ratio)
+    """Ratios (n, c) divided by their view's median, where that is any; bounded, since a view of nothing has none."""
+    one_scale = np.clip(ratio, -MOST_RATIO, MOST_RATIO)
     for view in views:
         rows = cells.group == view
-        one_scale[rows] = ratio[rows] / np.maximum(np.median(ratio[rows], axis=0), np.finfo(float).tiny)
+        middle = np.median(one_scale[rows], axis=0)
+        one_scale[rows] /= np.where(middle > 1.0 / MOST_RATIO, middle, 1.0)
     return one_scale
 
 
