@@ -102,12 +102,8 @@ CASES: dict[str, tuple[Any, ...]] = {
         IN_INTERVAL,
         lambda: shiny("ggx-conductor", 0.3, (0.02, 0.2, 1.0), roughness=0.05, f0=[0.9, 0.85, 0.8]),
     ),
-    # a peak of six degrees that no photo looks into: nothing can find it, and that must be said
-    "retro-reflector": (
-        TOLD,
-        lambda: shiny("retro-reflector", retro=0.3, power=200.0),
-        "retro-reflective",
-    ),
+    # a peak of six degrees that no photo looks into
+    "retro-reflector": (IN_INTERVAL, lambda: shiny("retro-reflector", retro=0.3, power=200.0)),
     "minnaert-0.3": (IN_INTERVAL, lambda: shiny("minnaert", albedo=[0.3, 0.3, 0.3], k=0.3)),
     "black-8-bit": (IN_INTERVAL, black),
     "saturated-highlights": (
