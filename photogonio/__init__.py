@@ -9,6 +9,8 @@ The public API; everything is imported on first use, so that the command line an
 
 from importlib import import_module
 
+from photogonio import one_thread as _one_thread  # noqa: F401  before numpy
+
 __version__ = "0.1.0"
 
 _HOMES = {
