@@ -24,6 +24,8 @@ ROUNDS = 4  # of reweighting
 SEARCH_CELLS = 3000  # more do not move the shapes
 COARSE, FINE = 0.15, 0.03  # first steps of the search, in logarithms of the shapes
 TOLERANCE = 1e-3  # of the logarithms
+DIFFERENCE = 1e-5  # of a logarithm, for slopes
+LEAST_CURVATURE = 1e-6  # of the largest: a shape that hardly matters
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +125,7 @@ class Profile:
         common: Common | None = None,
     ):
         """``design`` (n, m) of the modes at ``cells``, ``weight`` (n, c), ``penalty`` (c, m) of their squares."""
-        self._cells = cells
+        self._cells, self._design, self._weight, self._common = cells, design, weight, common
         self._penalty = penalty
         self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int), common)
         self._factors = Factors(self._folded.modes_gram, penalty)
@@ -133,6 +135,30 @@ class Profile:
         statistics, solution = self._solve(lobes)
         modes = solution[0, :, : statistics.modes]
         return float(statistics.residual(solution).sum() + np.sum(self._penalty * modes**2))
+
+    def slopes(self, lobes: LobeSet) -> tuple[float, np.ndarray, np.ndarray]:
+        """:meth:`cost`, its derivatives (p,) by the logarithms of the shapes, and those of Gauss and Newton's second
+        derivatives (p,) with the linear coefficients held.
+
+        At the least, what the linear coefficients do with the shapes changes nothing, to first order.
+        """
+        statistics, solution = self._solve(lobes)
+        m = statistics.modes
+        modes, own = solution[0, :, :m].T, solution[0, :, m:].T
+        cost = float(statistics.residual(solution).sum() + np.sum(self._penalty * modes.T**2))
+        said = _said(lobes, self._cells, own)
+        residual = self._cells.value - said - self._design @ modes
+        if self._common is not None:
+            residual = residual - self._common.shared(residual, self._weight)
+        logs = lobes.flat()
+        first, second = np.empty_like(logs), np.empty_like(logs)
+        for p in range(len(logs)):
+            ahead = logs.copy()
+            ahead[p] += DIFFERENCE
+            slope = (_said(lobes.with_flat(ahead), self._cells, own) - said) / DIFFERENCE
+            first[p] = -2.0 * np.sum(self._weight * residual * slope)
+            second[p] = 2.0 * np.sum(self._weight * slope**2)
+        return cost, first, second
 
     def model_parts(self, lobes: LobeSet) -> tuple[np.ndarray, LobeSet, np.ndarray]:
         """Mode coefficients (m, c), the lobes and their coefficients (q, c): the rest of a :class:`Model`."""
@@ -151,20 +177,28 @@ def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TO
     if not lobes.families:
         return lobes
     low, high = np.array(_bounds(lobes)).T
-    x = np.clip(lobes.flat(), low + step, high - step)
+    start = np.clip(lobes.flat(), low + step, high - step)
+    _, _, second = profile.slopes(lobes.with_flat(start))
+    size = np.sqrt(np.maximum(second, max(LEAST_CURVATURE * second.max(), np.finfo(float).tiny)))
+
+    def scaled(y: np.ndarray) -> tuple[float, np.ndarray]:
+        cost, first, _ = profile.slopes(lobes.with_flat(start + y / size))
+        return cost, first / size
+
     found = minimize(
-        lambda logs: profile.cost(lobes.with_flat(logs)),
-        x,
-        method="Nelder-Mead",
-        bounds=list(zip(low, high, strict=True)),
-        options={
-            "xatol": tolerance,
-            "fatol": tolerance * max(profile.cost(lobes), 1e-30) * 0.1,
-            "maxiter": 60 * len(x),
-            "initial_simplex": np.vstack([x, x + step * np.eye(len(x))]),
-        },
+        scaled,
+        np.zeros_like(start),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip((low - start) * size, (high - start) * size, strict=True)),
+        options={"ftol": 1e-9, "gtol": 1e-3 * tolerance * size.min()},
     )
-    return lobes.with_flat(found.x)
+    return lobes.with_flat(start + found.x / size)
+
+
+def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
+    fixed, columns = lobes.columns(cells)
+    return fixed[:, None] + columns @ coefficients
 
 
 def _best_start(profile: Profile, start: LobeSet, free: int) -> LobeSet:
