@@ -29,6 +29,7 @@ from reconstruct.table import FacetTable, of_groups
 from synthetic.brdf import make_brdf
 
 ORDERS = 12  # the highest tried
+SOME = 24  # views, to tell how many cells one has
 PIXELS = 6000  # of the sample, in each view
 CHECKED = 8  # order of the comparison with lstsq
 
@@ -42,8 +43,8 @@ def timed(task: Callable[[], object]) -> float:
 def made_table(cells: int) -> FacetTable:
     """About ``cells`` cells of a coated ball on facets of level 3, as many views as that takes."""
     brdf = make_brdf("satin-paint", {"albedo": (0.62, 0.42, 0.25), "roughness": 0.45})
-    some = simulate(brdf, Plan(views=4, pixels=PIXELS))
-    views = max(2, round(4 * cells / len(cells_of(some))))
+    some = simulate(brdf, Plan(views=SOME, pixels=PIXELS))
+    views = max(2, round(SOME * cells / len(some)))
     return simulate(brdf, Plan(views=views, pixels=PIXELS))
 
 

@@ -21,6 +21,8 @@ PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
 PILOT_TOLERANCE = 3e-3  # of the logarithms of lobe shapes
 ROUNDS = 3  # stray light from a model of the surface, and the model without it
+SETTLED = 0.02  # rms over the cells, of their errors
+SETTLED_SCALE = 1e-3  # of a view's scale
 START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
@@ -76,10 +78,12 @@ def clean(
         if stray is not None:
             progress("stray light")
             light = stray(work.cells, reference)
-        added = light + binning(work.cells, reference)
+        added, before = light + binning(work.cells, reference), (added, scales.factor)
         if many_views:
             believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
             scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)
+        if _settled(added - before[0], scales.factor - before[1], work.deviation):
+            break
         work = _piloted(seen, added, scales, [reference.lobes], anew=False)
         odd = discordant(*_few(work))
         if (left_out | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
@@ -95,6 +99,11 @@ def clean(
         contradiction=contradiction(*_few(work)),
         discordant=tuple(np.array(seen.groups)[left_out]),
     )
+
+
+def _settled(added: np.ndarray, factor: np.ndarray, deviation: np.ndarray) -> bool:
+    """Whether changes (n, c) of what is removed and (g,) of the views' scales are nothing beside the errors."""
+    return bool(np.mean((added / deviation) ** 2) < SETTLED**2 and np.abs(factor).max() < SETTLED_SCALE)
 
 
 def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:

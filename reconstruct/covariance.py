@@ -19,6 +19,7 @@ from scipy.linalg import cho_factor, cho_solve
 from reconstruct.solve import Common, FoldedDesign, Statistics
 
 RIDGE = 1e-10  # of the mean diagonal
+MOST_ALTERNATIVES = 12  # whose own noise is found; of more, a systematic sample by weight stands for all
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +54,30 @@ def covariance(problem: Problem, alternatives: Sequence[Alternative]) -> np.ndar
     """(c, p, p) of all parameters about those of the chosen model, p = m + q + s."""
     sums = [_sums(problem, c) for c in range(len(problem.center))]
     total = np.zeros((*problem.center.shape, problem.center.shape[1]))
-    for one in alternatives:
-        for changes in _changes(problem, sums, one):
-            total += one.weight * np.einsum("crp,crq->cpq", changes, changes, optimize=True)
+    for one, share in zip(alternatives, _shares(alternatives), strict=True):
+        parts = [part.prefix(one.penalty.shape[1]) for part in sums]
+        whole = [part.total() for part in parts]
+        found = _solved(problem, one, whole)
+        total += one.weight * _outer(found - problem.center[:, None])
+        if share:
+            total += share * sum(map(_outer, _changes(problem, one, parts, whole, found)))
     return total
+
+
+def _shares(alternatives: Sequence[Alternative]) -> np.ndarray:
+    """(k,) how much each alternative's noise counts for, adding up to 1: its weight, or, of many, its part in a sample
+    taken at even steps of the summed weights."""
+    weight = np.array([one.weight for one in alternatives])
+    if len(weight) <= MOST_ALTERNATIVES:
+        return weight
+    steps = (np.arange(MOST_ALTERNATIVES) + 0.5) / MOST_ALTERNATIVES
+    chosen = np.searchsorted(np.cumsum(weight) / weight.sum(), steps)
+    return np.bincount(chosen, minlength=len(weight)) * (weight.sum() / MOST_ALTERNATIVES)
+
+
+def _outer(changes: np.ndarray) -> np.ndarray:
+    """(c, p, p) sums of outer products of changes (c, r, p)."""
+    return np.swapaxes(changes, 1, 2) @ changes
 
 
 def _sums(problem: Problem, c: int) -> Statistics:
@@ -74,17 +95,14 @@ def _sums(problem: Problem, c: int) -> Statistics:
     return folded.statistics(target[:, None], columns)
 
 
-def _changes(problem: Problem, sums: list[Statistics], one: Alternative) -> Iterator[np.ndarray]:
-    """Independent changes (c, r, p) of the parameters from those of the chosen model to what else they may be."""
-    modes = one.penalty.shape[1]
-    parts = [part.prefix(modes) for part in sums]
-    whole = [part.total() for part in parts]
-    found = _solved(problem, one, whole)[:, 0]
-    yield (found - problem.center)[:, None]
-    units = len(sums[0].cells)
+def _changes(
+    problem: Problem, one: Alternative, parts: list[Statistics], whole: list[Statistics], found: np.ndarray
+) -> Iterator[np.ndarray]:
+    """Independent changes (c, r, p) of a model's parameters ``found`` (c, 1, p), by its noise and its prior."""
+    units = len(parts[0].cells)
     if units > 1:
         without = _solved(problem, one, [part.without_each() for part in parts])
-        yield np.sqrt((units - 1) / units) * (without - found[:, None])
+        yield np.sqrt((units - 1) / units) * (without - found)
     yield from _prior_draws(problem, one, whole)
 
 
@@ -122,7 +140,8 @@ def _solve(grams: list[np.ndarray], moments: list[np.ndarray], one: Alternative,
         every = np.arange(own)
         block[every[: len(penalty)], every[: len(penalty)]] += penalty
         block[every, every] += RIDGE * np.trace(block) / own + np.finfo(float).tiny
-        solved = cho_solve(cho_factor(block), np.hstack([moment[:own], gram[:own, own:]]))
+        factor = cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
+        solved = cho_solve(factor, np.hstack([moment[:own], gram[:own, own:]]), check_finite=False)
         free, across = solved[:, : moment.shape[1]], solved[:, moment.shape[1] :]
         inner += gram[own:, own:] - gram[own:, :own] @ across
         outer += moment[own:] - gram[own:, :own] @ free

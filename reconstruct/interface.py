@@ -55,6 +55,13 @@ def coat_albedo(
 @lru_cache(maxsize=256)
 def _albedo_nodes(masking: str, distribution: str, roughness: float, f0: float) -> np.ndarray:
     """At :data:`ANGLES`: the mean over half vectors h drawn by D cos_h of F G <i, h> / (cos_i cos_h)."""
+    across, gain = _gains(masking, distribution, roughness)
+    return (dielectric_fresnel(across, f0) * gain).mean((1, 2))
+
+
+@lru_cache(maxsize=8)
+def _gains(masking: str, distribution: str, roughness: float) -> tuple[np.ndarray, np.ndarray]:
+    """<i, h> and G <i, h> / (cos_i cos_h), 0 where nothing is reflected; of any Fresnel."""
     share = (np.arange(TILTS) + 0.5) / TILTS
     tan2 = share / (1.0 - share) if distribution == "ggx" else -np.log1p(-share)
     cos_h = 1.0 / np.sqrt(1.0 + roughness**2 * tan2)
@@ -68,8 +75,7 @@ def _albedo_nodes(masking: str, distribution: str, roughness: float, f0: float) 
     gain = (
         4.0 * safe * visibility(masking, distribution, (roughness, roughness), cos_i, safe) * across / cos_h
     )
-    fresnel = dielectric_fresnel(np.clip(across, 1e-6, 1.0), f0)
-    return np.where(reflected, fresnel * gain, 0.0).mean((1, 2))
+    return np.clip(across, 1e-6, 1.0), np.where(reflected, gain, 0.0)
 
 
 def _beckmann_hidden(cos: np.ndarray, roughness: float) -> np.ndarray:

@@ -17,7 +17,7 @@ from reconstruct.brdf import Lobe
 from reconstruct.cells import Cells
 from reconstruct.microfacet import Family, lobe_columns
 from reconstruct.model import LobeSet, Model
-from reconstruct.search import Profile
+from reconstruct.solve import Factors, FoldedDesign, solve
 
 FILE_FAMILY = Family("file", "schlick", "correlated", absolute=False)
 JUDGED = np.radians(70.0)  # the error is stated below it
@@ -132,24 +132,29 @@ def standing_for(family: Family, shape: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def _closest(wanted: np.ndarray, lobes: LobeSet, order: int) -> Model:
     """Modes up to ``order`` and ``lobes`` with the coefficients that come closest to ``wanted`` (n, c) on the grid."""
+    folded, factors = _grid_fit(order)
+    fixed, columns = lobes.columns(_grid()[0])
+    statistics = folded.statistics(wanted - fixed[:, None], columns)
+    solution = solve(statistics, factors, lobes.upper_bounds())[0]
+    modes, own = np.split(solution.T, [statistics.modes])
+    return Model(Basis("isotropic", order), modes, lobes, own)
+
+
+@lru_cache(maxsize=4)
+def _grid_fit(order: int) -> tuple[FoldedDesign, Factors]:
+    """What all fits on the grid with modes up to ``order`` share, whatever the lobes and the channel."""
     grid, weight = _grid()
     basis = Basis("isotropic", order)
     emphasis = weight * (BEYOND + fade(grid.theta_i) * fade(grid.theta_r))
-    penalty = np.tile(PENALTY * emphasis.sum() * basis.degree() ** 2, (wanted.shape[1], 1))
-    weights = np.repeat(emphasis[:, None], wanted.shape[1], 1)
-    profile = Profile(grid.with_value(wanted), _grid_design(order), weights, penalty)
-    return Model(basis, *profile.model_parts(lobes))
+    folded = FoldedDesign(basis.design(grid), emphasis[:, None], np.zeros(len(grid), int))
+    penalty = PENALTY * emphasis.sum() * basis.degree()[None] ** 2
+    return folded, Factors(folded.modes_gram, penalty)
 
 
 def _judged() -> np.ndarray:
     """(n,) weight of the grid's nodes in the stated error: 0 beyond the limit."""
     grid, weight = _grid()
     return np.where(np.maximum(grid.theta_i, grid.theta_r) < JUDGED, weight, 0.0)
-
-
-@lru_cache(maxsize=4)
-def _grid_design(order: int) -> np.ndarray:
-    return Basis("isotropic", order).design(_grid()[0])
 
 
 def fade(theta: np.ndarray) -> np.ndarray:

@@ -14,9 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import csr_array
 
 KKT_SLACK = 1e-10  # of the largest moment: rounding
+NARROW = 8  # columns: of fewer, sums by units come cheaper all at once than unit by unit
 PART = 2048  # rows of the design that are weighed at once
 RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix solvable
 
@@ -65,10 +65,8 @@ class Statistics:
 
     def residual(self, solution: np.ndarray) -> np.ndarray:
         """Weighted sum of squared residuals (f, c) of solutions (f, c, m + q)."""
-        quadratic = np.einsum("fci,fcij,fcj->fc", solution, self.gram, solution)
-        return np.maximum(
-            self.square - 2.0 * np.einsum("fci,fci->fc", solution, self.moment) + quadratic, 0.0
-        )
+        across = (self.gram @ solution[..., None])[..., 0]
+        return np.maximum(self.square + np.sum(solution * (across - 2.0 * self.moment), axis=-1), 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +91,7 @@ class Common:
 
     def sums(self, rows: np.ndarray) -> np.ndarray:
         """(u, k) sums of ``rows`` (n, k) over the cells of each unit."""
-        cells = np.arange(len(self.unit))
-        return csr_array((np.ones(len(cells)), (self.unit, cells))) @ rows
+        return np.stack([np.bincount(self.unit, row) for row in rows.T], axis=-1)
 
 
 class FoldedDesign:
@@ -107,7 +104,7 @@ class FoldedDesign:
     def __init__(
         self, design: np.ndarray, weight: np.ndarray, fold: np.ndarray, common: Common | None = None
     ):
-        """``design`` (n, m), ``weight`` (n, c), ``fold`` (n,) integers 0 .. f - 1."""
+        """``design`` (n, m), ``weight`` (n, c), or (n, 1) for all channels, ``fold`` (n,) integers 0 .. f - 1."""
         order = np.lexsort((np.zeros_like(fold) if common is None else common.unit, fold))
         self._rows = order
         self._design = design[order]
@@ -143,6 +140,14 @@ class FoldedDesign:
         """(u, c, k) parts of ``rows`` (n, k) or (n, c, k) along each unit's pattern, scaled for the outer products."""
         if rows.ndim == 3:
             sums = np.add.reduceat(self._scaled[..., None] * rows, self._starts)
+        elif rows.shape[1] <= NARROW:
+            sums = (
+                np.stack(
+                    [np.add.reduceat(self._scaled * row[:, None], self._starts) for row in rows.T], axis=-1
+                )
+                if rows.shape[1]
+                else np.empty((len(self._starts), self._scaled.shape[1], 0))
+            )
         else:
             ends = np.append(self._starts[1:], len(rows))
             sums = np.stack(
@@ -201,7 +206,10 @@ class Factors:
     """Cholesky factors of the penalised modes' blocks, (f, c) of them: what solves with any lobes share."""
 
     def __init__(self, gram: np.ndarray, penalty: np.ndarray):
-        """``gram`` (f, c, m, m) sums of the modes alone; ``penalty`` (c, m) weighs the squared coefficients."""
+        """``gram`` (f, c, m, m) sums of the modes alone; ``penalty`` (c, m) weighs the squared coefficients.
+
+        One channel's factors serve any number of right-hand sides' channels.
+        """
         blocks = gram.copy()
         every = np.arange(blocks.shape[-1])
         ridge = RIDGE * blocks[..., every, every].mean(-1, keepdims=True) + np.finfo(float).tiny
@@ -210,8 +218,12 @@ class Factors:
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """Solutions (f, c, m, k) for right-hand sides (f, c, m, k)."""
+        channels = right.shape[1]
         solved = [
-            [cho_solve(factor, b, check_finite=False) for factor, b in zip(fold, fold_right, strict=True)]
+            [
+                cho_solve(factor, b, check_finite=False)
+                for factor, b in zip(fold if len(fold) > 1 else fold * channels, fold_right, strict=True)
+            ]
             for fold, fold_right in zip(self._factors, right, strict=True)
         ]
         return np.array(solved).reshape(right.shape)

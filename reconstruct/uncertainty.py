@@ -26,7 +26,7 @@ from reconstruct.select import Candidate, blocks_of
 
 LEAST_UNITS = 8  # views; fewer are cut into blocks of directions
 MOST_UNITS = 40  # to leave out one by one
-MOST_VIEWS = 100  # to leave out one by one; of more, several together
+MOST_VIEWS = 50  # to leave out one by one; of more, several together
 STEP = 0.02  # of a shape's logarithm, in finite differences
 
 
