@@ -26,6 +26,7 @@ _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even 
 _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not modelled
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
+_HELD = 0.003  # of the lamp's distance: a smaller move leaves the bounce as it is, to a few millionths of the light
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
 _MOVING = (0, 1, 2, *range(LOCAL, LOCAL + SHARED - 1))  # values whose derivatives need differences
 
@@ -98,6 +99,7 @@ class _Weighing:
     sigma: np.ndarray  # (n,)
     bound: float  # Tukey's, in sigmas
     thrown: np.ndarray  # (n, 2) the sample's bounce
+    place: np.ndarray  # (3,) of the lamp that it was worked out for
     across: np.ndarray  # (n, 2) board coordinates from -1 to 1
     prior: np.ndarray  # (LOCAL - 4,) standard errors of the local values after the first four
 
@@ -145,12 +147,15 @@ def _across(points: np.ndarray) -> np.ndarray:
     return (2 * points[:, :2] - low - high) / (high - low)
 
 
-def _weigh(reading: Reading, values: np.ndarray, scene: Scene) -> _Weighing:
+def _weigh(reading: Reading, values: np.ndarray, scene: Scene, last: _Weighing | None = None) -> _Weighing:
+    """``last``, of the same shared values, has the bounce where the lamp has hardly moved since."""
     points, samples = reading.samples.points, reading.samples
     now, across = scene.moved(values[LOCAL:]), _across(points)
-    thrown = np.zeros((len(points), 2))
-    if now.sample is not None:
-        thrown = bounce_columns(points, values[:3], now.sample.center, now.sample.radius)
+    thrown, place = np.zeros((len(points), 2)), values[:3].copy()
+    if last is not None and np.linalg.norm(place - last.place) < _HELD * np.linalg.norm(place):
+        thrown, place = last.thrown, last.place
+    elif now.sample is not None:
+        thrown = bounce_columns(points, place, now.sample.center, now.sample.radius)
     parts = _parts(reading, values, scene, across)
     bare = parts.tone * parts.straight
     floor = np.where(parts.share < 0.99, _SHADOW_FLOOR, _FLOOR) * bare
@@ -163,7 +168,7 @@ def _weigh(reading: Reading, values: np.ndarray, scene: Scene) -> _Weighing:
         prior[2] = _EVEN_PLANE
     residual = (reading.level - parts.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
-    return _Weighing(sigma, bound, thrown, across, prior)
+    return _Weighing(sigma, bound, thrown, place, across, prior)
 
 
 def _residual(reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing) -> np.ndarray:
@@ -184,9 +189,9 @@ def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = 
     """
     local = start if len(start) == LOCAL else start_values(reading, scene, start)
     values = np.concatenate([local, scene.shared])
-    damping = 1e-3
+    damping, weighing = 1e-3, None
     for _ in range(steps):
-        weighing = _weigh(reading, values, scene)
+        weighing = _weigh(reading, values, scene, weighing)
         residual = _residual(reading, values, scene, weighing)
         cost = _cost(residual, values, weighing)
         normal, slope, _ = _normal(reading, values, scene, weighing, residual, LOCAL)

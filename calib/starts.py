@@ -17,6 +17,7 @@ _AROUND = 12
 _COARSE = 700  # samples for trying many places
 _MIDDLING = 3000  # samples for a first fit
 _TOLERANCE = 0.1  # relative misfit counted as no fit at all
+_GOOD = 0.06  # mean misfit of a first fit that needs no second
 _DOUBTFUL = 0.15  # mean misfit beyond which the rays are not trusted alone
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
@@ -54,19 +55,23 @@ def black_over_white(readings: list[Reading]) -> float:
 def first_fit(
     reading: Reading, scene: Scene, rays: list[MirroredRay], middle: np.ndarray, diagonal: float
 ) -> ShadingFit:
-    """The best of the fits started where the rays, or a scan of the sky, make the shading agree."""
+    """The fit started where the rays make the shading agree; if that is not good, the best of further starts, also
+    from a scan of the sky."""
     coarse, fine = thinned(reading, _COARSE), thinned(reading, _MIDDLING)
     soft = replace(scene, lamp_radius=2 * scene.lamp_radius, blur=_SOFT * diagonal)
 
-    def fits(places: list[np.ndarray], count: int) -> list[ShadingFit]:
+    def fitted(place: np.ndarray) -> tuple[float, ShadingFit]:
         """Shadows first with wide edges, which reach farther, then as they are."""
-        begun = [fit_shading(fine, soft, p) for p in _best(places, coarse, soft, count)]
-        return [fit_shading(fine, scene, f.local) for f in begun]
+        fit = fit_shading(fine, scene, fit_shading(fine, soft, place).local)
+        return misfit(fine, scene, fit.place), fit
 
-    found = fits(ray_places(rays, diagonal), 2)
-    if not found or min(misfit(fine, scene, f.place) for f in found) > _DOUBTFUL:
-        found += fits(sky_places(middle, diagonal), 3)
-    return min(found, key=lambda f: misfit(fine, scene, f.place))
+    found: list[tuple[float, ShadingFit]] = []
+    for place in _best(ray_places(rays, diagonal), coarse, soft, 2):
+        if not found or found[0][0] > _GOOD:
+            found.append(fitted(place))
+    if not found or min(off for off, _ in found) > _DOUBTFUL:
+        found += [fitted(place) for place in _best(sky_places(middle, diagonal), coarse, soft, 3)]
+    return min(found, key=lambda one: one[0])[1]
 
 
 def ray_places(rays: list[MirroredRay], diagonal: float) -> list[np.ndarray]:

@@ -69,6 +69,43 @@ def mean_level(value, level):
 
 
 @_jit
+def line_level(pixels, scale, offset, clip, level, usable):
+    """Mean over channels (h, w) of ``scale * code + offset`` of codes (h, w, c), and whether all are below ``clip``."""
+    channels, height = np.uint64(pixels.shape[2]), len(pixels)
+    per = np.float32(scale / pixels.shape[2])
+    for y in range(height):
+        codes, light, below = pixels[y].reshape(-1), level[y], usable[y]
+        if channels == 3:
+            for x in range(np.uint64(len(light))):
+                a, b, c = codes[3 * x], codes[3 * x + np.uint64(1)], codes[3 * x + np.uint64(2)]
+                light[x] = (np.float32(a) + np.float32(b) + np.float32(c)) * per + offset
+                below[x] = (a < clip) & (b < clip) & (c < clip)
+        else:
+            for x in range(np.uint64(len(light))):
+                total, free = np.float32(0.0), True
+                for c in range(channels):
+                    code = codes[channels * x + c]
+                    total += np.float32(code)
+                    free &= code < clip
+                light[x] = total * per + offset
+                below[x] = free
+
+
+@_jit
+def table_level(pixels, values, clip, level, usable):
+    """The same of a curve: ``values`` (codes, c), already over the number of channels."""
+    for y in range(len(pixels)):
+        for x in range(pixels.shape[1]):
+            total, free = np.float32(0.0), True
+            for c in range(pixels.shape[2]):
+                code = pixels[y, x, c]
+                total += values[code, c]
+                free &= code < clip
+            level[y, x] = total
+            usable[y, x] = free
+
+
+@_jit
 def calmed(level, middle, floor):
     """``middle`` (h, w), the medians of neighbourhoods, becomes ``level`` where that is not far above it."""
     for y in range(len(level)):

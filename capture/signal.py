@@ -135,6 +135,29 @@ def line_signal(
     return value.reshape(y1 - y0, x1 - x0, channels), variance.reshape(y1 - y0, x1 - x0, channels)
 
 
+def mean_level(image: Image, sensor: Sensor, factor: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """Mean over channels (h, w) float32 of a photo's signal over ``factor``, and where it is not saturated (h, w)
+    bool, in one pass; None where the codes of floats are a curve."""
+    pixels, line = np.ascontiguousarray(image.pixels), straight(image, sensor)
+    integers = pixels.dtype.kind == "u"
+    if line is None and not integers:
+        return None
+    if integers:
+        clip = np.int64(min(np.ceil(sensor.clip), np.iinfo(pixels.dtype).max + 1))
+    else:
+        clip = np.float32(sensor.clip)
+    level, usable = np.empty(pixels.shape[:2], np.float32), np.empty(pixels.shape[:2], bool)
+    if line is not None:
+        scale, offset = np.float32(line.scale / factor), np.float32(line.offset / factor)
+        pointwise.line_level(pixels, scale, offset, clip, level, usable)
+    else:
+        values = sensor.encoding.lookup(int(image.full_scale), pixels.shape[2])[0]
+        pointwise.table_level(pixels, values / np.float32(factor * pixels.shape[2]), clip, level, usable)
+    if image.saturated is not None:
+        usable &= ~image.saturated
+    return level, usable
+
+
 def saturated(pixels: np.ndarray, clip: float, known: np.ndarray | None) -> np.ndarray:
     """Pixels (h, w) some channel of which is at or above ``clip``, or known from the mosaic."""
     result = np.zeros(pixels.shape[:2], bool) if known is None else known.copy()

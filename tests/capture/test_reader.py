@@ -404,3 +404,16 @@ def test_real_sets_are_read(shared):
     assert reader.sensor.clip == 65532
     found = reader.read(photoset.views("sample")[9])
     assert 0.02 < found.saturated.mean() < 0.2 and found.valid.mean() > 0.7
+
+
+@pytest.mark.parametrize(("encoding", "channels"), [("linear", 3), ("srgb", 3), ("linear", 1)])
+def test_gray_levels_are_the_mean_of_the_radiance(make, light, sensor, encoding, channels):
+    signal = light[..., :channels] * 2.2  # the brightest corner is full
+    coded = linear_to_srgb(signal) if encoding == "srgb" else signal
+    extra = f'[radiometry]\nencoding = "{encoding}"'
+    photoset, reader = make([("a.png", "sample", coded, {"exposure_time": 0.5})], extra)
+    view = photoset.views("sample")[0]
+    level, usable = reader.read_level(view)
+    whole = reader.read(view)
+    assert level == pytest.approx(whole.value.mean(2), rel=1e-5)
+    assert np.array_equal(usable, ~whole.saturated) and not usable.all()
