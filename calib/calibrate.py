@@ -55,7 +55,9 @@ def calibrate(
     sights = _with_sample(photoset, camera, sights, notes)
     scale_corners(camera, boards, sights)
     check_camera(photoset, camera, model, boards, sights, notes)
-    settled = _settled(photoset, reader, model, camera, boards, sights, tell)
+    observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
+    sights = not_dark(photoset, sights, notes)
+    settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
     views, scale = _views(photoset, reader, settled, sights, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
@@ -89,17 +91,15 @@ def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes:
     return kept
 
 
-def _settled(
-    photoset: PhotoSet,
-    reader: Reader,
-    model: Model,
-    camera: Camera,
-    boards: list[Posed],
-    sights: list[Sight],
-    tell: Progress,
-) -> Settled:
-    observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
-    return settled_from(photoset, reader, model, camera, boards, sights, tell)
+def not_dark(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]:
+    """The sights in which a lamp was on; InputError if it was in none."""
+    for sight in sights:
+        if sight.dark:
+            notes.leave_out(sight.view.name, "the photo is dark: no light on the board")
+    kept = [s for s in sights if not s.dark]
+    if all(s.probe for s in kept):
+        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
+    return kept
 
 
 def settled_from(

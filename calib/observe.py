@@ -20,6 +20,7 @@ from capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
 _ACROSS = 170  # paper samples along the board's longer side
 _CAUSTIC = 3.0  # radii around a polished ball where it throws light back onto the paper
 _FEWEST = 400  # samples of paper worth a fit
+_DARK = 3.0  # standard errors of one sample of paper
 _PILED = 16  # photos of a still camera that are laid over one another
 _FARTHEST_EDGE = 3.0  # pixels that a flat sample's edge is looked for aside
 _ASTRAY = 0.04  # of the radius: how far a sample ball may stand from the manifest's place
@@ -45,6 +46,9 @@ def observe(
         ]
         if not sight.probe:
             sight.reading = _paper(photoset, reader, camera, sight)
+            sight.dark = sight.reading is not None and is_dark(sight.reading)
+        if sight.dark:
+            return None
         level = reader.level(sight.view) if still or not sight.probe else None
         if level is None:
             return None
@@ -122,6 +126,11 @@ def _paper(photoset: PhotoSet, reader: Reader, camera: Camera, sight: Sight) -> 
     level = samples.value.mean(axis=1)
     noise = samples.variance.mean(axis=1) / samples.variance.shape[1]
     return Reading(samples, level, np.maximum(noise, (local_noise(samples, level) * level) ** 2))
+
+
+def is_dark(reading: Reading) -> bool:
+    """Whether not even the brightest tenth of the paper stands out of the noise: a lamp that failed, a lens cap."""
+    return float(np.mean(reading.level > _DARK * np.sqrt(reading.noise))) < 0.1
 
 
 def _sample_limb(

@@ -34,6 +34,7 @@ class Sight:
     edges: Edges | None = None  # of a flat sample
     ball_limbs: dict[int, Limb] = field(default_factory=dict)  # of mirror balls, by number
     reading: Reading | None = None
+    dark: bool = False  # nothing but noise on the paper
     shading: np.ndarray | None = None  # local values of the latest shading fit
     rejected: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))  # pixels of corners left out
 

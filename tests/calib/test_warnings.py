@@ -7,19 +7,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import SAMPLE, SIZE, draw_corners, draw_patch, draw_world, observe, photoset_of
+from benchmarks.coverage import (
+    SAMPLE,
+    SIZE,
+    draw_corners,
+    draw_paper,
+    draw_patch,
+    draw_world,
+    observe,
+    photoset_of,
+)
 from calib.account import account
 from calib.board import Corners
-from calib.calibrate import settled_from
+from calib.calibrate import not_dark, settled_from
 from calib.checks import bad_photos, board_shape, view_warnings
 from calib.doubts import contradiction
 from calib.highlights import find_highlight
 from calib.looking import Reader, Seen
 from calib.notes import Notes
+from calib.observe import is_dark
 from calib.pose import fit_pose
 from calib.shading import Ball
 from calib.sight import FIXED_POSE
 from calib.viewpoints import Photos, check_camera, find_poses, fitted_camera, scale_corners
+from capture.errors import InputError
 from tests.calib.drawn import radiance
 from tests.calib.test_lights import BALLS as MIRRORS
 from tests.calib.test_lights import CAMERA, LAMP, POSE, highlight, spot
@@ -212,6 +223,30 @@ def test_a_lamp_seen_in_one_ball_only():
     off = found.values["light s2"] - drawn.world.lamps[2]
     assert off @ np.linalg.solve(covariance, off) < 16
     assert np.sqrt(np.linalg.eigvalsh(covariance)[-1]) > 50
+
+
+@pytest.mark.parametrize(("brightness", "dark"), [(0.0, True), (20.0, False)])
+def test_a_photo_in_which_no_lamp_was_on(brightness, dark):
+    """In units of the camera's noise; what lies below black is cut off by the file, so that darkness is not 0."""
+    drawn = Drawn(3)
+    reading = draw_paper(drawn.world, 0, drawn.rng)
+    level = brightness * reading.level / np.quantile(reading.level, 0.9)
+    level = np.maximum(level + drawn.rng.normal(size=len(level)), 0)
+    assert is_dark(replace(reading, level=level, noise=np.ones_like(level))) == dark
+
+
+def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():
+    drawn = Drawn(3)
+    *_, sights = drawn.camera()
+    sights[1].dark = True
+    assert [s.view.name for s in not_dark(drawn.photoset, sights, drawn.notes)] == [
+        s.view.name for s in sights if s is not sights[1]
+    ]
+    assert drawn.said(f"{sights[1].view.name}: left out, the photo is dark")
+    for sight in sights:
+        sight.dark = True
+    with pytest.raises(InputError, match="dark"):
+        not_dark(drawn.photoset, sights, drawn.notes)
 
 
 def test_highlights_of_two_things_are_not_one_lamp():
