@@ -32,6 +32,7 @@ from capture.signal import (
 
 STEP_PIXELS = 1_000_000  # about, that the exposure steps of a bracket are measured on
 BAND = 128  # rows whose light is worked out together: they stay in the cache
+SHOWN_BY_LAMP = ("sample", "probe")  # roles whose photos show the ambient photo's view, with the lamp on
 BELOW_BLACK = 4.0  # standard deviations below black that a pixel may read
 
 _COMPARED = (
@@ -73,7 +74,9 @@ class RadianceReader:
     def _lit(self, view: View, roi: Region | Windows | None) -> RadianceImage:
         """Radiance by the lamp alone, before pixels are judged by their neighbours."""
         image = self.exposed(view, roi)
-        lamp_off = self.ambient.get(view.light, self.ambient.get(None))
+        lamp_off = None
+        if view.photos[0].role in SHOWN_BY_LAMP:  # others are taken from elsewhere, or by the room's light
+            lamp_off = self.ambient.get(view.light, self.ambient.get(None))
         value, variance, saturated = image.value, image.variance, image.saturated
         if lamp_off is not None:
             value -= cut(lamp_off.value, roi)

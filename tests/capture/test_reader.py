@@ -155,6 +155,19 @@ def test_ambient_of_another_light_is_not_subtracted(make, light):
         assert np.abs(value(photoset, reader, number) - light).max() < 3 * STEP16
 
 
+def test_ambient_light_is_not_taken_from_photos_of_the_board(make, light):
+    """They are taken from elsewhere and by the room's light: what would be subtracted is another picture."""
+    photos = [
+        ("a.png", "sample", light + 0.1, {}),
+        ("b.png", "calibration", light, {}),
+        ("c.png", "ambient", np.full_like(light, 0.1), {}),
+    ]
+    photoset, reader = make(photos)
+    assert np.abs(value(photoset, reader) - light).max() < 3 * STEP16
+    board = reader.read(photoset.views("calibration")[0])
+    assert np.abs(board.value - light).max() < 3 * STEP16
+
+
 def test_doubts_are_said(make, light, tmp_path, files):
     ambient = ("c.png", "ambient", light * 0.1, {})
     photos = [("a.png", "sample", light, {}), ("b.png", "sample", light, {})]
