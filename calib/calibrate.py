@@ -15,7 +15,7 @@ from calib.account import (
 from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
-from calib.doubts import contradiction, denied_by_patch
+from calib.doubts import contradiction, denied_by_patch, washed_out
 from calib.evidence import Posed
 from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
@@ -25,7 +25,7 @@ from calib.observe import observe
 from calib.patch import patches_box
 from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Light, Setup, ViewSetup
-from calib.sight import FIXED_POSE, POSE, Sight, channel_names
+from calib.sight import FIXED_POSE, POSE, Sight, channel_names, hand_over
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
@@ -56,7 +56,7 @@ def calibrate(
     scale_corners(camera, boards, sights)
     check_camera(photoset, camera, model, boards, sights, notes)
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
-    sights = not_dark(photoset, sights, notes)
+    sights = usable(photoset, sights, notes)
     settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
     views, scale = _views(photoset, reader, settled, sights, notes)
     if not views:
@@ -91,14 +91,19 @@ def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes:
     return kept
 
 
-def not_dark(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]:
-    """The sights in which a lamp was on; InputError if it was in none."""
+def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]:
+    """The sights in which a lamp was on and the print is sharp; InputError if that is none of the sample."""
+    unsharp = washed_out({s.view.name: s.reading for s in sights if s.reading is not None and not s.dark})
+    kept = []
     for sight in sights:
-        if sight.dark:
-            notes.leave_out(sight.view.name, "the photo is dark: no light on the board")
-    kept = [s for s in sights if not s.dark]
+        why = "the photo is dark: no light on the board" if sight.dark else unsharp.get(sight.view.name)
+        if why is None:
+            kept.append(sight)
+        else:
+            notes.leave_out(sight.view.name, why)
     if all(s.probe for s in kept):
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
+    hand_over(sights, kept)
     return kept
 
 

@@ -1,5 +1,6 @@
-"""Lamps that nothing but mirror balls tells of: is what was found there the lamp?
+"""Photos that cannot be what they seem: a print that is not sharp, a lamp that is something else.
 
+Of lamps that nothing but mirror balls tells of: is what was found there the lamp?
 Where the photos show the board's paper its light decides. Without it, a reflection of something else passes for the
 lamp unless the balls contradict one another, or the white patch shows another falloff than that lamp's.
 """
@@ -8,15 +9,34 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib import shading
 from calib.irradiance import Reading
 from calib.lamps import expected_pixel
 from calib.patch import UNEVEN
 from calib.sight import Sight
+from calib.starts import black_over_white
 from calib.together import Settled
 
 _FARTHEST = 1.5  # pixels by which highlights of one lamp may miss
 _WILD = 6.0  # and in their standard errors
+_WASHED = 1.5  # times the other photos' black over white, and
+_WASHED_BY = 0.02  # so much more, is black with white in it
 _MOST = 0.5  # share of the patches that must agree with their lamps, for the others to tell something
+
+
+def washed_out(readings: dict[str, shading.Reading]) -> dict[str, str]:
+    """Photos whose black print is much brighter beside its white than the others', with the reason.
+
+    Both are lit alike, so that no lamp does that: white has spread over black.
+    """
+    ratios = {name: black_over_white([reading]) for name, reading in readings.items()}
+    usual = float(np.median(list(ratios.values()))) if ratios else 0.0
+    return {
+        name: f"its print is not sharp: black is {ratio:.2f} of white, in the other photos {usual:.2f}; out of"
+        " focus, shaken, or with light on the lens"
+        for name, ratio in ratios.items()
+        if ratio > _WASHED * usual + _WASHED_BY
+    }
 
 
 def contradiction(settled: Settled, members: list[Sight]) -> str | None:

@@ -43,6 +43,14 @@ class Sight:
         return self.view.photos[0].role == "probe"
 
 
+def hand_over(sights: list[Sight], kept: list[Sight]) -> None:
+    """What all photos of a still camera show together goes from sights that are left out to one that is ``kept``."""
+    for sight in sights:
+        heir = next((k for k in kept if k.pose_block == sight.pose_block and not k.probe), None)
+        if sight.limb is not None and heir is not None and all(k is not sight for k in kept):
+            heir.limb, sight.limb = sight.limb, None
+
+
 def light_entry(photoset: PhotoSet, view: View) -> LightEntry | None:
     """The manifest's entry of a view's light; a view that names none has the only light there is."""
     if view.light is None and len(photoset.lights) == 1:

@@ -19,9 +19,9 @@ from benchmarks.coverage import (
 )
 from calib.account import account
 from calib.board import Corners
-from calib.calibrate import not_dark, settled_from
+from calib.calibrate import settled_from, usable
 from calib.checks import bad_photos, board_shape, view_warnings
-from calib.doubts import contradiction
+from calib.doubts import contradiction, washed_out
 from calib.highlights import find_highlight
 from calib.looking import Reader, Seen
 from calib.notes import Notes
@@ -236,17 +236,28 @@ def test_a_photo_in_which_no_lamp_was_on(brightness, dark):
 
 
 def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():
-    drawn = Drawn(3)
+    drawn = Drawn(3, fixed=True)
     *_, sights = drawn.camera()
-    sights[1].dark = True
-    assert [s.view.name for s in not_dark(drawn.photoset, sights, drawn.notes)] == [
-        s.view.name for s in sights if s is not sights[1]
-    ]
-    assert drawn.said(f"{sights[1].view.name}: left out, the photo is dark")
+    sights[0].dark, sights[0].limb = True, "of all photos"
+    assert usable(drawn.photoset, sights, drawn.notes) == sights[1:]
+    assert drawn.said(f"{sights[0].view.name}: left out, the photo is dark")
+    assert sights[1].limb == "of all photos"
     for sight in sights:
         sight.dark = True
     with pytest.raises(InputError, match="dark"):
-        not_dark(drawn.photoset, sights, drawn.notes)
+        usable(drawn.photoset, sights, drawn.notes)
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.15, ["v2"]), (0.01, [])])
+def test_a_print_that_is_not_sharp(share, said):
+    """Where ``share`` of the white light has spread over the black; the lamp changes both alike."""
+    drawn = Drawn(3)
+    readings = {f"v{k}": draw_paper(drawn.world, k, drawn.rng) for k in range(5)}
+    sharp = readings["v2"]
+    white = np.median(sharp.level[sharp.samples.white])
+    level = np.where(sharp.samples.white, sharp.level, sharp.level + share * white)
+    readings["v2"] = replace(sharp, level=level)
+    assert list(washed_out(readings)) == said
 
 
 def test_highlights_of_two_things_are_not_one_lamp():
