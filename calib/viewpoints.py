@@ -17,7 +17,8 @@ from calib.notes import Notes
 from calib.pose import FEWEST_CORNERS, fit_pose, joined
 from calib.sight import FIXED_POSE, POSE, Sight, light_id
 from capture.errors import InputError
-from capture.photoset import MANIFEST, PhotoSet
+from capture.images import copies
+from capture.photoset import MANIFEST, PhotoSet, View
 
 _ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by
 _ORDINARY = (
@@ -52,7 +53,7 @@ class Photos:
 
 def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, notes: Notes) -> Photos:
     """Every photo's corners at first sight; InputError if no sample photo can be read."""
-    samples = look(reader, photoset.views("sample"), tell, "looking for the board")
+    samples = look(reader, _originals(photoset, notes), tell, "looking for the board")
     probes = look(reader, photoset.views("probe"), tell, "looking at probe photos")
     boards = look(reader, photoset.views("calibration"), tell, "looking at calibration photos")
     for name, reason in reader.failed.items():
@@ -60,6 +61,15 @@ def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, notes: Notes
     if not samples:
         raise InputError(photoset.folder / MANIFEST, "none of the sample photos can be read")
     return Photos(samples, probes, boards)
+
+
+def _originals(photoset: PhotoSet, notes: Notes) -> tuple[View, ...]:
+    """The sample's views without copies of others, which would count twice and predict themselves."""
+    views = photoset.views("sample")
+    copied = copies(photoset.folder, [v.name for v in views if len(v.photos) == 1])
+    for name, original in copied.items():
+        notes.leave_out(name, f"it is the same file as {original}")
+    return tuple(v for v in views if v.name not in copied)
 
 
 def find_camera(

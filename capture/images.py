@@ -6,7 +6,8 @@ all headers, through OpenImageIO; RAW through LibRaw.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import filecmp
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,7 @@ STANDARD = {".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr"}
 JPEG = {".jpg", ".jpeg"}
 INTEGERS = {"uint8": np.uint8, "uint16": np.uint16}
 FLOATS = {"half", "float", "double"}
+HEAD = 4096  # bytes at a file's start that tell most files apart
 FULL_SCALE = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0, np.dtype(np.float32): 1.0}
 
 
@@ -163,6 +165,24 @@ def check_finite(path: Path, pixels: np.ndarray) -> None:
     if pixels.dtype == np.float32 and not np.isfinite(pixels).all():
         y, x, _ = np.argwhere(~np.isfinite(pixels))[0]
         raise InputError(path, f"a pixel is not finite, first at x {x}, y {y}")
+
+
+def copies(folder: Path, names: Sequence[str]) -> dict[str, str]:
+    """Files of the same bytes as an earlier one, and that one; files that cannot be read are nobody's copies."""
+    alike: dict[tuple[int, bytes], list[str]] = {}
+    found = {}
+    for name in names:
+        try:
+            with (folder / name).open("rb") as file:
+                start = ((folder / name).stat().st_size, file.read(HEAD))
+            same = [e for e in alike.get(start, []) if filecmp.cmp(folder / e, folder / name, shallow=False)]
+        except OSError:
+            continue
+        if same:
+            found[name] = same[0]
+        else:
+            alike.setdefault(start, []).append(name)
+    return found
 
 
 def read_bytes(path: Path) -> bytes:

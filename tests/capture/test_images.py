@@ -10,7 +10,7 @@ import pytest
 import rawpy
 
 from capture.errors import InputError
-from capture.images import read_header, read_image
+from capture.images import HEAD, copies, read_header, read_image
 
 SHAPE = (24, 31)
 
@@ -204,3 +204,12 @@ def test_a_truncated_raw_is_refused(dng, tmp_path):
         (tmp_path / "a.dng").write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(InputError, match=r"a\.dng"):
             read_image(tmp_path / "a.dng")
+
+
+def test_copies_are_files_of_the_same_bytes(tmp_path):
+    """Of the same size and start, and different only far behind, files are no copies."""
+    start = bytes(2 * HEAD)
+    for name, rest in {"a": b"1", "b": b"2", "c": b"1", "d": b"12", "e": b"1", "f": b"2"}.items():
+        (tmp_path / name).write_bytes(start + rest)
+    names = ["a", "missing", "b", "c", "d", "e", "f"]
+    assert copies(tmp_path, names) == {"c": "a", "e": "a", "f": "b"}
