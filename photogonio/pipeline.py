@@ -14,7 +14,7 @@ from calib.setup import LeftOut, Setup, save_setup
 from capture.colour import ColourCorrection
 from capture.errors import InputError
 from capture.manifest import load_photoset
-from capture.photoset import MANIFEST, PhotoSet
+from capture.photoset import MANIFEST, PhotoSet, Plane
 from capture.prepare import prepare, vignetting
 from capture.reader import RadianceReader
 from photogonio import page
@@ -28,6 +28,7 @@ from photogonio.scratch import Scratch
 from photogonio.store import KeptSetup, default_store
 from photogonio.stream import Reduced, reduce_photos
 from photogonio.summary import (
+    clipped,
     contradicted_photos,
     doubts,
     fit_choices,
@@ -115,6 +116,7 @@ def process(
                 reporter,
                 view_errors=errors,
                 scale_error=SCALE_ERROR if setup.scale == "absolute" else 0.0,
+                lamps=lamp_variances(setup, table),
                 stray=stray,
             )
             watch.lap("fit")
@@ -126,7 +128,7 @@ def process(
     contradicted = contradicted_photos(fit)
     for photo in (*reduced.left_out, *contradicted):
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
-    _announce(fit, reporter)
+    _announce(fit, table, reporter)
     provenance = _provenance("process", photoset, options, reduced.hashes)
     result = Result(
         name=photoset.name,
@@ -195,7 +197,7 @@ def fit(
     wanted = {"columns": joined(columns), "where": joined(dict(where))} | options.to_dict()
     provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
     found = _fitted(read, options, options.symmetry, scale, reporter)
-    _announce(found, reporter)
+    _announce(found, read, reporter)
     result = Result(
         name=path.stem,
         setup=None,
@@ -315,6 +317,16 @@ def view_errors(setup: Setup, table: FacetTable) -> np.ndarray:
     return np.array([float(np.max(view.strength_error / view.strength)) for view in known])
 
 
+def lamp_variances(setup: Setup, table: FacetTable) -> np.ndarray:
+    """Variances (g,), radians^2, of the directions of each view's lamp about one axis, as the sample sees a glowing
+    ball: a fourth of the square of its angular radius; 0 where its size is not known."""
+    sample, views = setup.sample, {view.name: view for view in setup.views}
+    middle = np.append(sample.outline.mean(0), sample.height) if isinstance(sample, Plane) else sample.center
+    lights = [views[name].light for name in table.groups]
+    near = [one.radius**2 * one.toward(middle[None])[1][0] if one.kind == "point" else 0.0 for one in lights]
+    return 0.25 * np.array(near)
+
+
 def _fitted(
     table: FacetTable,
     options: Options,
@@ -324,6 +336,7 @@ def _fitted(
     *,
     view_errors: np.ndarray | None = None,
     scale_error: float = 0.0,
+    lamps: np.ndarray | None = None,
     stray: StrayLight | None = None,
 ) -> FitResult:
     asked = FitOptions(
@@ -338,6 +351,7 @@ def _fitted(
         asked,
         view_errors=view_errors,
         scale_error=scale_error,
+        lamps=lamps,
         stray=stray,
         progress=lambda stage: reporter.say(f"fitting: {stage}"),
     )
@@ -346,11 +360,11 @@ def _fitted(
     return found
 
 
-def _announce(found: FitResult, reporter: Reporter) -> None:
+def _announce(found: FitResult, table: FacetTable, reporter: Reporter) -> None:
     """What a fit chose, and what it had to put right."""
     for name, factor in rescaled(found):
         reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
-    for warning in (*physics_warnings(found), *said_warnings(found), *doubts(found)):
+    for warning in (*physics_warnings(found), *said_warnings(found), *clipped(table), *doubts(found)):
         reporter.warn(warning)
     for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")

@@ -11,6 +11,7 @@ from calib.setup import LeftOut
 from photogonio.options import Choice
 from reconstruct.plots import correlation
 from reconstruct.represent_turning import typical
+from reconstruct.table import LEFT_OUT
 
 LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
@@ -19,10 +20,12 @@ if TYPE_CHECKING:
     from reconstruct.brdf import Brdf
     from reconstruct.fit import FitResult
     from reconstruct.relight import TurnedLight
+    from reconstruct.table import FacetTable
 
 
 CONTRADICTED = 0.05  # relative; geometry, texture and noise leave a few per cent
 UNSEEN = 10.0  # degrees
+CLIPPED = 0.02  # share of a photo's pixels of the sample
 
 
 def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
@@ -101,6 +104,19 @@ def doubts(fit: FitResult) -> list[str]:
         if nearest > UNSEEN:
             told.append(f"no photo looks within {nearest:.0f} degrees of {where}: {what} there was not seen")
     return told
+
+
+def clipped(table: FacetTable) -> list[str]:
+    """Photos exposed so long that what the sample reflects most light to was lost."""
+    used = np.bincount(table.group, table.count, minlength=len(table.groups))
+    lost = table.left_out[:, LEFT_OUT.index("saturated")] if len(table.left_out) else np.zeros(len(used))
+    share = lost / np.maximum(lost + used, 1)
+    if not (share > CLIPPED).any():
+        return []
+    return [
+        f"the sample is clipped in {(share > CLIPPED).sum()} of {len(share)} photos, {share.max():.0%} of it in "
+        f"{table.groups[int(np.argmax(share))]}: its brightest directions were not measured; expose less"
+    ]
 
 
 def relit_warning(turned: Sequence[TurnedLight]) -> str:

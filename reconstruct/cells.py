@@ -34,6 +34,7 @@ class Cells:
         None  # (n, 2) variance, radians^2, of the turns that lead from a cell's middle to its
     )
     # samples, about the tangent axes along and across the plane of incidence
+    lamp: np.ndarray | None = None  # (n,) variance, radians^2, of a lamp's directions about each tangent axis
     canonical: bool = (
         False  # directions were turned to one incident azimuth, and folded, before they were averaged
     )
@@ -43,12 +44,18 @@ class Cells:
 
     def take(self, keep: np.ndarray) -> Cells:
         """The cells that a mask or an index array (any, of n) names."""
-        turn = None if self.turn is None else self.turn[keep]
-        return replace(self, turn=turn, **{name: getattr(self, name)[keep] for name in _ROWS})
+        given = {
+            name: None if (row := getattr(self, name)) is None else row[keep] for name in ("turn", "lamp")
+        }
+        return replace(self, **given, **{name: getattr(self, name)[keep] for name in _ROWS})
 
     def with_value(self, value: np.ndarray) -> Cells:
         """The same directions with other values (n, c)."""
         return replace(self, value=value)
+
+    def under(self, lamps: np.ndarray | None) -> Cells:
+        """The same under lamps of such variances (g,), radians^2, as ``lamp`` has them; None: small ones."""
+        return self if lamps is None else replace(self, lamp=lamps[self.group])
 
     @classmethod
     def of_angles(cls, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> Cells:

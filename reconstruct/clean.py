@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reconstruct.basis import Basis
-from reconstruct.binning import binning
+from reconstruct.binning import binning, lamp_size
 from reconstruct.cells import Cells
 from reconstruct.discord import contradiction, discordant
 from reconstruct.microfacet import Family, families, retro_lobe, second_lobe
@@ -35,12 +35,14 @@ Progress = Callable[[str], None]
 class Cleaned:
     """Cells to fit, and candidate lobes."""
 
-    cells: Cells  # stray light and binning error removed, freed views divided by their scales
+    cells: (
+        Cells  # stray light, binning error and the lamps' size removed, freed views divided by their scales
+    )
     deviation: np.ndarray  # (n, c) error model, up to a factor
     stray: np.ndarray  # (n, c) stray light removed, 1/sr
     scales: ViewScales
     pilots: tuple[Fitted, ...]  # on thinned cells
-    binning: np.ndarray | None = None  # (n, c) binning error removed, 1/sr
+    binning: np.ndarray | None = None  # (n, c) binning error and the lamps' size removed, 1/sr
     contradiction: float = np.nan  # of the views that are left: reconstruct.discord.contradiction
     discordant: tuple[str, ...] = ()  # views left out: what they show is not what all others show
 
@@ -61,7 +63,7 @@ def clean(
     stray: StrayLightOn | None = None,
     progress: Progress = lambda stage: None,
 ) -> Cleaned:
-    """Remove stray light, binning error and errors of scale, by turns with pilot fits of every kind of lobe.
+    """Remove stray light, binning error, the lamps' size and errors of scale, by turns with pilot fits of every lobe.
 
     ``view_errors`` (g,) are relative standard errors of the views' scales; ``lobes`` is how many were asked for,
     None for any; ``kinds`` are the lobes to try, None for the isotropic ones.
@@ -78,7 +80,8 @@ def clean(
         if stray is not None:
             progress("stray light")
             light = stray(work.cells, reference)
-        added, before = light + binning(work.cells, reference), (added, scales.factor)
+        blurred = binning(work.cells, reference) + lamp_size(work.cells, reference)
+        added, before = light + blurred, (added, scales.factor)
         if many_views:
             believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
             scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)

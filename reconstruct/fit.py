@@ -88,18 +88,20 @@ def fit_table(
     *,
     view_errors: np.ndarray | None = None,
     scale_error: float = 0.0,
+    lamps: np.ndarray | None = None,
     stray: StrayLightOn | None = None,
     progress: Progress = lambda stage: None,
 ) -> FitResult:
     """Fit modes and lobes to a table.
 
     ``view_errors`` (g,) are relative standard errors of the views' scales, ``scale_error`` that of the scale which
-    all share; ``stray`` computes what stray light adds to cells, given a model of the surface.
+    all share, ``lamps`` (g,) variances, radians^2, of the lamps' directions; ``stray`` computes what stray light adds
+    to cells, given a model of the surface.
 
     Raises:
         InputError: no cell is left, or what was asked for does not go together.
     """
-    seen = _usable(cells_of(table), options)
+    seen = _usable(cells_of(table).under(lamps), options)
     views = (
         np.full(len(seen.groups), VIEW_ERROR) if view_errors is None else np.maximum(view_errors, VIEW_ERROR)
     )

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.simulated import Plan, simulate
-from photogonio.summary import doubts
+from photogonio.summary import clipped, doubts
 from reconstruct.fit import FitOptions, fit_table
+from reconstruct.table import LEFT_OUT
 from synthetic.brdf import make_brdf
 
 PLAN = Plan(views=10, pixels=900, level=2, spoiled=0.0)
@@ -34,3 +35,16 @@ def test_photos_that_agree_raise_no_doubt_and_photos_at_odds_do(fit):
     assert not any("contradict" in line for line in doubts(fit))
     at_odds = replace(fit, diagnostics=fit.diagnostics | {"contradiction": 0.2})
     assert any("contradict one another" in line for line in doubts(at_odds))
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.1, True), (0.001, False)])
+def test_a_sample_that_is_clipped_is_told(share, told):
+    """``share`` of one photo's pixels, the photo named."""
+    table = simulate(make_brdf("lambert"), PLAN)
+    lost = np.zeros((len(table.groups), len(LEFT_OUT)), int)
+    used = table.count[table.group == 3].sum()
+    lost[3, LEFT_OUT.index("saturated")] = round(used * share / (1 - share))
+    lines = clipped(replace(table, left_out=lost))
+    assert [f"1 of {PLAN.views} photos, 10% of it in {table.groups[3]}" in line for line in lines] == [
+        True
+    ] * told

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.simulated import Plan, simulate
+from reconstruct.angles import pair_angles, unit_vectors
 from reconstruct.basis import Basis
-from reconstruct.binning import binning
+from reconstruct.binning import binning, lamp_size
 from reconstruct.cells import Cells, cells_of
 from reconstruct.microfacet import CORRELATED_SCHLICK, families
 from reconstruct.model import LobeSet, Model
@@ -73,3 +74,38 @@ def test_measurements_of_their_own_have_none():
     rng = np.random.default_rng(0)
     cells = Cells.of_angles(*rng.uniform(0.0, 1.0, (2, 20)), rng.uniform(0.0, 3.0, 20))
     assert (binning(cells, metal()) == 0.0).all()
+
+
+def seen_under_a_disk(cells, model, radius):
+    """Mean over a lamp that fills a disk of angular ``radius``, weighted by the cosine: by quadrature, nodes of equal
+    shares of the disk."""
+    incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    along = np.stack([incident[:, 2], np.zeros(len(cells)), -incident[:, 0]], axis=-1)
+    total, weight = 0.0, 0.0
+    for share in (np.arange(12) + 0.5) / 12:
+        for turn in np.arange(24) * np.pi / 12:
+            x, y = radius * np.sqrt(share) * np.array([np.cos(turn), np.sin(turn)])
+            toward = incident + x * along + y * np.array([0.0, 1.0, 0.0])
+            toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+            theta_i, theta_r, dphi = pair_angles(toward, exit)
+            value = model.evaluate(Cells.of_angles(theta_i, theta_r, np.abs(dphi)))
+            total, weight = total + toward[:, 2:] * value, weight + toward[:, 2:]
+    return total / weight
+
+
+@pytest.mark.parametrize("radius", [0.03, 0.06])
+def test_a_lamp_of_some_size_blurs_a_gloss(radius):
+    """What is left of it is of the next order: (radius / roughness)^2 of the whole, times a number near one."""
+    rng = np.random.default_rng(1)
+    cells = Cells.of_angles(*rng.uniform(0.0, 1.2, (2, 300)), rng.uniform(0.0, np.pi, 300))
+    cells = replace(cells, lamp=np.full(300, radius**2 / 4))
+    true, model = metal(0.2).evaluate(cells), metal(0.2)
+    excess = seen_under_a_disk(cells, model, radius) - true
+    rest = np.sqrt(np.mean(((excess - lamp_size(cells, model)) / true) ** 2))
+    assert rest < (radius / 0.2) ** 2 * np.sqrt(np.mean((excess / true) ** 2))
+
+
+def test_a_small_lamp_and_one_of_unknown_size_blur_nothing():
+    cells = Cells.of_angles(*np.full((2, 3), 0.5), np.full(3, np.pi))
+    assert (lamp_size(cells, metal()) == 0.0).all()
+    assert (lamp_size(replace(cells, lamp=np.zeros(3)), metal()) == 0.0).all()
