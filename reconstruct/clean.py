@@ -25,6 +25,8 @@ SETTLED = 0.02  # rms over the cells, of their errors
 SETTLED_SCALE = 1e-3  # of a view's scale
 START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further
+TELLING = 0.1  # relative error of a cell that can contradict others
+ENOUGH = 0.05  # share of the cells
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
 
 StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
@@ -110,9 +112,13 @@ def _settled(added: np.ndarray, factor: np.ndarray, deviation: np.ndarray) -> bo
 
 
 def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
-    """Some of the cells, and what the likeliest pilot says of them."""
-    few = work.cells.take(np.arange(0, len(work.cells), -(-len(work.cells) // SEARCH_CELLS)))
-    return few, work.reference.model.evaluate(few)
+    """Some of the cells, and what the likeliest pilot says of them: of those that are surer than :data:`TELLING`, if
+    there are enough, since what is all but black agrees with nothing."""
+    chosen = np.arange(0, len(work.cells), -(-len(work.cells) // SEARCH_CELLS))
+    few, deviation = work.cells.take(chosen), work.deviation[chosen]
+    predicted = work.reference.model.evaluate(few)
+    sure = deviation.mean(1) <= TELLING * np.abs(predicted).mean(1)
+    return (few.take(sure), predicted[sure]) if sure.mean() > ENOUGH else (few, predicted)
 
 
 def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
@@ -126,13 +132,21 @@ def _alone(family: Family) -> LobeSet:
     return LobeSet((family,), (starting_shape(family, START),))
 
 
-def _without_tails(pilots: Sequence[Fitted]) -> list[LobeSet]:
-    """Beckmann's form of the likeliest lobe."""
-    single = [one for one in pilots if len(one.model.lobes.families) == 1]
-    if not single:
-        return []
-    family = min(single, key=lambda one: one.cost).model.lobes.families[0]
-    return [_alone(family.with_beckmann)] if family.distribution == "ggx" else []
+def _without_tails(work: Cleaned, pilots: Sequence[Fitted]) -> list[Fitted]:
+    """Pilots of Beckmann's form of the likeliest lobe and, if that is likelier, of the likeliest of the other kind of
+    Fresnel's term: where tails are wrong, which of the kinds with tails does best says little."""
+    single = sorted((one for one in pilots if len(one.model.lobes.families) == 1), key=lambda one: one.cost)
+    tried: list[Fitted] = []
+    for one in single:
+        family = one.model.lobes.families[0]
+        if family.distribution != "ggx" or any(
+            family.fresnel == other.model.lobes.families[0].fresnel for other in tried
+        ):
+            continue
+        tried.append(_pilot(work, _alone(family.with_beckmann), None))
+        if tried[0].cost >= single[0].cost:
+            break
+    return tried
 
 
 def _scales(
@@ -161,7 +175,7 @@ def _piloted(
     work = Cleaned(cells, deviation, added, scales, ())
     pilots = [_pilot(work, lobes, None if anew else 0) for lobes in starts]
     if anew:
-        pilots += [_pilot(work, lobes, None) for lobes in _without_tails(pilots)]
+        pilots += _without_tails(work, pilots)
     return replace(work, pilots=tuple(pilots))
 
 
