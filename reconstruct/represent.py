@@ -27,7 +27,7 @@ NOTHING = 1e-5  # of the largest coefficient
 BEYOND = 0.02  # weight of what lies beyond, against 1
 PENALTY = 1e-8  # of the weight's sum: keeps fine modes from trading places
 # roughness of the file's lobes that stand for one it does not know, over its own; its own first
-RATIOS = {"ggx": (1.0, 0.7, 1.25), "beckmann": (0.8, 1.1)}
+RATIOS = {"ggx": (1.0, 0.7, 1.25), "beckmann": (0.8, 1.1, 1.4)}
 NODES = (28, 40)  # Gauss nodes in cos theta, midpoints in dphi
 
 
