@@ -306,8 +306,9 @@ def _physical(
     if wanted == "off" or brdf.symmetry != "isotropic":
         return brdf, {"held": False}
     pairs = held_pairs()
-    said = brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi) - model.evaluate(pairs)
-    if wanted == "auto" and not violated(brdf, np.hypot(error_of(model, spread, misfit, pairs), said)):
+    said = np.abs(brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi) - model.evaluate(pairs))
+    # what the file's terms cannot say is known, not a matter of chance: a fault of theirs is none of the data
+    if wanted == "auto" and not violated(brdf, error_of(model, spread, misfit, pairs) + said):
         return brdf, {"held": False}
     size, known = len(brdf.modes), min(spread.modes, len(brdf.modes))
     own = np.zeros((len(brdf.channels), size, size))

@@ -23,6 +23,7 @@ HIGHEST = np.radians(85.0)  # polar angles beyond are not held: nothing is measu
 ROUNDS = 30
 BATCH = 40  # constraints added a round
 RANK = 1e-10  # of the largest variance: below it rounding
+TRIFLE = 3e-3  # of the mean f: less below 0 is no matter
 SLACK = 1e-9  # of the largest value: rounding
 ALBEDO_ANGLES = np.radians(np.arange(0.0, 86.0, 5.0))
 
@@ -39,13 +40,14 @@ class Physical:
 
 
 def violated(brdf: Brdf, error: np.ndarray) -> bool:
-    """Whether ``brdf`` is negative by more than its standard ``error`` (k, c) at :func:`held_pairs`, or its albedo, on
-    an absolute scale, is above 1 by more than the mean relative error."""
+    """Whether ``brdf`` is negative by more than its standard ``error`` (k, c) at :func:`held_pairs` and more than a
+    trifle, or its albedo, on an absolute scale, is above 1 by more than the mean relative error."""
     pairs = held_pairs()
     value = brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi)
-    if (value < -error).any():
-        return True
     weight = (np.sin(2 * pairs.theta_i) * np.sin(2 * pairs.theta_r))[:, None]
+    trifle = TRIFLE * (weight * np.abs(value)).sum(0) / weight.sum()
+    if (value < -(error + trifle)).any():
+        return True
     relative = (weight * error).sum(0) / np.maximum((weight * np.abs(value)).sum(0), np.finfo(float).tiny)
     albedo = brdf.directional_albedo(ALBEDO_ANGLES)
     return brdf.scale == "absolute" and bool((albedo > 1.0 + relative).any())

@@ -71,6 +71,19 @@ def test_a_violation_within_its_error_is_none():
     assert not violated(brdf, np.full_like(values(brdf), 1.01 * -values(brdf).min()))
 
 
+def test_a_trifle_below_zero_is_none():
+    brdf = brdf_of(2, [[0.2], [0.5], [0.0], [0.1], [-0.1]])
+    lifted = brdf_of(2, [[0.2 - (values(brdf).min() + 1e-4) / brdf_unit()], [0.5], [0.0], [0.1], [-0.1]])
+    assert -2e-4 < values(lifted).min() < 0.0
+    assert not violated(lifted, np.zeros_like(values(lifted)))
+    assert violated(brdf, np.zeros_like(values(brdf)))
+
+
+def brdf_unit():
+    """What the first mode adds to f everywhere."""
+    return float(values(brdf_of(0, [[1.0]])).max())
+
+
 def test_what_modes_cannot_mend_is_said():
     """A negative constant with nothing free to move."""
     brdf = brdf_of(0, [[-0.1]])
