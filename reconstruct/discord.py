@@ -18,6 +18,8 @@ FEWEST_TO_JUDGE = 5  # views
 FEWEST_CELLS = 12  # of a view that others see too
 NEAR = np.radians(5.0)  # between pairs that are compared
 NEIGHBOURS = 24
+ALIKE = 1.5  # factor by which the model may differ from a cell to those near: in a steep peak a small turn is much
+FAINT = 0.01  # of the rms of all values
 MOST_RATIO = 1e6  # of what is seen to what the model says
 
 
@@ -27,12 +29,12 @@ def discordant(cells: Cells, predicted: np.ndarray) -> np.ndarray:
     ``predicted`` (n, c) is a model's value at the cells; only what the cells have beyond it is compared, so that f
     may change between neighbours.
     """
-    ratio = cells.value / np.maximum(predicted, 1e-3 * level(cells))
+    cells, model = _plain(cells, predicted)
     result = np.zeros(len(cells.groups), bool)
     views = np.unique(cells.group)
     while len(views) >= FEWEST_TO_JUDGE:
         keep = ~result[cells.group]
-        worst = _worst(cells.take(keep), ratio[keep], views)
+        worst = _worst(cells.take(keep), model[keep], views)
         if worst is None:
             break
         result[worst] = True
@@ -43,22 +45,28 @@ def discordant(cells: Cells, predicted: np.ndarray) -> np.ndarray:
 def contradiction(cells: Cells, predicted: np.ndarray) -> float:
     """How far views are from one another at the same pairs of directions, relative, whatever their scales: of the
     middle view; NaN where no two see the same."""
-    views = np.unique(cells.group)
-    ratio = cells.value / np.maximum(predicted, 1e-3 * level(cells))
-    scatter = _scatters(cells, ratio, views)
+    cells, model = _plain(cells, predicted)
+    scatter = _scatters(cells, model, np.unique(cells.group))
     return float(np.nanmedian(scatter)) if np.isfinite(scatter).any() else np.nan
 
 
-def _scatters(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> np.ndarray:
+def _plain(cells: Cells, predicted: np.ndarray) -> tuple[Cells, np.ndarray]:
+    """The cells, and what the model says of them, but for the faint ones: there stray light is as much as f."""
+    bright = predicted.mean(1) > FAINT * np.sqrt(np.mean(cells.value**2))
+    return cells.take(bright), np.maximum(predicted[bright], 1e-3 * level(cells))
+
+
+def _scatters(cells: Cells, model: np.ndarray, views: np.ndarray) -> np.ndarray:
     """(v,) how far each view is from the others, relative; NaN where they see nothing of what it does."""
-    contrast = _against_others(cells, _of_one_scale(cells, ratio, views))
+    ratio = _of_one_scale(cells, cells.value / model, views)
+    contrast = _against_others(cells, ratio, np.log(model.mean(1)))
     return np.array([_typical(contrast[cells.group == view]) for view in views])
 
 
-def _worst(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> int | None:
+def _worst(cells: Cells, model: np.ndarray, views: np.ndarray) -> int | None:
     """The view that contradicts the others most; None where none does. One at a time, since a bad view makes those
     that it is compared with look bad."""
-    scatter = _scatters(cells, ratio, views)
+    scatter = _scatters(cells, model, views)
     if not np.isfinite(scatter).any():
         return None
     worst = int(np.nanargmax(scatter))
@@ -76,8 +84,9 @@ def _of_one_scale(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> np.ndar
     return one_scale
 
 
-def _against_others(cells: Cells, ratio: np.ndarray) -> np.ndarray:
-    """(n,) how far a cell is from the median of other views' cells near it, mean of the channels; NaN: none is near."""
+def _against_others(cells: Cells, ratio: np.ndarray, model: np.ndarray) -> np.ndarray:
+    """(n,) how far a cell is from the median of other views' cells near it, mean of the channels; NaN: none is near,
+    or the logarithm ``model`` (n,) changes much among them."""
     there, back = (
         pair_places(cells.theta_i, cells.theta_r, cells.dphi),
         pair_places(cells.theta_r, cells.theta_i, cells.dphi),
@@ -86,7 +95,8 @@ def _against_others(cells: Cells, ratio: np.ndarray) -> np.ndarray:
     distance, near = tree.query(there, k=min(NEIGHBOURS, 2 * len(cells)), distance_upper_bound=NEAR)
     near = np.where(np.isfinite(distance), near % len(cells), 0)
     others = np.isfinite(distance) & (cells.group[near] != cells.group[:, None])
-    seen = others.any(1)
+    steep = np.where(others, np.abs(model[near] - model[:, None]), 0.0).max(1) > np.log(ALIKE)
+    seen = others.any(1) & ~steep
     contrast = np.full(len(cells), np.nan)
     if seen.any():
         values = np.where(others[seen, :, None], ratio[near[seen]], np.nan)
