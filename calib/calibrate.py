@@ -17,6 +17,7 @@ from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
 from calib.doubts import contradiction, denied_by_patch, washed_out
 from calib.evidence import Posed
+from calib.ghosts import ghost_warnings
 from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
 from calib.looking import Progress, Reader, ReadLevel, ReadPart, ReadRadiance
@@ -62,6 +63,8 @@ def calibrate(
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     account(photoset, settled, sights, notes)
+    kept = {view.name for view in views}
+    notes.warnings += ghost_warnings(reader, settled.camera, photoset.sample, sights, kept)
     move = _plane_move(photoset, settled, sights)
     account_plane(photoset, move, notes)
     return Setup(

@@ -14,13 +14,14 @@ from calib.irradiance import Reading
 from calib.lamps import expected_pixel
 from calib.patch import UNEVEN
 from calib.sight import Sight
-from calib.starts import black_over_white
+from calib.starts import square_ratios
 from calib.together import Settled
 
 _FARTHEST = 1.5  # pixels by which highlights of one lamp may miss
 _WILD = 6.0  # and in their standard errors
 _WASHED = 1.5  # times the other photos' black over white, and
 _WASHED_BY = 0.02  # so much more, is black with white in it
+_SQUARES = 6  # evenly lit ones, that tell how sharp the print is
 _MOST = 0.5  # share of the patches that must agree with their lamps, for the others to tell something
 
 
@@ -29,7 +30,8 @@ def washed_out(readings: dict[str, shading.Reading]) -> dict[str, str]:
 
     Both are lit alike, so that no lamp does that: white has spread over black.
     """
-    ratios = {name: black_over_white([reading]) for name, reading in readings.items()}
+    squares = {name: square_ratios(reading) for name, reading in readings.items()}
+    ratios = {name: float(np.median(found)) for name, found in squares.items() if len(found) >= _SQUARES}
     usual = float(np.median(list(ratios.values()))) if ratios else 0.0
     return {
         name: f"its print is not sharp: black is {ratio:.2f} of white, in the other photos {usual:.2f}; out of"

@@ -19,6 +19,8 @@ _MIDDLING = 3000  # samples for a first fit
 _TOLERANCE = 0.1  # relative misfit counted as no fit at all
 _GOOD = 0.06  # mean misfit of a first fit that needs no second
 _DOUBTFUL = 0.15  # mean misfit beyond which the rays are not trusted alone
+_FEW = 2  # samples of a tone in a square that say too little
+_EVEN = 0.7  # of a square's bright white, that its dark white is where no shadow's edge crosses it
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
 
@@ -41,15 +43,23 @@ def local_noise(samples: PaperSamples, level: np.ndarray) -> float:
 
 
 def black_over_white(readings: list[Reading]) -> float:
-    """Radiance of black print over white, from squares that show both; the median over squares and views."""
-    ratios = []
-    for reading in readings:
-        for square in np.unique(reading.samples.square):
-            here = reading.samples.square == square
-            white, black = here & reading.samples.white, here & ~reading.samples.white
-            if white.sum() > 5 and black.sum() > 5:
-                ratios.append(np.median(reading.level[black]) / max(np.median(reading.level[white]), 1e-300))
+    """Radiance of black print over white, from evenly lit squares that show both; the median over squares and views."""
+    ratios = [ratio for reading in readings for ratio in square_ratios(reading)]
     return float(np.clip(np.median(ratios), 1e-3, 0.9)) if ratios else 0.05
+
+
+def square_ratios(reading: Reading) -> list[float]:
+    """The same of each square: no shadow's edge runs through its white, so that both tones are lit alike."""
+    ratios = []
+    for square in np.unique(reading.samples.square):
+        here = reading.samples.square == square
+        white = reading.level[here & reading.samples.white]
+        black = reading.level[here & ~reading.samples.white]
+        if len(white) > _FEW and len(black) > _FEW:
+            low, middle, high = np.percentile(white, [10, 50, 90])
+            if low > _EVEN * high:
+                ratios.append(float(np.median(black) / max(middle, 1e-300)))
+    return ratios
 
 
 def first_fit(
