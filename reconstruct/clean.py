@@ -21,7 +21,7 @@ PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
 PILOT_TOLERANCE = 3e-3  # of the logarithms of lobe shapes
 ROUNDS = 3  # stray light from a model of the surface, and the model without it
-SETTLED = 0.02  # rms over the cells, of their errors
+SETTLED = 0.05  # rms over the cells, of their errors
 SETTLED_SCALE = 1e-3  # of a view's scale
 START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further

@@ -9,6 +9,7 @@ that is what the stray light adds to the measured BRDF.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +19,9 @@ from calib.surround import Surround
 from capture.photoset import Plane, Sphere
 from reconstruct.cells import Cells
 from reconstruct.model import Model
+from reconstruct.rows import cores
 
-CHUNK = 1 << 18  # pairs of cell and patch at a time
+CHUNK = 1 << 16  # pairs of cell and patch at a time
 LEAST_COSINE = 1e-3  # directions nearer to the horizon count as this near
 
 
@@ -34,14 +36,19 @@ class StrayLight:
     def __call__(self, cells: Cells, model: Model) -> np.ndarray:
         """What the stray light adds to the value of each cell, (n, c) 1/sr."""
         added = np.zeros_like(cells.value)
-        for group, (view, surround) in enumerate(zip(self.views, self.surrounds, strict=True)):
-            rows = np.flatnonzero(cells.group == group)
+
+        def fill(group: int) -> None:
+            view, surround = self.views[group], self.surrounds[group]
             if view is None or surround is None:
-                continue
+                return
+            rows = np.flatnonzero(cells.group == group)
             step = max(1, CHUNK // max(1, len(surround.points)))
             for start in range(0, len(rows), step):
                 part = rows[start : start + step]
                 added[part] = self._added(cells.place[part], view, surround, model)
+
+        with ThreadPoolExecutor(cores()) as pool:  # each view fills cells of its own
+            list(pool.map(fill, range(len(self.views))))
         return added
 
     def _added(self, place: np.ndarray, view: ViewSetup, surround: Surround, model: Model) -> np.ndarray:
