@@ -24,6 +24,7 @@ _STEPS = 15
 _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0])  # of the local values after the first four
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even light looks like a nearer lamp
 _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not modelled
+_EVEN_ANY = 0.3  # the last where nothing is taken for granted
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
 _HELD = 0.003  # of the lamp's distance: a smaller move leaves the bounce as it is, to a few millionths of the light
@@ -82,6 +83,8 @@ class ShadingFit:
     rms: float  # relative to the direct light, of the samples believed
     believed: float  # share of the samples
     cost: float  # mean robust loss
+    level: float  # of white paper by the lamp alone, in the middle of the board's samples, radiance
+    beside: np.ndarray  # (2,) the same by light that is everywhere, as the paper alone has it, and its error
 
     @property
     def place(self) -> np.ndarray:
@@ -285,7 +288,22 @@ def _finish(reading: Reading, values: np.ndarray, scene: Scene) -> ShadingFit:
     relative = (residual * weighing.sigma / np.maximum(bare, 1e-300))[inlier]
     rms = float(np.sqrt(np.mean(relative**2))) if inlier.any() else float("nan")
     cost = _cost(residual, values, weighing) / len(residual)
-    return ShadingFit(values[:LOCAL], normal / inflation, slope / inflation, rms, float(inlier.mean()), cost)
+    even = _even_alone(values, normal[:LOCAL, :LOCAL], slope[:LOCAL], weighing.prior[2])
+    share = even * [1.0, np.sqrt(inflation)]
+    level = float(np.exp(values[3]) * np.median(direct(reading.samples.points, values[:3])))
+    believed = float(inlier.mean())
+    return ShadingFit(
+        values[:LOCAL], normal / inflation, slope / inflation, rms, believed, cost, level, share * level
+    )
+
+
+def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, prior: float) -> np.ndarray:
+    """(2,) even light as it would be without its narrow prior, and its standard error: one more step."""
+    freed, pulled = normal.copy(), slope.copy()
+    freed[6, 6] += _EVEN_ANY**-2.0 - prior**-2.0
+    pulled[6] -= values[6] * (prior**-2.0 - _EVEN_ANY**-2.0)
+    inverse = np.linalg.pinv(freed, hermitian=True)
+    return np.array([values[6] - inverse[6] @ pulled, np.sqrt(inverse[6, 6])])
 
 
 def _inflation(normal: np.ndarray, each: np.ndarray, square: np.ndarray) -> float:

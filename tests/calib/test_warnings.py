@@ -16,8 +16,9 @@ from benchmarks.coverage import (
     draw_world,
     observe,
     photoset_of,
+    scene_of,
 )
-from calib.account import account
+from calib.account import account, light_beside
 from calib.board import Corners
 from calib.calibrate import settled_from, usable
 from calib.checks import bad_photos, board_shape, view_warnings
@@ -27,7 +28,7 @@ from calib.looking import Reader, Seen
 from calib.notes import Notes
 from calib.observe import is_dark
 from calib.pose import fit_pose
-from calib.shading import Ball
+from calib.shading import Ball, fit_shading
 from calib.sight import FIXED_POSE
 from calib.viewpoints import Photos, check_camera, find_poses, fitted_camera, scale_corners
 from capture.errors import InputError
@@ -258,6 +259,25 @@ def test_a_print_that_is_not_sharp(share, said):
     level = np.where(sharp.samples.white, sharp.level, sharp.level + share * white)
     readings["v2"] = replace(sharp, level=level)
     assert list(washed_out(readings)) == said
+
+
+@pytest.mark.parametrize("share", [0.0, 0.06])
+def test_a_room_that_is_not_dark_is_told(share):
+    """Light that is everywhere, the same in all photos whatever the lamp; shadows show it, and so does the falloff."""
+    drawn = Drawn(3)
+    readings = [draw_paper(drawn.world, k, drawn.rng) for k in range(5)]
+    usual = np.median([np.median(r.level[r.samples.white]) for r in readings])
+    scene, fits = scene_of(drawn.world), {}
+    for k, reading in enumerate(readings):
+        room = share * usual * np.where(reading.samples.white, 1.0, scene.black)
+        lit = replace(reading, level=reading.level + room)
+        fits[f"v{k}"] = fit_shading(lit, scene, drawn.world.lamps[k])
+    light_beside(fits, drawn.notes)
+    found = drawn.notes.residuals["light_beside_lamps"]
+    # squares are uneven by 0.002, as one part of what shadows leave, and some of a shadow is penumbra
+    assert found["share"] == pytest.approx(share, abs=5 * found["error"] + 0.1 * share)
+    assert found["error"] < 0.004
+    assert drawn.said("lit by something besides the lamp") == (share > 0)
 
 
 def test_highlights_of_two_things_are_not_one_lamp():
