@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import tomli_w
 
-from benchmarks.end_to_end import DIFFERENT, write_picture
+from benchmarks.end_to_end import DIFFERENT, copied, write_picture
 from calib.camera import Camera
 from capture.images import read_image
 from capture.photoset import MANIFEST
@@ -63,7 +63,7 @@ def make_board_set(folder: Path, photos: int, boards: int, megapixels: float) ->
     for k in range(photos):
         shot = replace(samples[k % DIFFERENT], file=f"sample/s{k:03d}.png")
         if k >= DIFFERENT:
-            (folder / shot.file).hardlink_to(folder / samples[k % DIFFERENT].file)
+            copied(folder / samples[k % DIFFERENT].file, folder / shot.file, k)
         shots.append(shot)
     manifest = manifest_of(scene, camera, tuple(shots))
     (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
@@ -74,17 +74,16 @@ def converted(source: Path, folder: Path, suffix: str) -> None:
     manifest = tomllib.loads((source / MANIFEST).read_text(encoding="utf-8"))
     if suffix == ".jpg":
         manifest["radiometry"]["encoding"] = "srgb"
-    written: dict[int, Path] = {}  # by the source's place on the disk: links stay links
-    for entry in manifest["photo"]:
+    entries = manifest["photo"]
+    for k, entry in enumerate(entries):
         path = source / entry["file"]
         entry["file"] = str(Path(entry["file"]).with_suffix(suffix))
-        place, number = folder / entry["file"], path.stat().st_ino
+        place = folder / entry["file"]
         place.parent.mkdir(parents=True, exist_ok=True)
-        if number in written:
-            place.hardlink_to(written[number])
+        if entry["role"] == "sample" and entries[k - DIFFERENT]["role"] == "sample":
+            copied(folder / entries[k - DIFFERENT]["file"], place, k)
         else:
             write_picture(read_image(path).pixels / np.float32(FULL), place)
-            written[number] = place
     (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
 
 

@@ -11,7 +11,6 @@ does. --whole adds all of ``process``: calibration, fit and report.
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 import tempfile
 import time
@@ -100,14 +99,19 @@ def write_picture(image: np.ndarray, path: Path) -> None:
         cv2.imwrite(str(path), codes.astype(np.uint16)[..., ::-1])
 
 
+def copied(source: Path, place: Path, number: int) -> None:
+    """The same picture in a file of other bytes: copies of a photo would be left out."""
+    place.write_bytes(source.read_bytes() + number.to_bytes(4, "big"))
+
+
 def make_set(folder: Path, setup: Setup, suffix: str) -> None:
-    """Photos and manifest of a setup; photos beyond the first DIFFERENT are links to those."""
+    """Photos and manifest of a setup; photos beyond the first DIFFERENT show what those do."""
     folder.mkdir(parents=True)
     for k, view in enumerate(setup.views):
         if k < DIFFERENT:
             write_picture(picture(setup, k), folder / view.name)
         else:
-            os.link(folder / setup.views[k % DIFFERENT].name, folder / view.name)
+            copied(folder / setup.views[k % DIFFERENT].name, folder / view.name, k)
     pose, camera = setup.views[0].pose, setup.camera
     text = "format = 1\n"
     text += f'[sample]\nshape = "sphere"\ncenter = [0.0, 0.0, 0.0]\nradius = {RADIUS}\n'
