@@ -21,6 +21,7 @@ _FEW = 4  # patches that can outvote one; with fewer the brightest counts, since
 _WHITEST = 1.08  # reflectance above which paper cannot be: the patch that says so lies in shadow
 _PAPER_VARIES = 0.01  # relative: how far paper and patch may differ from view to view at the least
 _EQUAL = 0.004  # relative scatter up to which lamps may be taken as equal
+_APART = 3.0  # standard errors by which a view's lamp differs from one that all have in common
 _ALIKE = 0.03  # relative difference of patches in one photo
 _REFUSED = "the patch is not believed"
 _DARKER = "a patch is much darker than another: not believed"
@@ -167,7 +168,7 @@ def tie(
         return equal, "relative"
     _note_scale(readings, tied, ratio, notes)
     _fill(readings, tied, given, notes)
-    return _equal_lamps(tied, lights, notes), "absolute" if absolute else "relative"
+    return _equal_lamps(tied, lights, middle, notes), "absolute" if absolute else "relative"
 
 
 def _explicit(given: dict[str, np.ndarray]) -> bool:
@@ -184,13 +185,18 @@ def _middle(photoset: PhotoSet) -> np.ndarray:
 
 def _whole_error(strength: Strength, light: Light, middle: np.ndarray) -> np.ndarray:
     """The reading's error and what the lamp's place adds to the light at the sample."""
-    here = np.zeros(3)
-    if light.kind == "point":
-        offset = light.place - middle
-        here = -2 * offset / (offset @ offset)
-    pull = here - strength.pull
-    geometry = float(np.sqrt(max(pull @ light.covariance @ pull, 0.0))) if light.kind == "point" else 0.0
+    geometry = _by_place(light, middle, strength.pull)
     return np.hypot(strength.error, geometry * strength.value)
+
+
+def _by_place(light: Light, middle: np.ndarray, pull: np.ndarray | float = 0.0) -> float:
+    """Relative error of the light at the sample's ``middle`` by the lamp's place; ``pull`` is what a reading of its
+    strength changes with the place, relative: both mostly make up for one another."""
+    if light.kind != "point":
+        return 0.0
+    offset = light.place - middle
+    slope = -2 * offset / (offset @ offset) - pull
+    return float(np.sqrt(max(slope @ light.covariance @ slope, 0.0)))
 
 
 def _paper_to_patch(readings: dict[str, Reading]) -> tuple[np.ndarray, np.ndarray] | None:
@@ -309,21 +315,37 @@ def _fill(
         tied[name] = Tied(middle * given[name], spread * given[name], "intensity")
 
 
-def _equal_lamps(tied: dict[str, Tied], lights: dict[str, Light], notes: Notes) -> dict[str, Tied]:
-    """If all lamps agree as far as they are measured they are one lamp: the mean is better than each."""
+def _equal_lamps(
+    tied: dict[str, Tied], lights: dict[str, Light], middle: np.ndarray, notes: Notes
+) -> dict[str, Tied]:
+    """If all lamps agree as far as they are measured they are one lamp, and each view takes the mean along.
+
+    A view whose own reading contradicts the mean keeps it: its lamp shone otherwise, or stands elsewhere than is
+    thought, of which the reading in the same photo makes up for most.
+    """
     values = np.array([t.value for t in tied.values()])
     errors = np.array([t.error for t in tied.values()])
     if len(values) < 5:
         return tied
-    middle = np.median(values, axis=0)
-    scatter = float((1.4826 * np.median(np.abs(values / middle - 1), axis=0)).max())
+    common = np.median(values, axis=0)
+    scatter = float((1.4826 * np.median(np.abs(values / common - 1), axis=0)).max())
     expected = float(np.median(errors / values))
     notes.residuals["lamp_strength_scatter"] = scatter
     if scatter > max(1.2 * expected, _EQUAL) or scatter > 0.02:
         return tied
     notes.residuals["lamps_taken_as_equal"] = True
-    error = np.maximum(1.2533 * scatter * middle / np.sqrt(len(values)), 0.002 * middle)
-    return {n: Tied(middle.copy(), error, t.source) for n, t in tied.items()}
+    error = np.maximum(1.2533 * scatter * common / np.sqrt(len(values)), 0.002 * common)
+    return {name: _joined(one, common, error, _by_place(lights[name], middle)) for name, one in tied.items()}
+
+
+def _joined(own: Tied, common: np.ndarray, error: np.ndarray, geometry: float) -> Tied:
+    """A view's own reading and the strength that all have in common, if they agree."""
+    doubt = np.hypot(error, geometry * common)
+    if (np.abs(own.value - common) > _APART * np.hypot(own.error, doubt)).any():
+        return own
+    weight, other = np.maximum(own.error, 1e-12 * common) ** -2.0, doubt**-2.0
+    value = (weight * own.value + other * common) / (weight + other)
+    return Tied(value, np.maximum((weight + other) ** -0.5, error), own.source)
 
 
 def _note_scale(

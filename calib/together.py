@@ -11,7 +11,8 @@ from calib.bundle import Adjusted, Model, Values, adjust, block_pose
 from calib.camera import Camera
 from calib.evidence import Posed, all_terms, first_values, fixed_blocks
 from calib.highlights import Highlight, ball_box, find_highlight
-from calib.lamps import Lamp, block_name, expected_pixel, place_in_world
+from calib.lamps import Lamp, block_name, expected_pixel, place_in_world, sight_rays
+from calib.lights import meet
 from calib.looking import Progress, Reader
 from calib.sample import focal, place_ball
 from calib.shading import Ball, Scene, ShadingFit, fit_shading
@@ -20,6 +21,7 @@ from calib.starts import black_over_white
 from capture.photoset import MirrorBall, PhotoSet, Sphere
 
 _STEPS = (8, 3, 3, 3)  # of each view's own shading fit in each round: the adjustment does the rest
+_ELSEWHERE = 0.02  # of a lamp's distance, by which mirror balls must differ from shading to be asked again
 _WILD = 6.0  # standard errors at which a highlight is taken for something else
 _WILD_PIXELS = 2.5
 _LOOK_AGAIN = 4.0  # pixels around the place where a highlight must be
@@ -61,7 +63,10 @@ def settle(
     fixed = fixed_blocks(photoset, lamps)
     scale = 1.0
     for round_, steps in enumerate(_STEPS):
-        fits = {} if scene is None else _shade(reader, sights, values, lamps, scene, steps)
+        shown = (
+            {} if scene is None else _by_highlights(photoset, model.camera(values["camera"]), values, sights)
+        )
+        fits = {} if scene is None else _shade(reader, sights, values, lamps, scene, steps, shown)
         done = adjust(values, all_terms(photoset, model, boards, sights, lamps, values, fits, scale), fixed)
         values = done.values
         for sight in sights:
@@ -91,10 +96,34 @@ def _present(scene: Scene, values: Values) -> Scene:
     return replace(scene.moved(np.concatenate([sphere, values["lamp"]])), polished=polished)
 
 
+def _by_highlights(
+    photoset: PhotoSet, camera: Camera, values: Values, sights: list[Sight]
+) -> dict[str, np.ndarray]:
+    """Places (3,) of the lamps by view, where the mirror balls as they now stand tell by themselves."""
+    blocks = [values[f"ball {k}"] for k in range(len(photoset.mirror_balls))]
+    now = replace(photoset, mirror_balls=tuple(MirrorBall(b[:3], float(b[3])) for b in blocks))
+    found = {}
+    for sight in sights:
+        rays = sight_rays(now, camera, sight)
+        if len({h.ball for h in sight.highlights}) > 1 and len(rays) > 1:
+            found[sight.view.name] = meet(rays, "point", 1.0).place
+    return found
+
+
 def _shade(
-    reader: Reader, sights: list[Sight], values: Values, lamps: dict[str, Lamp], scene: Scene, steps: int
+    reader: Reader,
+    sights: list[Sight],
+    values: Values,
+    lamps: dict[str, Lamp],
+    scene: Scene,
+    steps: int,
+    shown: dict[str, np.ndarray],
 ) -> dict[str, ShadingFit]:
-    """Every near view's shading at the present values."""
+    """Every near view's shading at the present values.
+
+    Where the mirror balls show (``shown``) a lamp elsewhere the fit is tried from there too: robust weights can settle
+    on a place whose shadows fall beside those in the photo, and take the difference for dirt.
+    """
     scene = _present(scene, values)
 
     def fit(sight: Sight) -> ShadingFit | None:
@@ -104,7 +133,12 @@ def _shade(
         pose = block_pose(values[sight.pose_block])
         place = place_in_world(lamp, values[block_name(lamp.name)], pose)
         start = place if sight.shading is None else np.concatenate([place, sight.shading[3:]])
-        return fit_shading(sight.reading, scene, start, steps)
+        found, other = fit_shading(sight.reading, scene, start, steps), shown.get(sight.view.name)
+        far = _ELSEWHERE * np.linalg.norm(found.place)
+        if other is None or other[2] <= 0 or lamp.attached or np.linalg.norm(other - found.place) < far:
+            return found
+        again = fit_shading(sight.reading, scene, other, max(steps, _STEPS[0]))
+        return again if again.cost < found.cost else found
 
     fits = {}
     for sight, found in zip(sights, reader.abreast(fit, sights), strict=True):

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.coverage import (
     SAMPLE,
     SIZE,
+    deviations,
     draw_corners,
     draw_paper,
     draw_patch,
@@ -302,3 +303,9 @@ def test_a_clipped_core_does_not_move_the_highlight():
     found = find_highlight(replace(image, saturated=full, valid=~full), CAMERA, POSE, MIRRORS[0], 0)
     assert found is not None and found.clipped
     assert np.abs(found.pixel - true).max() < 2 * found.sigma
+
+
+def test_no_lamp_settles_beside_where_its_mirror_balls_show_it():
+    # from its first place this seed's first lamp settles 40 mm off: there the shadows count as dirt, and the fit is good
+    off = [d.z for d in deviations(53, paper=True) if d.what == "light"]
+    assert np.abs(off).max() < 5.0  # standard errors, of 24 numbers
