@@ -80,7 +80,7 @@ def converted(source: Path, folder: Path, suffix: str) -> None:
         entry["file"] = str(Path(entry["file"]).with_suffix(suffix))
         place = folder / entry["file"]
         place.parent.mkdir(parents=True, exist_ok=True)
-        if entry["role"] == "sample" and entries[k - DIFFERENT]["role"] == "sample":
+        if k >= DIFFERENT and entries[k - DIFFERENT]["role"] == entry["role"] == "sample":
             copied(folder / entries[k - DIFFERENT]["file"], place, k)
         else:
             write_picture(read_image(path).pixels / np.float32(FULL), place)

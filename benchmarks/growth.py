@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 import tempfile
@@ -25,6 +24,7 @@ import numpy as np
 from benchmarks.end_to_end import made_setup, make_set
 from capture.manifest import load_photoset
 from capture.prepare import prepare
+from photogonio.memory import peak_megabytes
 from photogonio.stream import reduce_photos
 from reconstruct.directions import ReduceOptions
 from reconstruct.rows import cores
@@ -41,7 +41,7 @@ def measure(folder: Path, photos: int, megapixels: float, level: int) -> dict[st
     start = time.perf_counter()
     reduced = reduce_photos(reader, setup, **job)
     seconds = time.perf_counter() - start
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak = peak_megabytes()
     return {"seconds": seconds, "peak": peak, "cells": len(reduced.table)}
 
 

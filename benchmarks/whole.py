@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -23,6 +22,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from benchmarks.board_set import converted, make_board_set
+from photogonio.memory import peak_megabytes
 from reconstruct.rows import cores
 
 STAGES = ("calibrate", "reduce", "fit", "write")
@@ -46,7 +46,7 @@ def child(what: str, folder: Path, out: Path, workers: int, quick: bool) -> dict
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(lambda path: read_image(path).pixels.shape, files))
     found["seconds"] = time.perf_counter() - start
-    found["peak"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    found["peak"] = peak_megabytes()
     return found
 
 
