@@ -19,6 +19,9 @@ from scipy.linalg import cho_factor, cho_solve
 from reconstruct.solve import Common, FoldedDesign, Statistics
 
 RIDGE = 1e-10  # of the mean diagonal
+SHAPE_SPREAD = (
+    1.0  # standard deviation of a shape's logarithm before the data: as of even odds between its bounds
+)
 MOST_ALTERNATIVES = 12  # whose own noise is found; of more, a systematic sample by weight stands for all
 
 
@@ -118,12 +121,17 @@ def _solved(problem: Problem, one: Alternative, parts: list[Statistics]) -> np.n
 
 
 def _prior_draws(problem: Problem, one: Alternative, whole: list[Statistics]) -> Iterator[np.ndarray]:
-    """The response to one standard deviation of each mode's prior, a channel at a time."""
+    """The response to one standard deviation of the prior of each mode, a channel at a time, and of each shape."""
     modes, shapes = one.penalty.shape[1], problem.slopes.shape[1]
     grams = [part.gram[0, 0] for part in whole]
     for c, penalty in enumerate(one.penalty):
         moments = [np.zeros((len(gram), modes)) for gram in grams]
         moments[c][:modes] = np.diag(np.sqrt(penalty))
+        response = np.swapaxes(_solve(grams, moments, one, shapes), 1, 2)
+        yield _embedded(problem, one, response) - _embedded(problem, one, 0.0 * response)
+    if shapes:
+        moments = [np.zeros((len(gram), shapes)) for gram in grams]
+        moments[0][-shapes:] = np.eye(shapes) / SHAPE_SPREAD
         response = np.swapaxes(_solve(grams, moments, one, shapes), 1, 2)
         yield _embedded(problem, one, response) - _embedded(problem, one, 0.0 * response)
 
@@ -134,7 +142,7 @@ def _solve(grams: list[np.ndarray], moments: list[np.ndarray], one: Alternative,
     Each channel's own unknowns are eliminated first.
     """
     own = len(grams[0]) - shapes
-    eliminated, inner, outer = [], np.zeros((shapes, shapes)), np.zeros((shapes, moments[0].shape[1]))
+    eliminated, inner, outer = [], np.eye(shapes) / SHAPE_SPREAD**2, np.zeros((shapes, moments[0].shape[1]))
     for gram, moment, penalty in zip(grams, moments, one.penalty, strict=True):
         block = gram[:own, :own].copy()
         every = np.arange(own)
