@@ -19,7 +19,7 @@ FEWEST_CELLS = 12  # of a view that others see too
 NEAR = np.radians(5.0)  # between pairs that are compared
 NEIGHBOURS = 24
 ALIKE = 1.5  # factor by which the model may differ from a cell to those near: in a steep peak a small turn is much
-FAINT = 0.01  # of the rms of all values
+FAINT = 0.01  # of the rms of what the model says
 MOST_RATIO = 1e6  # of what is seen to what the model says
 
 
@@ -52,7 +52,7 @@ def contradiction(cells: Cells, predicted: np.ndarray) -> float:
 
 def _plain(cells: Cells, predicted: np.ndarray) -> tuple[Cells, np.ndarray]:
     """The cells, and what the model says of them, but for the faint ones: there stray light is as much as f."""
-    bright = predicted.mean(1) > FAINT * np.sqrt(np.mean(cells.value**2))
+    bright = predicted.mean(1) > FAINT * np.sqrt(np.mean(predicted**2))
     return cells.take(bright), np.maximum(predicted[bright], 1e-3 * level(cells))
 
 
@@ -87,6 +87,8 @@ def _of_one_scale(cells: Cells, ratio: np.ndarray, views: np.ndarray) -> np.ndar
 def _against_others(cells: Cells, ratio: np.ndarray, model: np.ndarray) -> np.ndarray:
     """(n,) how far a cell is from the median of other views' cells near it, mean of the channels; NaN: none is near,
     or the logarithm ``model`` (n,) changes much among them."""
+    if len(cells) == 0:
+        return np.empty(0)
     there, back = (
         pair_places(cells.theta_i, cells.theta_r, cells.dphi),
         pair_places(cells.theta_r, cells.theta_i, cells.dphi),

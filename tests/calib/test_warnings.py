@@ -306,6 +306,6 @@ def test_a_clipped_core_does_not_move_the_highlight():
 
 
 def test_no_lamp_settles_beside_where_its_mirror_balls_show_it():
-    # from its first place this seed's first lamp settles 40 mm off: there the shadows count as dirt, and the fit is good
+    # this seed's first lamp would settle 40 mm off: there the shadows count as dirt, and the fit is good
     off = [d.z for d in deviations(53, paper=True) if d.what == "light"]
     assert np.abs(off).max() < 5.0  # standard errors, of 24 numbers

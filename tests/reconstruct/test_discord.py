@@ -69,3 +69,10 @@ def test_views_that_agree_contradict_by_their_noise_and_views_at_odds_by_their_q
     quarrel = cells.with_value(cells.value * (1.0 + tilt[:, None]))
     assert contradiction(cells, guess) <= 0.01
     assert contradiction(quarrel, guess) >= 0.05
+
+
+def test_where_all_is_black_nothing_contradicts():
+    cells, guess = cells_and_guess()
+    black = cells.with_value(np.random.default_rng(0).normal(size=cells.value.shape))
+    assert not discordant(black, 0.0 * guess).any()
+    assert np.isnan(contradiction(black, 0.0 * guess))

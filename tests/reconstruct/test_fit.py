@@ -77,7 +77,7 @@ def test_what_the_file_cannot_say_is_no_fault_of_the_data():
         replace(table, value=value * table.weight[:, None]), FitOptions(symmetry="isotropic", lobes=1)
     )
     pairs = held_pairs()
-    assert found.brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi).min() < -0.01
+    assert found.brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi).min() < -0.003
     assert found.diagnostics["physics"] == {"held": False}
 
 
