@@ -25,6 +25,8 @@ SETTLED = 0.05  # rms over the cells, of their errors
 SETTLED_SCALE = 1e-3  # of a view's scale
 START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further
+TELLING = 0.1  # relative error of a cell that can contradict others
+ENOUGH = 0.05  # share of the cells
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
 
 StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
@@ -110,9 +112,13 @@ def _settled(added: np.ndarray, factor: np.ndarray, deviation: np.ndarray) -> bo
 
 
 def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
-    """Some of the cells, and what the likeliest pilot says of them."""
-    few = work.cells.take(np.arange(0, len(work.cells), -(-len(work.cells) // SEARCH_CELLS)))
-    return few, work.reference.model.evaluate(few)
+    """Some of the cells, and what the likeliest pilot says of them: of those that are surer than :data:`TELLING`, if
+    there are enough, since what is all but black agrees with nothing."""
+    chosen = np.arange(0, len(work.cells), -(-len(work.cells) // SEARCH_CELLS))
+    few, deviation = work.cells.take(chosen), work.deviation[chosen]
+    predicted = work.reference.model.evaluate(few)
+    sure = deviation.mean(1) <= TELLING * np.abs(predicted).mean(1)
+    return (few.take(sure), predicted[sure]) if sure.mean() > ENOUGH else (few, predicted)
 
 
 def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
