@@ -6,7 +6,8 @@ all headers, through OpenImageIO; RAW through LibRaw.
 
 from __future__ import annotations
 
-import filecmp
+import hashlib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -169,20 +170,26 @@ def check_finite(path: Path, pixels: np.ndarray) -> None:
 
 def copies(folder: Path, names: Sequence[str]) -> dict[str, str]:
     """Files of the same bytes as an earlier one, and that one; files that cannot be read are nobody's copies."""
-    alike: dict[tuple[int, bytes], list[str]] = {}
+    starts = {name: start for name in names if (start := _start(folder / name)) is not None}
+    often = Counter(starts.values())
+    first: dict[bytes, str] = {}
     found = {}
-    for name in names:
-        try:
+    for name, start in starts.items():
+        if often[start] > 1:  # only then is the whole file worth reading
             with (folder / name).open("rb") as file:
-                start = ((folder / name).stat().st_size, file.read(HEAD))
-            same = [e for e in alike.get(start, []) if filecmp.cmp(folder / e, folder / name, shallow=False)]
-        except OSError:
-            continue
-        if same:
-            found[name] = same[0]
-        else:
-            alike.setdefault(start, []).append(name)
+                digest = hashlib.file_digest(file, "sha256").digest()
+            if first.setdefault(digest, name) != name:
+                found[name] = first[digest]
     return found
+
+
+def _start(path: Path) -> tuple[int, bytes] | None:
+    """A file's size and first bytes; None if it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return path.stat().st_size, file.read(HEAD)
+    except OSError:
+        return None
 
 
 def read_bytes(path: Path) -> bytes:
