@@ -147,6 +147,7 @@ def tie(
     _widen(readings)
     middle = _middle(photoset)
     ratio = _paper_to_patch(readings)
+    absolute = any(r.patch.value is not None for r in readings.values())
     tied: dict[str, Tied] = {}
     for name, reading in readings.items():
         options = []
@@ -154,7 +155,7 @@ def tie(
             options.append(
                 (reading.patch.value, _whole_error(reading.patch, lights[name], middle), "white patch")
             )
-        if reading.paper.value is not None and (ratio is not None or not photoset.white_patches):
+        if reading.paper.value is not None and (ratio is not None or not absolute):
             factor, doubt = ratio if ratio is not None else (np.pi, 0.0)
             error = np.hypot(
                 _whole_error(reading.paper, lights[name], middle) * factor, doubt * reading.paper.value
@@ -162,7 +163,6 @@ def tie(
             options.append((reading.paper.value * factor, error, "board"))
         if options:
             tied[name] = _combine(options)
-    absolute = any(r.patch.value is not None for r in readings.values())
     if not tied or (not absolute and _explicit(given)):
         equal = {n: Tied(v.copy(), np.zeros_like(v), "intensity") for n, v in given.items()}
         return equal, "relative"

@@ -20,9 +20,11 @@ def is_stray_light_known(photoset: PhotoSet, setup: Setup) -> bool:
     """Whether a set tells what shines on the sample besides the lamp.
 
     It does not for a flat sample, which lies in the plane of what surrounds it, nor without a board, whose frame has
-    such a plane.
+    such a plane. Nor where the lamps' strengths are no more than proportions: what shines beside them is measured as
+    radiance, and weighs against them.
     """
-    return isinstance(setup.sample, Sphere) and photoset.board is not None
+    measured = setup.scale == "absolute" or all(view.strength_source == "board" for view in setup.views)
+    return isinstance(setup.sample, Sphere) and photoset.board is not None and measured
 
 
 def stray_light(reader: RadianceReader, setup: Setup, table: FacetTable) -> StrayLight | None:

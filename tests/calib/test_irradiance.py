@@ -304,3 +304,13 @@ def test_a_lamp_that_differs_from_otherwise_equal_ones_keeps_its_own_strength():
     assert notes.residuals["lamps_taken_as_equal"]
     np.testing.assert_allclose(values["3.png"].value, 1.1 * STRENGTH, rtol=0.003)
     np.testing.assert_allclose(values["1.png"].value, STRENGTH, rtol=0.003)
+
+
+def test_without_a_believed_patch_the_paper_keeps_the_proportions():
+    refused = {
+        n: replace(r, patch=no_strength("the patch lies in shadow")) for n, r in told(STRENGTHS).items()
+    }
+    values, scale, _ = tied(refused)
+    assert scale == "relative"
+    ratios = [values[n].value / s for n, s in STRENGTHS.items()]
+    np.testing.assert_allclose(ratios, np.broadcast_to(ratios[0], (6, 3)), rtol=1e-9)
