@@ -63,10 +63,10 @@ def settle(
     fixed = fixed_blocks(photoset, lamps)
     scale = 1.0
     for round_, steps in enumerate(_STEPS):
-        shown = (
-            {} if scene is None else _by_highlights(photoset, model.camera(values["camera"]), values, sights)
-        )
-        fits = {} if scene is None else _shade(reader, sights, values, lamps, scene, steps, shown)
+        fits: dict[str, ShadingFit] = {}
+        if scene is not None:
+            shown = _by_highlights(photoset, model.camera(values["camera"]), values, sights)
+            fits = _shade(reader, sights, values, lamps, scene, steps, shown)
         done = adjust(values, all_terms(photoset, model, boards, sights, lamps, values, fits, scale), fixed)
         values = done.values
         for sight in sights:

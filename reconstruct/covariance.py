@@ -19,9 +19,8 @@ from scipy.linalg import cho_factor, cho_solve
 from reconstruct.solve import Common, FoldedDesign, Statistics
 
 RIDGE = 1e-10  # of the mean diagonal
-SHAPE_SPREAD = (
-    1.0  # standard deviation of a shape's logarithm before the data: as of even odds between its bounds
-)
+# standard deviation of a shape's logarithm before the data: about that of even odds between its bounds
+SHAPE_SPREAD = 1.0
 MOST_ALTERNATIVES = 12  # whose own noise is found; of more, a systematic sample by weight stands for all
 
 
