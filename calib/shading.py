@@ -27,7 +27,7 @@ _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not model
 _EVEN_ANY = 0.3  # the last where nothing is taken for granted
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
-_HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, itself some per cent of the light, by about 1 %
+_HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
 _MOVING = (0, 1, 2, *range(LOCAL, LOCAL + SHARED - 1))  # values whose derivatives need differences
 
