@@ -69,9 +69,20 @@ def slopes_density(
     cos_n: np.ndarray, roughness: float, distribution: str, sine2: np.ndarray | None = None
 ) -> np.ndarray:
     """D of microfacets whose normals lie at ``cos_n`` from the surface's, 1/sr (Walter et al. 2007)."""
-    sine2 = 1.0 - cos_n * cos_n if sine2 is None else sine2
+    cos2 = cos_n * cos_n
+    density = ggx_density if distribution == "ggx" else beckmann_density
+    return density(cos2, 1.0 - cos2 if sine2 is None else sine2, roughness)
+
+
+def ggx_density(cos2, sine2, roughness):
+    """D of microfacets, 1/sr, of the squared cosine and sine of their normals' angle from the surface's."""
     a2 = roughness * roughness
-    if distribution == "ggx":
-        return a2 / (np.pi * (a2 * cos_n * cos_n + sine2) ** 2)
-    cos2 = np.maximum(cos_n * cos_n, 1e-12)
+    spread = a2 * cos2 + sine2
+    return a2 / (np.pi * (spread * spread))
+
+
+def beckmann_density(cos2, sine2, roughness):
+    """The same of Gaussian slopes."""
+    cos2 = np.maximum(cos2, 1e-12)
+    a2 = roughness * roughness
     return np.exp(-sine2 / (cos2 * a2)) / (np.pi * a2 * cos2 * cos2)

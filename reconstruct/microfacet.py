@@ -18,8 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reconstruct.interface import coat_albedo, dielectric_fresnel, visibility
-from reconstruct.lobes import RETRO, retro, slopes_density
+from reconstruct.interface import coat_albedo
+from reconstruct.lobe_kernel import mirror_parts
+from reconstruct.lobes import RETRO, retro
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
 ROUGHNESS_BOUNDS = (0.02, 1.0)
@@ -126,23 +127,13 @@ def lobe_columns(
     if family.retro:
         column = retro(theta_i, theta_r, dphi, shape[0], family.distribution)
         return np.zeros_like(column), column[:, None]
-    turn = np.log(shape[-2:]) if family.turning else None
-    base, cos_h = _without_fresnel(family, shape[0], theta_i, theta_r, dphi, phi_i, turn)
-    if family.fresnel == "schlick":
-        grazing = base * (1.0 - cos_h) ** 5
-        if family.absolute:
-            return grazing, (base - grazing)[:, None]
-        return np.zeros_like(base), np.column_stack([base, grazing])
-    f0 = shape[1] if family.absolute else TYPICAL_F0
-    lobe = base * dielectric_fresnel(cos_h, f0)
-    entered_i, entered_r = (
-        1.0 - coat_albedo(family.masking, family.distribution, shape[0], f0, theta)
-        for theta in (theta_i, theta_r)
-    )
-    ground = entered_i * entered_r / np.pi
+    f0 = shape[1] if family.fresnel == "dielectric" and family.absolute else TYPICAL_F0
+    first, second = _mirror_parts(family, shape, f0, theta_i, theta_r, dphi, phi_i)
+    if family.fresnel == "schlick" and family.absolute:
+        return second, (first - second)[:, None]
     if family.absolute:
-        return lobe, ground[:, None]
-    return np.zeros_like(lobe), np.column_stack([lobe, ground])
+        return first, second[:, None]
+    return np.zeros_like(first), np.column_stack([first, second])
 
 
 def turned_roughness(shape: np.ndarray) -> tuple[float, float, float]:
@@ -153,21 +144,30 @@ def turned_roughness(shape: np.ndarray) -> tuple[float, float, float]:
     return float(shape[0]) * np.exp(size), float(shape[0]) * np.exp(-size), azimuth
 
 
-def _without_fresnel(
-    family: Family, roughness: float, theta_i, theta_r, dphi, phi_i, turn
-) -> tuple[np.ndarray, np.ndarray]:
-    """D G / (4 cos_i cos_r), (n,), and the cosine between half vector and light, (n,)."""
-    cos_i, cos_r = np.cos(theta_i), np.cos(theta_r)
-    between = np.clip(cos_i * cos_r + np.sin(theta_i) * np.sin(theta_r) * np.cos(dphi), -1.0, 1.0)
-    length = np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-18))
-    cos_n = np.minimum((cos_i + cos_r) / length, 1.0)
-    sine2, along = None, (roughness, roughness)
-    if turn is not None:
-        incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
-        sine2 = _stretched((incident + exit) / length, -turn)
-        along = tuple(roughness * _share(one, turn) for one in (incident, exit))
-    density = slopes_density(cos_n, roughness, family.distribution, sine2)
-    return density * visibility(family.masking, family.distribution, along, cos_i, cos_r), 0.5 * length
+def _mirror_parts(family: Family, shape: np.ndarray, f0: float, theta_i, theta_r, dphi, phi_i) -> np.ndarray:
+    """(2, n) D G / (4 cos_i cos_r), and the same times (1 - cos_h)^5; or a coat's lobe, and its ground of albedo 1."""
+    separable, beckmann = family.masking == "separable", family.distribution == "beckmann"
+    roughness, albedo = float(shape[0]), np.empty(0)
+    if family.fresnel == "dielectric":
+        albedo = coat_albedo(separable, beckmann, roughness, float(f0))
+    sine2, along = _turned(shape, theta_i, theta_r, dphi, phi_i) if family.turning else _STILL
+    angles = np.array(np.broadcast_arrays(theta_i, theta_r, dphi))
+    parts = np.empty((2, angles.shape[1]))
+    mirror_parts(angles, separable, beckmann, roughness, float(f0), albedo, sine2, along, parts)
+    return parts
+
+
+_STILL = np.empty(0), np.empty((2, 0))
+
+
+def _turned(shape: np.ndarray, theta_i, theta_r, dphi, phi_i) -> tuple[np.ndarray, np.ndarray]:
+    """Of a turning lobe: the half vector's squared sine (n,) in units of its slopes, the roughness along both
+    directions (2, n)."""
+    turn = np.log(shape[-2:])
+    incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
+    between = np.cos(theta_i) * np.cos(theta_r) + np.sum(incident * exit, axis=0)
+    sine2 = _stretched(incident + exit, -turn) / np.maximum(2.0 + 2.0 * between, 1e-18)
+    return sine2, shape[0] * np.stack([_share(one, turn) for one in (incident, exit)])
 
 
 def _tangential(theta: np.ndarray, phi: np.ndarray | float) -> np.ndarray:

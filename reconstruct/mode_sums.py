@@ -114,7 +114,7 @@ def _waves(dphi, start, count, wave):
     for j in range(LANES):
         turns = np.rint(wave[1, j] * (0.5 / math.pi))
         half = 0.5 * ((wave[1, j] - turns * TURN) - turns * TURN_REST)
-        sine = _sine(half)
+        sine = short_sine(half)
         wave[1, j] = 1.0 - 2.0 * sine * sine
     for k in range(2, len(wave)):
         for j in range(LANES):
@@ -139,15 +139,15 @@ def _elevations(theta_i, theta_r, start, count, rho, slant, outer):
         rho[j] = theta_i[start + min(j, count - 1)]
         rho[LANES + j] = theta_r[start + min(j, count - 1)]
     for j in range(2 * LANES):
-        sine = _sine(0.5 * rho[j])
-        cosine = _sine((0.5 * math.pi - rho[j]) + HALF_PI_REST)
+        sine = short_sine(0.5 * rho[j])
+        cosine = short_sine((0.5 * math.pi - rho[j]) + HALF_PI_REST)
         outer[j] = 1.0 if cosine <= 0.5 else 0.0
         slant[j] = -2.0 * cosine if cosine <= 0.5 else 4.0 * sine * sine - 1.0
         rho[j] = math.sqrt(2.0) * sine
 
 
 @_inline
-def _sine(x):
+def short_sine(x):
     """sin(x) to rounding for |x| <= pi / 2, by Taylor's series: no call, so that loops are vectorised."""
     square, series = x * x, 1.0
     for k in range(10, 0, -1):
