@@ -14,9 +14,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
-from reconstruct.solve import Common, FoldedDesign, Statistics
+from reconstruct.solve import Common, FoldedDesign, Statistics, cholesky, cholesky_solve
 
 RIDGE = 1e-10  # of the mean diagonal
 # standard deviation of a shape's logarithm before the data: about that of even odds between its bounds
@@ -112,9 +111,9 @@ def _solved(problem: Problem, one: Alternative, parts: list[Statistics]) -> np.n
     """(c, f, p) solutions for each fold of the channels' sums."""
     folds = len(parts[0].cells)
     shapes = problem.slopes.shape[1]
-    solutions = []
+    solutions, whole = [], [part.gram for part in parts]
     for f in range(folds):
-        grams = [part.gram[f, 0] for part in parts]
+        grams = [gram[f, 0] for gram in whole]
         solutions.append(_solve(grams, [part.moment[f, 0][:, None] for part in parts], one, shapes)[..., 0])
     return _embedded(problem, one, np.stack(solutions, axis=1))
 
@@ -122,7 +121,7 @@ def _solved(problem: Problem, one: Alternative, parts: list[Statistics]) -> np.n
 def _prior_draws(problem: Problem, one: Alternative, whole: list[Statistics]) -> Iterator[np.ndarray]:
     """The response to one standard deviation of the prior of each mode, a channel at a time, and of each shape."""
     modes, shapes = one.penalty.shape[1], problem.slopes.shape[1]
-    grams = [part.gram[0, 0] for part in whole]
+    grams = [part.gram[0, 0] for part in whole]  # of all cells
     for c, penalty in enumerate(one.penalty):
         moments = [np.zeros((len(gram), modes)) for gram in grams]
         moments[c][:modes] = np.diag(np.sqrt(penalty))
@@ -147,8 +146,7 @@ def _solve(grams: list[np.ndarray], moments: list[np.ndarray], one: Alternative,
         every = np.arange(own)
         block[every[: len(penalty)], every[: len(penalty)]] += penalty
         block[every, every] += RIDGE * np.trace(block) / own + np.finfo(float).tiny
-        factor = cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
-        solved = cho_solve(factor, np.hstack([moment[:own], gram[:own, own:]]), check_finite=False)
+        solved = cholesky_solve(cholesky(block), np.hstack([moment[:own], gram[:own, own:]]))
         free, across = solved[:, : moment.shape[1]], solved[:, moment.shape[1] :]
         inner += gram[own:, own:] - gram[own:, :own] @ across
         outer += moment[own:] - gram[own:, :own] @ free

@@ -132,9 +132,7 @@ class Profile:
 
     def cost(self, lobes: LobeSet) -> float:
         """Least penalised weighted sum of squares with these shapes."""
-        statistics, solution = self._solve(lobes)
-        modes = solution[0, :, : statistics.modes]
-        return float(statistics.residual(solution).sum() + np.sum(self._penalty * modes**2))
+        return self._cost(*self._solve(lobes)[:2])
 
     def slopes(self, lobes: LobeSet) -> tuple[float, np.ndarray, np.ndarray]:
         """:meth:`cost`, its derivatives (p,) by the logarithms of the shapes, and those of Gauss and Newton's second
@@ -142,33 +140,36 @@ class Profile:
 
         At the least, what the linear coefficients do with the shapes changes nothing, to first order.
         """
-        statistics, solution = self._solve(lobes)
-        m = statistics.modes
-        modes, own = solution[0, :, :m].T, solution[0, :, m:].T
-        cost = float(statistics.residual(solution).sum() + np.sum(self._penalty * modes.T**2))
-        said = _said(lobes, self._cells, own)
+        statistics, solution, fixed, columns = self._solve(lobes)
+        modes, own = solution[0, :, : statistics.modes].T, solution[0, :, statistics.modes :].T
+        said = fixed[:, None] + columns @ own
         residual = self._cells.value - said - self._design @ modes
         if self._common is not None:
-            residual = residual - self._common.shared(residual, self._weight)
-        logs = lobes.flat()
+            residual -= self._common.shared(residual, self._weight)
+        pull, logs = self._weight * residual, lobes.flat()
         first, second = np.empty_like(logs), np.empty_like(logs)
         for p in range(len(logs)):
             ahead = logs.copy()
             ahead[p] += DIFFERENCE
             slope = (_said(lobes.with_flat(ahead), self._cells, own) - said) / DIFFERENCE
-            first[p] = -2.0 * np.sum(self._weight * residual * slope)
-            second[p] = 2.0 * np.sum(self._weight * slope**2)
-        return cost, first, second
+            first[p] = -2.0 * np.vdot(pull, slope)
+            second[p] = 2.0 * np.vdot(self._weight * slope, slope)
+        return self._cost(statistics, solution), first, second
 
     def model_parts(self, lobes: LobeSet) -> tuple[np.ndarray, LobeSet, np.ndarray]:
         """Mode coefficients (m, c), the lobes and their coefficients (q, c): the rest of a :class:`Model`."""
-        statistics, solution = self._solve(lobes)
+        statistics, solution = self._solve(lobes)[:2]
         return solution[0, :, : statistics.modes].T, lobes, solution[0, :, statistics.modes :].T
 
-    def _solve(self, lobes: LobeSet) -> tuple[Statistics, np.ndarray]:
+    def _solve(self, lobes: LobeSet) -> tuple[Statistics, np.ndarray, np.ndarray, np.ndarray]:
+        """Sums and their solution, and the lobes' fixed part and columns."""
         fixed, columns = lobes.columns(self._cells)
         statistics = self._folded.statistics(self._cells.value - fixed[:, None], columns)
-        return statistics, solve(statistics, self._factors, lobes.upper_bounds())
+        return statistics, solve(statistics, self._factors, lobes.upper_bounds()), fixed, columns
+
+    def _cost(self, statistics: Statistics, solution: np.ndarray) -> float:
+        modes = solution[0, :, : statistics.modes]
+        return float(statistics.residual(solution).sum() + np.sum(self._penalty * modes**2))
 
 
 def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TOLERANCE) -> LobeSet:
@@ -178,11 +179,12 @@ def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TO
         return lobes
     low, high = np.array(_bounds(lobes)).T
     start = np.clip(lobes.flat(), low + step, high - step)
-    _, _, second = profile.slopes(lobes.with_flat(start))
+    at_start = profile.slopes(lobes.with_flat(start))
+    second = at_start[2]
     size = np.sqrt(np.maximum(second, max(LEAST_CURVATURE * second.max(), np.finfo(float).tiny)))
 
     def scaled(y: np.ndarray) -> tuple[float, np.ndarray]:
-        cost, first, _ = profile.slopes(lobes.with_flat(start + y / size))
+        cost, first, _ = profile.slopes(lobes.with_flat(start + y / size)) if y.any() else at_start
         return cost, first / size
 
     found = minimize(

@@ -17,7 +17,7 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.model import LobeSet
 from reconstruct.robust import independence, level
-from reconstruct.solve import Common, Factors, FoldedDesign, solve_each
+from reconstruct.solve import Common, Factors, FoldedDesign, residual_each, solve_each, without_each
 
 FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
@@ -107,17 +107,17 @@ def try_all(
         sums.append(folded.statistics(cells.value - fixed[:, None], columns))
     uppers = [one.upper_bounds() for one in lobes]
     counts = weight.shape[1] * np.maximum(np.bincount(fold, independence(cells)[:, 0]), 1e-9)
-    tried = []
+    tried, others, typical = [], without_each(sums), level(cells)
     for order in orders:
         basis = Basis(symmetry, order)
-        parts = [one.prefix(len(basis.modes)) for one in sums]
-        rests = [part.without_each() for part in parts]
+        parts, rests = ([one.prefix(len(basis.modes)) for one in some] for some in (sums, others))
         for prior in PRIORS if order else PRIORS[:1]:
-            penalty = prior.precision(basis.degree(), level(cells))
-            factors = Factors(rests[0].modes_gram, penalty)
-            solutions = solve_each(rests, factors, uppers)
-            for one, part, solution in zip(lobes, parts, solutions, strict=True):
-                tried.append(Candidate(order, prior, one, part.residual(solution).sum(1) / counts))
+            factors = Factors(rests[0].modes_gram, prior.precision(basis.degree(), typical))
+            missed = residual_each(parts, solve_each(rests, factors, uppers))
+            tried += [
+                Candidate(order, prior, *one)
+                for one in zip(lobes, (m.sum(1) / counts for m in missed), strict=True)
+            ]
     return tried
 
 

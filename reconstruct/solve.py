@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 KKT_SLACK = 1e-10  # of the largest moment: rounding
-NARROW = 8  # columns: of fewer, sums by units come cheaper all at once than unit by unit
 PART = 2048  # rows of the design that are weighed at once
 RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix solvable
 
@@ -25,48 +25,70 @@ RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix sol
 class Statistics:
     """Sums over the cells of each fold; f folds, c channels, m modes, then q lobe columns."""
 
-    gram: np.ndarray  # (f, c, m + q, m + q) A^T W A
+    modes_gram: np.ndarray  # (f, c, m, m) A^T W A of the modes, which several sets of lobes may share
+    across: np.ndarray  # (f, c, m, q) the same of modes and lobes
+    lobes_gram: np.ndarray  # (f, c, q, q) the same of the lobes
     moment: np.ndarray  # (f, c, m + q) A^T W y
     square: np.ndarray  # (f, c) y^T W y
     cells: np.ndarray  # (f,) number of cells
-    modes: int  # m
+
+    @property
+    def modes(self) -> int:
+        """m."""
+        return self.modes_gram.shape[-1]
+
+    @property
+    def gram(self) -> np.ndarray:
+        """(f, c, m + q, m + q) A^T W A of all columns."""
+        below = np.concatenate([np.swapaxes(self.across, -1, -2), self.lobes_gram], axis=-1)
+        return np.concatenate([np.concatenate([self.modes_gram, self.across], axis=-1), below], axis=-2)
 
     def prefix(self, modes: int) -> Statistics:
         """The same with only the first ``modes`` modes: a lower order."""
-        keep = np.r_[0:modes, self.modes : self.gram.shape[-1]]
-        return Statistics(
-            self.gram[..., keep[:, None], keep], self.moment[..., keep], self.square, self.cells, modes
+        return replace(
+            self,
+            modes_gram=self.modes_gram[..., :modes, :modes],
+            across=self.across[..., :modes, :],
+            moment=np.concatenate([self.moment[..., :modes], self.moment[..., self.modes :]], axis=-1),
         )
 
     def total(self) -> Statistics:
         """All folds as one."""
-        return Statistics(
-            self.gram.sum(0, keepdims=True),
-            self.moment.sum(0, keepdims=True),
-            self.square.sum(0, keepdims=True),
-            self.cells.sum(keepdims=True),
-            self.modes,
-        )
+        return Statistics(*(getattr(self, each.name).sum(0, keepdims=True) for each in fields(self)))
 
     def without_each(self) -> Statistics:
         """For each fold, the sums over all the others."""
-        return Statistics(
-            self.gram.sum(0) - self.gram,
-            self.moment.sum(0) - self.moment,
-            self.square.sum(0) - self.square,
-            self.cells.sum() - self.cells,
-            self.modes,
-        )
-
-    @property
-    def modes_gram(self) -> np.ndarray:
-        """(f, c, m, m) sums of the modes alone."""
-        return self.gram[..., : self.modes, : self.modes]
+        return without_each((self,))[0]
 
     def residual(self, solution: np.ndarray) -> np.ndarray:
         """Weighted sum of squared residuals (f, c) of solutions (f, c, m + q)."""
-        across = (self.gram @ solution[..., None])[..., 0]
-        return np.maximum(self.square + np.sum(solution * (across - 2.0 * self.moment), axis=-1), 0.0)
+        return residual_each((self,), (solution,))[0]
+
+
+def without_each(several: Sequence[Statistics]) -> list[Statistics]:
+    """For each fold, the sums over all the others, of several sets of lobes over the same modes: these once."""
+
+    def others(sums: np.ndarray) -> np.ndarray:
+        return sums.sum(0) - sums
+
+    modes = others(several[0].modes_gram)
+    return [
+        Statistics(modes, *(others(getattr(one, each.name)) for each in fields(one)[1:])) for one in several
+    ]
+
+
+def residual_each(several: Sequence[Statistics], solutions: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """:meth:`Statistics.residual` of solutions for several sets of lobes over the same modes, in one product."""
+    m = several[0].modes
+    along = several[0].modes_gram @ np.stack([solution[..., :m] for solution in solutions], axis=-1)
+    result = []
+    for k, (one, solution) in enumerate(zip(several, solutions, strict=True)):
+        modes, lobes = solution[..., :m], solution[..., m:, None]
+        side = along[..., k] + 2.0 * (one.across @ lobes)[..., 0] - 2.0 * one.moment[..., :m]
+        own = (one.lobes_gram @ lobes)[..., 0] - 2.0 * one.moment[..., m:]
+        squares = one.square + np.sum(modes * side, axis=-1) + np.sum(lobes[..., 0] * own, axis=-1)
+        result.append(np.maximum(squares, 0.0))
+    return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,18 +130,18 @@ class FoldedDesign:
         order = np.lexsort((np.zeros_like(fold) if common is None else common.unit, fold))
         self._rows = order
         self._design = design[order]
-        self._weight = weight[order]
+        self._weight = _by_channel(weight[order])
         self._bounds = np.searchsorted(fold[order], np.arange(fold.max(initial=0) + 2))
-        self._common = common.take(order) if common is not None else None
         self._gram = np.stack([self._fold_gram(s) for s in self._slices()])
-        if self._common is not None:
-            self._starts = np.flatnonzero(
-                np.diff(self._common.unit, prepend=-1)
-            )  # each unit's rows are together
-            self._unit_fold = fold[order][self._starts]
-            self._scaled = self._weight * self._common.pattern
-            self._size = np.sqrt(1.0 + np.add.reduceat(self._scaled * self._common.pattern, self._starts))
-            self._modes_along = self._along(self._design)
+        self._common = common is not None
+        if common is not None:
+            unit, pattern = common.unit[order], _by_channel(common.pattern[order])
+            self._starts = np.flatnonzero(np.diff(unit, prepend=-1))  # each unit's rows are together
+            self._scaled = self._weight * pattern
+            self._size = np.sqrt(1.0 + np.add.reduceat(self._scaled * pattern, self._starts, axis=-1))
+            # units of each fold: rows lie fold by fold
+            self._unit_bounds = np.searchsorted(self._starts, self._bounds)
+            self._modes_along = self._modes_along_units()
             self._gram -= self._products(self._modes_along, self._modes_along)
 
     def _slices(self) -> list[slice]:
@@ -127,41 +149,33 @@ class FoldedDesign:
 
     def _fold_gram(self, rows: slice) -> np.ndarray:
         """(c, m, m) of one fold, by parts that stay in the cache; numpy forms half of a symmetric product."""
-        x, root = self._design[rows], np.sqrt(self._weight[rows])
-        gram = np.zeros((root.shape[1], x.shape[1], x.shape[1]))
+        x, root = self._design[rows], np.sqrt(self._weight[:, rows])
+        gram = np.zeros((len(root), x.shape[1], x.shape[1]))
         for start in range(0, len(x), PART):
-            part, roots = x[start : start + PART], root[start : start + PART]
-            for c in range(root.shape[1]):
-                weighed = part * roots[:, c, None]
+            part = x[start : start + PART]
+            for c, roots in enumerate(root[:, start : start + PART]):
+                weighed = part * roots[:, None]
                 gram[c] += weighed.T @ weighed
         return gram
 
+    def _modes_along_units(self) -> np.ndarray:
+        """(c, m, u) parts of the modes along each unit's pattern, scaled for the outer products."""
+        ends = np.append(self._starts[1:], len(self._design))
+        sums = [self._scaled[:, a:b] @ self._design[a:b] for a, b in zip(self._starts, ends, strict=True)]
+        return np.ascontiguousarray(np.transpose(sums, (1, 2, 0))) / self._size[:, None]
+
     def _along(self, rows: np.ndarray) -> np.ndarray:
-        """(u, c, k) parts of ``rows`` (n, k) or (n, c, k) along each unit's pattern, scaled for the outer products."""
-        if rows.ndim == 3:
-            sums = np.add.reduceat(self._scaled[..., None] * rows, self._starts)
-        elif rows.shape[1] <= NARROW:
-            sums = (
-                np.stack(
-                    [np.add.reduceat(self._scaled * row[:, None], self._starts) for row in rows.T], axis=-1
-                )
-                if rows.shape[1]
-                else np.empty((len(self._starts), self._scaled.shape[1], 0))
-            )
-        else:
-            ends = np.append(self._starts[1:], len(rows))
-            sums = np.stack(
-                [self._scaled[a:b].T @ rows[a:b] for a, b in zip(self._starts, ends, strict=True)]
-            )
-        return sums / self._size[..., None]
+        """The same (c, k, u) of ``rows`` (k, n), or (k, c, n) of each channel's own."""
+        rows = rows if rows.ndim == 3 else rows[:, None]
+        if not len(rows):
+            return np.empty((len(self._size), 0, self._size.shape[1]))
+        return np.swapaxes(np.add.reduceat(self._scaled * rows, self._starts, axis=-1) / self._size, 0, 1)
 
     def _products(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """(f, c, k, k') sums over the units of each fold of outer products."""
-        total = np.zeros((len(self._bounds) - 1, *left.shape[1:], right.shape[-1]))
-        bounds = np.searchsorted(self._unit_fold, np.arange(len(total) + 1))  # rows lie fold by fold
-        for f, (a, b) in enumerate(pairwise(bounds)):
-            total[f] = left[a:b].transpose(1, 2, 0) @ right[a:b].transpose(1, 0, 2)
-        return total
+        return np.stack(
+            [left[..., a:b] @ np.swapaxes(right[..., a:b], 1, 2) for a, b in pairwise(self._unit_bounds)]
+        )
 
     @property
     def modes_gram(self) -> np.ndarray:
@@ -170,36 +184,38 @@ class FoldedDesign:
 
     def statistics(self, target: np.ndarray, columns: np.ndarray) -> Statistics:
         """Sums for ``target`` (n, c) with lobe ``columns`` (n, q) beside the modes."""
-        target, columns = target[self._rows], columns[self._rows]
-        m, q = self._design.shape[1], columns.shape[1]
-        folds, channels = len(self._bounds) - 1, target.shape[1]
-        gram = np.empty((folds, channels, m + q, m + q))
-        gram[..., :m, :m] = self._gram
-        moment = np.empty((folds, channels, m + q))
-        square = np.empty((folds, channels))
-        for f, rows in enumerate(self._slices()):
-            x, w, y, lobe = self._design[rows], self._weight[rows], target[rows], columns[rows]
-            weighed = np.empty((len(x), q + 1, channels))  # lobes, and the target: one product for all
-            np.multiply(lobe[:, :, None], w[:, None, :], out=weighed[:, :q])
-            np.multiply(w, y, out=weighed[:, q])
-            square[f] = np.sum(weighed[:, q] * y, axis=0)
-            for own, k in ((x, np.s_[:m]), (lobe, np.s_[m:])):
-                sums = (own.T @ weighed.reshape(len(x), -1)).reshape(-1, q + 1, channels)
-                gram[f, :, k, m:] = sums[:, :q].transpose(2, 0, 1)
-                moment[f, :, k] = sums[:, q].T
-        if self._common is not None:
-            self._take_away_shared(target, columns, gram, moment, square)
-        gram[..., m:, :m] = np.swapaxes(gram[..., :m, m:], -1, -2)
-        return Statistics(gram, moment, square, np.diff(self._bounds), m)
+        target, columns = _by_channel(target[self._rows]), _by_channel(columns[self._rows])
+        m, q, channels = self._design.shape[1], len(columns), len(target)
+        across, lobes_gram, moment, square = [], [], [], []
+        for rows in self._slices():
+            w, y, lobe = self._weight[:, rows], target[:, rows], columns[:, rows]
+            weighed = np.empty((q + 1, channels, y.shape[1]))  # lobes, and the target: one product for all
+            np.multiply(lobe[:, None], w, out=weighed[:q])
+            np.multiply(w, y, out=weighed[q])
+            square.append(np.sum(weighed[q] * y, axis=-1))
+            flat = weighed.reshape((q + 1) * channels, -1)
+            sums = np.concatenate([flat @ self._design[rows], flat @ lobe.T], axis=-1)
+            sums = sums.reshape(q + 1, channels, m + q)
+            across.append(np.transpose(sums[:q, :, :m], (1, 2, 0)))
+            lobes_gram.append(np.transpose(sums[:q, :, m:], (1, 2, 0)))
+            moment.append(sums[q])
+        parts = [np.stack(sums) for sums in (across, lobes_gram, moment, square)]
+        if self._common:
+            self._take_away_shared(target, columns, *parts)
+        return Statistics(self._gram, *parts, np.diff(self._bounds))
 
-    def _take_away_shared(self, target, columns, gram, moment, square) -> None:
-        m = self._design.shape[1]
-        lobes, values = self._along(columns), self._along(target[..., None])
-        gram[..., :m, m:] -= self._products(self._modes_along, lobes)
-        gram[..., m:, m:] -= self._products(lobes, lobes)
-        moment[..., :m] -= self._products(self._modes_along, values)[..., 0]
-        moment[..., m:] -= self._products(lobes, values)[..., 0]
+    def _take_away_shared(self, target, columns, across, lobes_gram, moment, square) -> None:
+        lobes, values = self._along(columns), self._along(target[None])
+        across -= self._products(self._modes_along, lobes)
+        lobes_gram -= self._products(lobes, lobes)
+        every = np.concatenate([self._modes_along, lobes], axis=1)
+        moment -= self._products(every, values)[..., 0]
         square -= self._products(values, values)[..., 0, 0]
+
+
+def _by_channel(rows: np.ndarray) -> np.ndarray:
+    """(k, n) of ``rows`` (n, k): long inner loops."""
+    return np.ascontiguousarray(rows.T)
 
 
 class Factors:
@@ -214,19 +230,37 @@ class Factors:
         every = np.arange(blocks.shape[-1])
         ridge = RIDGE * blocks[..., every, every].mean(-1, keepdims=True) + np.finfo(float).tiny
         blocks[..., every, every] += penalty + ridge
-        self._factors = [[cho_factor(block, check_finite=False) for block in fold] for fold in blocks]
+        self._factors = [[cholesky(block) for block in fold] for fold in blocks]
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """Solutions (f, c, m, k) for right-hand sides (f, c, m, k)."""
         channels = right.shape[1]
         solved = [
             [
-                cho_solve(factor, b, check_finite=False)
+                cholesky_solve(factor, b)
                 for factor, b in zip(fold if len(fold) > 1 else fold * channels, fold_right, strict=True)
             ]
             for fold, fold_right in zip(self._factors, right, strict=True)
         ]
         return np.array(solved).reshape(right.shape)
+
+
+def cholesky(matrix: np.ndarray) -> np.ndarray:
+    """Factor of a symmetric positive matrix (k, k), which is overwritten, for :func:`cholesky_solve`. Without the
+    checks of scipy's own, which cost more than systems of some ten unknowns.
+
+    Raises:
+        LinAlgError: the matrix is not positive.
+    """
+    factor, failed = dpotrf(matrix.T, lower=True, clean=False, overwrite_a=True)
+    if failed:
+        raise LinAlgError(f"leading minor {failed} is not positive")
+    return factor
+
+
+def cholesky_solve(factor: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions (k, r) for right-hand sides (k, r)."""
+    return dpotrs(factor, right, lower=True)[0] if right.size else right
 
 
 def solve(statistics: Statistics, factors: Factors, upper: np.ndarray) -> np.ndarray:
@@ -243,26 +277,25 @@ def solve_each(
 ) -> list[np.ndarray]:
     """:func:`solve` for several sets of lobes over the same modes, which are eliminated for all of them at once."""
     m = several[0].modes
-    right = [np.concatenate([one.moment[..., :m, None], one.gram[..., :m, m:]], axis=-1) for one in several]
+    right = [np.concatenate([one.moment[..., :m, None], one.across], axis=-1) for one in several]
     ends = np.cumsum([part.shape[-1] for part in right])
     eliminated = np.split(factors(np.concatenate(right, axis=-1)), ends[:-1], axis=-1)
     return [_with_lobes(*rest) for rest in zip(several, eliminated, uppers, strict=True)]
 
 
 def _with_lobes(statistics: Statistics, eliminated: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    m = statistics.modes
     free, across = eliminated[..., 0], eliminated[..., 1:]
-    below = np.swapaxes(statistics.gram[..., :m, m:], -1, -2)
-    gram = statistics.gram[..., m:, m:] - below @ across
-    moment = statistics.moment[..., m:] - (below @ free[..., None])[..., 0]
+    if not len(upper):
+        return free
+    below = np.swapaxes(statistics.across, -1, -2)
+    gram = statistics.lobes_gram - below @ across
+    moment = statistics.moment[..., statistics.modes :] - (below @ free[..., None])[..., 0]
     lobe = _bounded_all(gram, moment, upper)
     return np.concatenate([free - (across @ lobe[..., None])[..., 0], lobe], axis=-1)
 
 
 def _bounded_all(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """:func:`_bounded` for each fold and channel; most have no active bound, and one batched solve serves them."""
-    if not len(upper):
-        return moment
     every = np.arange(len(upper))
     gram = gram.copy()
     gram[..., every, every] *= 1.0 + RIDGE

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from reconstruct.solve import Common, Factors, FoldedDesign, solve
+from reconstruct.solve import (
+    Common,
+    Factors,
+    FoldedDesign,
+    cholesky,
+    residual_each,
+    solve,
+    solve_each,
+    without_each,
+)
 
 EXACT = 1e-9  # relative; normal equations of condition about 1e3 lose this much of double precision
 
@@ -79,6 +88,27 @@ def test_residual_is_the_weighted_sum_of_squares():
         rows = fold == f
         direct = target[rows] - np.hstack([design, columns])[rows] @ x[f].T
         np.testing.assert_allclose(sums.residual(x)[f], np.sum(weight[rows] * direct**2, axis=0), rtol=EXACT)
+
+
+def test_sets_of_lobes_tried_together_are_those_tried_alone():
+    design, columns, weight, fold, target = problem(7, q=3)
+    folded = FoldedDesign(design, weight, fold)
+    several = [folded.statistics(target + q, columns[:, :q]) for q in range(4)]
+    uppers = [np.full(q, 0.6) for q in range(4)]
+    rests = without_each(several)
+    factors = Factors(rests[0].modes_gram, np.ones((2, 6)))
+    found = solve_each(rests, factors, uppers)
+    for one, rest, solution, upper, missed in zip(
+        several, rests, found, uppers, residual_each(several, found), strict=True
+    ):
+        np.testing.assert_array_equal(rest.gram, one.without_each().gram)
+        np.testing.assert_allclose(solution, solve(one.without_each(), factors, upper), rtol=EXACT)
+        np.testing.assert_allclose(missed, one.residual(solution), rtol=EXACT)
+
+
+def test_a_matrix_that_is_not_positive_is_refused():
+    with pytest.raises(np.linalg.LinAlgError):
+        cholesky(np.diag([1.0, -1.0]))
 
 
 def test_modes_that_the_data_cannot_tell_apart_stay_bounded():
