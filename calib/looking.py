@@ -14,7 +14,7 @@ from calib.board import Corners, board_points, find_corners
 from calib.camera import Camera
 from calib.masks import things_mask
 from calib.misprint import judging_photos, misplaced_markers, misprint_warning
-from calib.paper import Print, draw_print
+from calib.pattern import Print, draw_print
 from calib.pose import fit_pose
 from calib.register import refined_corners
 from calib.tone import detection_image, fine_image, finite, gray, without_fireflies

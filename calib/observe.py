@@ -8,7 +8,8 @@ from calib.board import board_size
 from calib.camera import Camera
 from calib.highlights import Highlight, ball_box, find_highlight
 from calib.looking import Progress, Reader
-from calib.paper import draw_print, sample_paper
+from calib.paper import sample_paper
+from calib.pattern import draw_print
 from calib.plane import Edges, plane_edges
 from calib.sample import Limb, focal, settled_limb
 from calib.shading import Reading
@@ -18,6 +19,7 @@ from calib.tone import without_fireflies
 from capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
 
 _ACROSS = 170  # paper samples along the board's longer side
+_ACROSS_LOOSE = 300  # the same where only loose markers are known to be paper
 _CAUSTIC = 3.0  # radii around a polished ball where it throws light back onto the paper
 _FEWEST = 400  # samples of paper worth a fit
 _DARK = 3.0  # standard errors of one sample of paper
@@ -110,7 +112,7 @@ def _paper(photoset: PhotoSet, reader: Reader, camera: Camera, sight: Sight) -> 
         lambda pixels: reader.near(sight.view, pixels),
         camera,
         sight.pose,
-        step=float(board_size(board).max()) / _ACROSS,
+        step=float(board_size(board).max()) / (_ACROSS_LOOSE if board.kind == "markers" else _ACROSS),
         sample=photoset.sample,
         balls=photoset.mirror_balls,
         patches=photoset.white_patches,
@@ -151,7 +153,8 @@ def _sample_edges(
     middle = np.append(flat.mean(0), plane.height)
     astray = _ASTRAY / 2 * float(np.ptp(flat, axis=0).max()) * _scale(camera, sight, middle)
     within = min(2.0 + astray, _FARTHEST_EDGE)
-    pattern = None if photoset.board is None else draw_print(photoset.board)
+    board = photoset.board  # what is printed around loose markers is not known
+    pattern = None if board is None or board.kind == "markers" else draw_print(board)
     return plane_edges(level, usable, camera, sight.pose, plane, within, pattern)
 
 

@@ -1,20 +1,19 @@
-"""The board's print as a photometric target: places of even white or black, clear of every edge."""
+"""The board's print as a photometric target: radiance of places of even white or black, clear of every edge."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
 
-from calib.board import board_size, dictionary, opencv_board
+from calib.board import board_size
 from calib.camera import Camera, Pose
+from calib.pattern import draw_print, square_pitch
 from capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
 from capture.radiance import RadianceImage
 
-_SQUARE_PIXELS = range(140, 420)  # of the drawn pattern; one is chosen that rounds no edge
 _CLEAR_WHITE = 2.3  # pixels of the photo between a sample and the next printed edge
 _CLEAR_BLACK = 3.3  # the same for black print, which little stray white lights up
 
@@ -36,109 +35,6 @@ class PaperSamples:
         return PaperSamples(
             self.points[mask], self.white[mask], self.value[mask], self.variance[mask], self.square[mask]
         )
-
-
-@dataclass(frozen=True, slots=True)
-class Print:
-    """The pattern as a map: tone and distance to the nearest edge of it."""
-
-    white: np.ndarray  # (h, w) bool
-    tone: np.ndarray  # (h, w) float32, 1 where white
-    clear: np.ndarray  # (h, w) length units to the nearest change of tone or the pattern's border
-    scale: float  # pixels per length unit
-    bare: np.ndarray  # (h, w) bool, clear of the markers
-
-    def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tone (n,) and clearance (n,) at board points (n, 2); clearance 0 outside."""
-        height, width = self.white.shape
-        x = np.floor(points[:, 0] * self.scale).astype(int)
-        y = np.floor(height - points[:, 1] * self.scale).astype(int)
-        inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
-        x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
-        return self.white[y, x], np.where(inside, self.clear[y, x], 0.0)
-
-    def tone_at(self, points: np.ndarray) -> np.ndarray:
-        """Tone between 0 (black) and 1 at board points (n, 2), float32, interpolated; 0.5 outside."""
-        height = self.white.shape[0]
-        x = (points[:, 0] * self.scale - 0.5).astype(np.float32)
-        y = (height - points[:, 1] * self.scale - 0.5).astype(np.float32)
-        border = cv2.BORDER_CONSTANT
-        return cv2.remap(self.tone, x, y, cv2.INTER_LINEAR, borderMode=border, borderValue=0.5).ravel()
-
-    def on_print(self, points: np.ndarray) -> np.ndarray:
-        """Whether board points (n, 2) lie within the pattern, (n,) bool."""
-        height, width = self.white.shape
-        return ((points >= 0) & (points * self.scale <= [width, height])).all(1)
-
-    def beside_markers(self, points: np.ndarray) -> np.ndarray:
-        """Whether board points (n, 2) lie within the pattern and clear of every marker, (n,) bool."""
-        height, width = self.white.shape
-        x = np.clip((points[:, 0] * self.scale).astype(int), 0, width - 1)
-        y = np.clip((height - points[:, 1] * self.scale).astype(int), 0, height - 1)
-        return self.on_print(points) & self.bare[y, x]
-
-
-def draw_print(board: Board) -> Print | None:
-    """The pattern of a flat board; None for loose markers, whose surroundings are unknown."""
-    if board.kind == "markers":
-        return None
-    key = (board.kind, board.dictionary, board.squares, board.square_length, board.markers)
-    return _draw(key, board.marker_length, board.marker_separation, board.first_id, board.legacy_pattern)
-
-
-@lru_cache(maxsize=4)
-def _draw(key: tuple, length: float, separation: float | None, first: int, legacy: bool) -> Print:
-    kind, marks, squares, square, markers = key
-    board = Board(
-        kind,
-        marks,
-        squares=squares,
-        square_length=square,
-        markers=markers,
-        marker_length=length,
-        marker_separation=separation,
-        first_id=first,
-        legacy_pattern=legacy,
-    )
-    size = board_size(board)
-    scale = _even_scale(board)
-    shape = np.round(size * scale).astype(int)
-    picture = opencv_board(board).generateImage((int(shape[0]), int(shape[1])), marginSize=0, borderBits=1)
-    white = picture > 127
-    clear = [
-        cv2.distanceTransform(np.pad(m.astype(np.uint8), 1), cv2.DIST_L2, 5)[1:-1, 1:-1]
-        for m in (white, ~white)
-    ]
-    clearance = np.where(white, clear[0], clear[1]) / scale
-    return Print(
-        white, white.astype(np.float32), clearance, float(scale), _beside_markers(board, scale, white.shape)
-    )
-
-
-def _beside_markers(board: Board, scale: float, shape: tuple[int, ...]) -> np.ndarray:
-    """Pixels (h, w) bool of the drawn pattern that lie clear of the markers by a third of the gap around them."""
-    bare = np.ones(shape, np.uint8)
-    for corners in opencv_board(board).getObjPoints():
-        fill_from = np.asarray(corners, float).reshape(4, 3)[:, :2] * scale
-        low, high = np.floor(fill_from.min(0)).astype(int), np.ceil(fill_from.max(0)).astype(int)
-        bare[max(low[1], 0) : high[1], max(low[0], 0) : high[0]] = 0
-    gap = board.square_length - board.marker_length if board.kind == "charuco" else board.marker_separation
-    wide = 2 * max(1, round(gap * scale / 6)) + 1
-    return cv2.erode(bare, np.ones((wide, wide), np.uint8), borderValue=1) > 0
-
-
-def _even_scale(board: Board) -> float:
-    """Pixels per length at which squares, markers and their cells are whole numbers of pixels, as nearly as can be.
-
-    OpenCV draws with whole pixels: a careless scale would move edges by half a pixel of the drawing.
-    """
-    cells = dictionary(board.dictionary).markerSize + 2
-    square = _square(board)
-    whole = np.array(_SQUARE_PIXELS, float)
-    marker = whole * board.marker_length / square
-    gap = (whole - marker) / (2 if board.kind == "charuco" else 1)
-    off = sum(np.abs(v - np.round(v)) for v in (marker / cells, gap))
-    return float(whole[np.argmin(off + 1e-6 * whole)]) / square
 
 
 def sample_paper(
@@ -177,17 +73,9 @@ def sample_paper(
     if read is None:
         return None
     value, variance, lit = _between(read, pixels - corners)
-    across = int(np.ceil(size[0] / _square(board)))
-    square = (points[:, 0] // _square(board)).astype(int) + across * (points[:, 1] // _square(board)).astype(
-        int
-    )
+    column, row = (points[:, :2] // square_pitch(board)).astype(int).T
+    square = column + (column.max(initial=0) + 1) * row
     return PaperSamples(points, white, value, variance, square).keep(lit)
-
-
-def _square(board: Board) -> float:
-    if board.kind == "charuco":
-        return float(board.square_length)
-    return float(board.marker_length + board.marker_separation)
 
 
 def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from calib.camera import Camera, Pose
-from calib.paper import Print, project_with_scale
+from calib.paper import project_with_scale
+from calib.pattern import Print
 from calib.sample import find_edges
 from capture.photoset import Plane
 

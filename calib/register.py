@@ -12,7 +12,8 @@ import numpy as np
 
 from calib.board import Corners
 from calib.camera import Camera, Pose
-from calib.paper import Print, project_with_scale
+from calib.paper import project_with_scale
+from calib.pattern import Print
 
 _REACH = 0.62  # of a square: the window's half width
 _LARGEST = 14  # pixels of half window; larger ones are not needed

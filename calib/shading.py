@@ -208,6 +208,20 @@ def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = 
     return _finish(reading, values, scene)
 
 
+def fits_better(reading: Reading, scene: Scene, one: ShadingFit, other: ShadingFit) -> bool:
+    """Whether ``one`` explains the reading better than ``other``, under errors that are the same for both: each fit's
+    own grow with the bounce that it supposes, which makes a wrong place with much of it look good."""
+    values = [np.concatenate([fit.local, scene.shared]) for fit in (one, other)]
+    own = [_weigh(reading, each, scene) for each in values]
+    sigma, bound = np.sqrt(own[0].sigma * own[1].sigma), max(own[0].bound, own[1].bound)
+    alike = [replace(weighing, sigma=sigma, bound=bound) for weighing in own]
+    first, second = (
+        _cost(_residual(reading, each, scene, weighing), each, weighing)
+        for each, weighing in zip(values, alike, strict=True)
+    )
+    return first < second
+
+
 def _step(
     reading: Reading,
     values: np.ndarray,

@@ -20,6 +20,10 @@ _TOLERANCE = 0.1  # relative misfit counted as no fit at all
 _GOOD = 0.06  # mean misfit of a first fit that needs no second
 _DOUBTFUL = 0.15  # mean misfit beyond which the rays are not trusted alone
 _FEW = 2  # samples of a tone in a square that say too little
+_BRIGHT = (
+    0.3  # of the tone's median radiance: what is brighter is lit, and shows more than the sensor's noise
+)
+_UNKNOWN_NOISE = 0.01  # relative, where too little is seen to tell
 _EVEN = 0.7  # of a square's bright white, that its dark white is where no shadow's edge crosses it
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
@@ -32,14 +36,22 @@ def thinned(reading: Reading, count: int) -> Reading:
     return Reading(reading.samples.keep(mask), reading.level[mask], reading.noise[mask])
 
 
-def local_noise(samples: PaperSamples, level: np.ndarray) -> float:
-    """Relative noise from one sample to the next of the same square and tone: what the stated variance may miss."""
+def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
+    """Relative noise (n,) from one sample to the next of the same square and tone: what the stated variance may miss.
+
+    White and black apart: light that spreads over the print's edges is much to black and little to white.
+    """
     close = (np.diff(samples.square) == 0) & (np.diff(samples.white.astype(int)) == 0)
     close &= np.abs(np.diff(samples.points[:, 1])) < 1e-9
     pair = np.maximum(level[1:] + level[:-1], 1e-300) / 2
-    relative = np.abs(np.diff(level))[close] / pair[close]
-    bright = pair[close] > 0.3 * np.median(pair[close]) if close.any() else close
-    return float(1.4826 * np.median(relative[bright]) / np.sqrt(2)) if bright.any() else 0.01
+    relative = np.abs(np.diff(level)) / pair
+    noise = np.empty(len(level))
+    for white in (True, False):
+        here = close & (samples.white[1:] == white)
+        bright = here & (pair > _BRIGHT * np.median(pair[here])) if here.any() else here
+        spread = 1.4826 * np.median(relative[bright]) / np.sqrt(2) if bright.any() else _UNKNOWN_NOISE
+        noise[samples.white == white] = spread
+    return noise
 
 
 def black_over_white(readings: list[Reading]) -> float:

@@ -15,7 +15,7 @@ from calib.lamps import Lamp, block_name, expected_pixel, place_in_world, sight_
 from calib.lights import meet
 from calib.looking import Progress, Reader
 from calib.sample import focal, place_ball
-from calib.shading import Ball, Scene, ShadingFit, fit_shading
+from calib.shading import Ball, Scene, ShadingFit, fit_shading, fits_better
 from calib.sight import Sight
 from calib.starts import black_over_white
 from capture.photoset import MirrorBall, PhotoSet, Sphere
@@ -138,7 +138,7 @@ def _shade(
         if other is None or other[2] <= 0 or lamp.attached or np.linalg.norm(other - found.place) < far:
             return found
         again = fit_shading(sight.reading, scene, other, max(steps, _STEPS[0]))
-        return again if again.cost < found.cost else found
+        return again if fits_better(sight.reading, scene, again, found) else found
 
     fits = {}
     for sight, found in zip(sights, reader.abreast(fit, sights), strict=True):

@@ -7,7 +7,7 @@ import pytest
 from calib.account import account_plane
 from calib.camera import Camera
 from calib.notes import Notes
-from calib.paper import draw_print
+from calib.pattern import draw_print
 from calib.plane import PlaneMove, lying, moved_points, place_plane, plane_edges
 from capture.photoset import PhotoSet, Plane
 from tests.calib.drawn import BOARD, looking_at

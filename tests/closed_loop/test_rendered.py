@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from photogonio.pipeline import write_result
 from photogonio.progress import Reporter
 from photogonio.score_table import score_table
 from synthetic.hard import changed
+from synthetic.parts import MarkerScene
 from synthetic.scene import Scene, load_scene
 
 pytestmark = pytest.mark.slow
@@ -53,6 +55,20 @@ def test_the_balls_calibration_is_near_the_truth(ball: Score):
     assert found.light < 0.5  # degrees
     assert found.strength < 0.01
     assert ball.result.left_out == ()
+
+
+def test_loose_markers_are_paper_enough(tmp_path: Path):
+    """Their own white and black tell where the lamps are, though nothing is known of what lies between them."""
+    quad = np.array([[-12, 12, 0], [12, 12, 0], [12, -12, 0], [-12, -12, 0.0]])
+    middles = [(x, y, 0) for y in (16, 124) for x in (45, 75, 105, 132)]
+    middles += [(x, y, 0) for x in (14, 166) for y in (50, 90)]
+    markers = tuple(MarkerScene(k, tuple(map(tuple, quad + middle))) for k, middle in enumerate(middles))
+    scene = changed(small("matte-ball", 6), camera={"size": (500, 333), "focal": 1125.0})
+    board = replace(scene.board, kind="markers", dictionary="DICT_4X4_50", squares=None, square_length=None)
+    scene = replace(scene, board=replace(board, marker=markers))
+    found = evaluate_scene(scene, tmp_path, workers=2, reporter=Reporter(quiet=True))
+    assert found.calibration.light < 0.5  # degrees; mirror balls alone, of 15 pixels' radius, leave 1.5
+    assert found.error <= 0.015
 
 
 def test_an_oren_nayar_plane(plane: Score):
