@@ -17,7 +17,7 @@ from calib.reflect import mirrored_direction, mirrored_point
 from calib.shading import Scene
 from calib.sight import Sight
 from calib.starts import first_fit
-from capture.photoset import LightEntry, PhotoSet
+from capture.photoset import LightEntry, PhotoSet, Sphere
 
 _FAR = 25.0  # board diagonals beyond which a lamp counts as distant
 
@@ -113,9 +113,8 @@ def start_lamp(
     rays = [ray for s in seen for ray in sight_rays(photoset, camera, s)]
     source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
     if scene is not None and reading is not None and reading.reading is not None and kind != "directional":
-        size = board_size(photoset.board)
-        diagonal = float(np.hypot(*size))
-        fit = first_fit(reading.reading, scene, rays, np.append(size / 2, 0.0), diagonal)
+        diagonal = float(np.hypot(*board_size(photoset.board)))
+        fit = first_fit(reading.reading, scene, rays, _middle(photoset), diagonal)
         if np.linalg.norm(fit.place) < _FAR * diagonal or kind == "point" or not rays:
             reading.shading = fit.local
             place = reading.pose.apply(fit.place) if attached else fit.place
@@ -160,9 +159,9 @@ def _bring_near(
     near = [lamp.block for lamp in lamps.values() if lamp.kind == "point" and not lamp.attached]
     lonely = [lamp for lamp in lamps.values() if lamp.kind == "directional" and lamp.one_ray]
     lonely = [lamp for lamp in lonely if lamp.entry is None or lamp.entry.kind is None]
-    if not near or not lonely or photoset.board is None:
+    if not near or not lonely:
         return lamps
-    middle = np.append(board_size(photoset.board) / 2, 0.0)
+    middle = _middle(photoset)
     reach = float(np.median([np.linalg.norm(p - middle) for p in near]))
     moved = dict(lamps)
     for lamp in lonely:
@@ -170,3 +169,13 @@ def _bring_near(
         place = ray.origin + reach * ray.direction
         moved[lamp.name] = Lamp(lamp.name, lamp.entry, "point", place, lamp.source, one_ray=True)
     return moved
+
+
+def _middle(photoset: PhotoSet) -> np.ndarray:
+    """The middle (3,) of the board, or of the sample where there is none."""
+    if photoset.board is not None:
+        return np.append(board_size(photoset.board) / 2, 0.0)
+    sample = photoset.sample
+    if isinstance(sample, Sphere):
+        return np.asarray(sample.center, float)
+    return np.append(np.mean(sample.outline, axis=0), sample.height)

@@ -25,6 +25,7 @@ _FEWEST = 400  # samples of paper worth a fit
 _DARK = 3.0  # standard errors of one sample of paper
 _PILED = 16  # photos of a still camera that are laid over one another
 _FARTHEST_EDGE = 3.0  # pixels that a flat sample's edge is looked for aside
+_DIMMEST = 0.03  # of the brightest highlight: one and the same lamp in another ball
 _ASTRAY = 0.04  # of the radius: how far a sample ball may stand from the manifest's place
 
 
@@ -41,11 +42,8 @@ def observe(
     brightest, middle = _Pile("max"), _Pile("median")
 
     def watch(sight: Sight) -> tuple[np.ndarray, np.ndarray] | None:
-        sight.highlights = [
-            h
-            for number, ball in enumerate(balls)
-            if (h := _highlight(reader, camera, sight, ball, number)) is not None
-        ]
+        found = [_highlight(reader, camera, sight, ball, number) for number, ball in enumerate(balls)]
+        sight.highlights = of_one_lamp([h for h in found if h is not None], balls)
         if not sight.probe:
             sight.reading = _paper(photoset, reader, camera, sight)
             sight.dark = sight.reading is not None and is_dark(sight.reading)
@@ -101,6 +99,14 @@ def _highlight(
     x0, y0, x1, y1 = box = ball_box(camera, sight.pose, ball)
     image = reader.part(sight.view, box) if x0 < x1 and y0 < y1 else None
     return None if image is None else find_highlight(image, camera, sight.pose, ball, number)
+
+
+def of_one_lamp(found: list[Highlight], balls: tuple[MirrorBall, ...]) -> list[Highlight]:
+    """Those that may be the same lamp: a ball that does not show it shows something else, many times dimmer."""
+    bright = [
+        h.peak / balls[h.ball].radius ** 2 for h in found
+    ]  # an image's area goes with the radius squared
+    return [h for h, b in zip(found, bright, strict=True) if b > _DIMMEST * max(bright)]
 
 
 def _paper(photoset: PhotoSet, reader: Reader, camera: Camera, sight: Sight) -> Reading | None:

@@ -123,7 +123,7 @@ def process(
             turned = () if last else turned_lights(fit.cells, fit.model, setup)
             if not turned:
                 break
-            setup = relit(setup, turned)
+            setup = relit(setup, turned, photoset.white_patches)
             reporter.warn(relit_warning(turned))
     contradicted = contradicted_photos(fit)
     for photo in (*reduced.left_out, *contradicted):

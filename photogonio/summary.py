@@ -122,7 +122,7 @@ def clipped(table: FacetTable) -> list[str]:
 def relit_warning(turned: Sequence[TurnedLight]) -> str:
     worst = max(turned, key=lambda one: one.angle)
     return (
-        f"the sample's shading contradicts the highlights: all {len(turned)} lights turned, "
+        f"{len(turned)} lights turned to where the sample's shading has them rather than the highlights, "
         f"{worst.id} most, by {np.degrees(worst.angle):.1f} degrees"
     )
 

@@ -1,25 +1,28 @@
-"""Distant lights as the sample's own shading tells them: turned where it contradicts the highlights.
+"""Lights as the sample's own shading tells them: turned where it contradicts the highlights, or is surer than they.
 
 A direction found in a mirror ball is as good as the ball's place, and a probe photo is not the sample's photo. The
-shading of a ball, under a BRDF that all lights share, tells each light's direction too. Only directional lights on a
-ball are judged: near ones are settled by calibration, and on a plane a turn looks like an error of scale.
+shading of a ball, under a BRDF that all lights share, tells each light's direction too. Only lights on a ball are
+judged: on a plane a turn looks like an error of scale. Near lamps that calibration settled by the board's paper are
+surer than that; those that only mirror balls told are turned about the sample, their distance kept.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.setup import Light, Setup, ViewSetup
-from capture.photoset import Sphere
+from capture.photoset import Sphere, WhitePatch
 from reconstruct.cells import Cells
 from reconstruct.model import Model
 from reconstruct.robust import INDEPENDENT, PHOTO_FREEDOM, residual_scale, student_weights
 
 SUSPECT = 4.0  # standard errors of shading and highlights together
 LEAST = np.radians(0.5)  # smaller turns are not told from a misfit of the model
+UNSETTLED = np.radians(0.3)  # stated error of a near lamp's direction from which on the shading is asked
+SURER = 0.5  # of the stated error: the shading's, where it is asked
 MOST = np.radians(12.0)  # larger ones are no error of a direction, but another light
 LIMIT = np.cos(np.radians(75.0))  # grazing cells tell more of the model than of the light
 FEWEST_CELLS = 60
@@ -27,6 +30,8 @@ FEWEST_LIGHTS = 4  # what fewer share is not told from what each does
 TWO_ANGLES = 2.0 * np.log(2.0)  # median of the sum of two squared normal errors, in their variance
 STEP = 2e-3  # radians, of the derivative
 ITERATIONS = 6
+TINY = 1e-12
+LEAST_STRENGTH = 0.01  # relative error of a strength by a patch, the lamp's place aside
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,19 +43,30 @@ class TurnedLight:
     angle: float  # radians, from where it was
     error: float  # radians, standard error of each of the direction's two angles
 
+    def of(self, light: Light, center: np.ndarray) -> Light:
+        """``light`` turned about ``center`` (3,)."""
+        across = self.error**2 * (np.eye(3) - np.outer(self.direction, self.direction))
+        if light.kind == "directional":
+            return replace(light, place=self.direction, covariance=across, source="refined")
+        offset = light.place - center
+        distance = float(np.linalg.norm(offset))
+        along = offset @ light.covariance @ offset / distance**2 * np.outer(self.direction, self.direction)
+        place = center + distance * self.direction
+        return replace(light, place=place, covariance=distance**2 * across + along, source="refined")
+
 
 def turned_lights(cells: Cells, model: Model, setup: Setup) -> tuple[TurnedLight, ...]:
-    """All lights, if ``cells``, seen as ``model``, contradict any of them by more than its errors; else none.
+    """All lights, if ``cells``, seen as ``model``, contradict any of them by more than its errors, or tell one that
+    calibration left unsettled; else none.
 
     Directions of highlights and of shading are weighed by their errors, the highlights' by no less than what the
     lights' turns say of them.
     """
-    lights = {
-        view.light.id: view.light
-        for view in setup.views
-        if view.light.kind == "directional" and view.light.source != "given"
-    }
-    if not isinstance(setup.sample, Sphere) or len(lights) < FEWEST_LIGHTS or not cells.binned:
+    if not isinstance(setup.sample, Sphere) or not cells.binned:
+        return ()
+    center = np.asarray(setup.sample.center, float)
+    lights = {view.light.id: view.light for view in setup.views if _doubtful(view.light, center)}
+    if len(lights) < FEWEST_LIGHTS:
         return ()
     views = {view.name: view for view in setup.views}
     of_group = [views[name] for name in cells.groups]
@@ -59,19 +75,42 @@ def turned_lights(cells: Cells, model: Model, setup: Setup) -> tuple[TurnedLight
         groups = [g for g, view in enumerate(of_group) if view.light.id == light.id]
         rows = cells.take(np.isin(cells.group, groups))
         if len(rows) >= FEWEST_CELLS:
-            found.append(_turned(light, _seen(rows, of_group, setup.sample), rows, model))
-    stated = np.array([np.sqrt(np.trace(lights[one.id].covariance) / 2.0) for one in found])
+            seen = _seen(rows, of_group, center, light)
+            found.append(_turned(light, _toward(light, center), seen, rows, model))
+    stated = np.array([_stated(lights[one.id], center) for one in found])
     angle, error = np.array([[one.angle, one.error] for one in found]).reshape(-1, 2).T
     suspect = (angle > np.maximum(SUSPECT * np.hypot(error, stated), LEAST)) & (angle < MOST)
-    if not suspect.any():
+    near = np.array([lights[one.id].kind == "point" for one in found], bool)
+    if not (suspect | (near & (error < SURER * stated))).any():
         return ()
     spread = np.maximum(np.median(angle**2) / TWO_ANGLES - np.median(error**2), 0.0)
     share = 1.0 / (1.0 + error**2 / np.maximum(stated**2, spread))
     return tuple(
-        _weighed(one, lights[one.id].place, part)
+        _weighed(one, _toward(lights[one.id], center), part)
         for one, part in zip(found, share, strict=True)
         if one.angle < MOST
     )
+
+
+def _doubtful(light: Light, center: np.ndarray) -> bool:
+    """Whether the shading is asked for this light."""
+    if light.source in ("given", "camera"):
+        return False
+    return light.kind == "directional" or _stated(light, center) > UNSETTLED
+
+
+def _toward(light: Light, center: np.ndarray) -> np.ndarray:
+    """Unit vector (3,) from ``center`` toward the light."""
+    return light.toward(center[None])[0][0]
+
+
+def _stated(light: Light, center: np.ndarray) -> float:
+    """Standard error of each of the direction's two angles, radians."""
+    if light.kind == "directional":
+        return float(np.sqrt(np.trace(light.covariance) / 2.0))
+    toward = _toward(light, center)
+    across = np.trace(light.covariance) - toward @ light.covariance @ toward
+    return float(np.sqrt(across / 2.0) / np.linalg.norm(light.place - center))
 
 
 def _weighed(one: TurnedLight, start: np.ndarray, share: float) -> TurnedLight:
@@ -80,58 +119,103 @@ def _weighed(one: TurnedLight, start: np.ndarray, share: float) -> TurnedLight:
     return TurnedLight(one.id, direction, share * one.angle, np.sqrt(share) * one.error)
 
 
-def relit(setup: Setup, turned: tuple[TurnedLight, ...]) -> Setup:
-    """The setup with the lights turned."""
+def relit(setup: Setup, turned: tuple[TurnedLight, ...], patches: Sequence[WhitePatch] = ()) -> Setup:
+    """The setup with the lights turned, and as strong as ``patches``, which told their strengths, have them now."""
     by_id = {one.id: one for one in turned}
+    center = np.asarray(setup.sample.center, float)
+    middles = np.array([[*np.mean(one.outline, axis=0), one.height] for one in patches]).reshape(-1, 3)
 
     def corrected(view: ViewSetup) -> ViewSetup:
         one = by_id.get(view.light.id)
         if one is None:
             return view
-        across = np.eye(3) - np.outer(one.direction, one.direction)
-        light = replace(view.light, place=one.direction, covariance=one.error**2 * across, source="refined")
-        return replace(view, light=light)
+        after = replace(view, light=one.of(view.light, center))
+        if not len(patches) or view.strength_source != "white patch":
+            return after
+        return _measured_again(view, after, middles, center)
 
     return replace(setup, views=tuple(corrected(view) for view in setup.views))
 
 
+def _measured_again(
+    before: ViewSetup, after: ViewSetup, patches: np.ndarray, center: np.ndarray
+) -> ViewSetup:
+    """``after`` with the strength that makes ``patches`` (k, 3) as bright as ``before`` did, and its error as it
+    reaches the sample at ``center``."""
+    first, second = (_received(view.light, patches).mean() for view in (before, after))
+    if first <= 0 or second <= 0:
+        return after
+    strength = before.strength * first / second
+    by_place = [_pulled(view.light, patches, center) for view in (before, after)]
+    own = np.maximum((before.strength_error / before.strength) ** 2 - by_place[0], LEAST_STRENGTH**2)
+    return replace(after, strength=strength, strength_error=strength * np.sqrt(own + by_place[1]))
+
+
+def _received(light: Light, places: np.ndarray) -> np.ndarray:
+    """Irradiance (n,) of level ``places`` (n, 3) over the light's strength."""
+    toward, falloff = light.toward(places)
+    return np.maximum(toward[:, 2], 0.0) * falloff
+
+
+def _pulled(light: Light, patches: np.ndarray, center: np.ndarray) -> float:
+    """Relative variance, by the error of the light's place, of what reaches ``center`` over what ``patches`` get."""
+    size = STEP * float(np.linalg.norm(light.place - center)) if light.kind == "point" else STEP
+
+    def share(moved: np.ndarray) -> float:
+        there = replace(light, place=light.place + moved)
+        return float(
+            np.log(there.toward(center[None])[1][0] / np.maximum(_received(there, patches).mean(), TINY))
+        )
+
+    slope = np.array([(share(size * axis) - share(-size * axis)) / (2 * size) for axis in np.eye(3)])
+    return float(slope @ light.covariance @ slope)
+
+
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """Normals and directions to the camera, (n, 3) each."""
+    """What a light shines on, and from where the camera sees it."""
 
-    normal: np.ndarray
-    back: np.ndarray
+    place: np.ndarray  # (n, 3) from the middle of the ball
+    normal: np.ndarray  # (n, 3)
+    back: np.ndarray  # (n, 3) unit vectors to the camera
+    distance: float  # of the light from the middle; inf
 
-    def angles(self, light: np.ndarray) -> tuple[np.ndarray, Cells]:
-        """Cosines (n,) of incidence, and the pairs of directions, under a light in direction ``light`` (3,)."""
-        cos_i = np.clip(self.normal @ light, 1e-3, 1.0)
+    def under(self, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, Cells]:
+        """Cosines (n,) of incidence, irradiance (n,) over that of the middle at normal incidence, and the pairs of
+        directions, under a light in ``direction`` (3,)."""
+        offset = direction - self.place / self.distance
+        reach = np.linalg.norm(offset, axis=1)
+        light = offset / reach[:, None]
+        cos_i = np.clip(np.einsum("ij,ij->i", self.normal, light), 1e-3, 1.0)
         cos_r = np.clip(np.einsum("ij,ij->i", self.normal, self.back), 1e-3, 1.0)
         sines = np.sqrt(np.maximum((1.0 - cos_i**2) * (1.0 - cos_r**2), 1e-24))
-        cos_d = np.clip((self.back @ light - cos_i * cos_r) / sines, -1.0, 1.0)
-        return cos_i, Cells.of_angles(np.arccos(cos_i), np.arccos(cos_r), np.arccos(cos_d))
+        between = np.einsum("ij,ij->i", self.back, light)
+        cos_d = np.clip((between - cos_i * cos_r) / sines, -1.0, 1.0)
+        return cos_i, cos_i / reach**2, Cells.of_angles(np.arccos(cos_i), np.arccos(cos_r), np.arccos(cos_d))
 
 
-def _seen(cells: Cells, of_group: list[ViewSetup], sample: Sphere) -> _Seen:
-    normal = cells.place - sample.center
+def _seen(cells: Cells, of_group: list[ViewSetup], center: np.ndarray, light: Light) -> _Seen:
     camera = np.array([view.pose.center for view in of_group])[cells.group]
-    return _Seen(_unit(normal), _unit(camera - cells.place))
+    near = light.kind == "point"
+    distance = float(np.linalg.norm(light.place - center)) if near else np.inf
+    place = cells.place - center
+    return _Seen(place, _unit(place), _unit(camera - cells.place), distance)
 
 
-def _turned(light: Light, seen: _Seen, cells: Cells, model: Model) -> TurnedLight:
-    """The direction that makes the shading the model's, whatever its scale; robust Gauss and Newton."""
-    start = light.place
-    cos_i, _ = seen.angles(start)
-    radiance = (cells.value * cos_i[:, None]).mean(1)  # over the strength
+def _turned(light: Light, start: np.ndarray, seen: _Seen, cells: Cells, model: Model) -> TurnedLight:
+    """The direction, from ``start`` (3,) on, that makes the shading the model's, whatever its scale; robust Gauss and
+    Newton."""
+    radiance = cells.value.mean(1) * seen.under(start)[1]  # over the strength
 
     def shading(direction: np.ndarray) -> np.ndarray:
-        cosine, pairs = seen.angles(direction)
-        return model.evaluate(pairs).mean(1) * cosine
+        _, irradiance, pairs = seen.under(direction)
+        return model.evaluate(pairs).mean(1) * irradiance
 
     direction, covariance = start, np.zeros((2, 2))
     for _ in range(ITERATIONS):
         frame = _across(direction)
         slopes, expected = _slopes(shading, direction, frame)
-        use = (seen.angles(direction)[0] > LIMIT) & (expected > 0.0)
+        use = (seen.under(direction)[0] > LIMIT) & (expected > 0.0)
         matrix = np.column_stack([slopes, expected])[use] / expected[use, None]
         moved, covariance = _solved(matrix, radiance[use] / expected[use])
         direction = _unit(direction + frame.T @ moved)

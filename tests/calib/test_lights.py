@@ -1,11 +1,14 @@
 """A polished ball as a mirror: from lamp to highlight, and from highlights back to the lamp."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from calib.camera import Camera, Pose
 from calib.highlights import Highlight, find_highlight, outline
 from calib.lights import MirroredRay, meet, mirrored_ray
+from calib.observe import of_one_lamp
 from calib.reflect import hit_sphere, mirrored_direction, mirrored_point, reflected_ray
 from capture.photoset import MirrorBall
 from tests.calib.drawn import looking_at, radiance
@@ -179,3 +182,19 @@ def test_a_dark_ball_shows_no_highlight():
 def test_a_ball_outside_the_picture_is_not_searched():
     aside = Pose(POSE.rotation, POSE.translation + np.array([1000.0, 0, 0]))
     assert find_highlight(radiance(np.zeros(SIZE[::-1]), 0.002), CAMERA, aside, BALLS[0], 0) is None
+
+
+@pytest.mark.parametrize(("dimmer", "kept"), [(0.5, 2), (0.1, 2), (0.01, 1)])
+def test_a_ball_that_does_not_show_the_lamp_shows_something_dimmer(dimmer, kept):
+    """A glossy sample or a bright wall in the second ball, where something hides the lamp."""
+    bright, other = highlight(0, LAMP), highlight(1, LAMP)
+    found = of_one_lamp([bright, replace(other, peak=dimmer * bright.peak)], BALLS)
+    assert [h.ball for h in found] == [0, 1][:kept]
+
+
+def test_a_small_ball_shows_the_same_lamp_dimmer():
+    small = MirrorBall(
+        BALLS[1].center, BALLS[1].radius / 10
+    )  # its image of the lamp is a hundredth of the area
+    found = of_one_lamp([highlight(0, LAMP), replace(highlight(1, LAMP), peak=0.01)], (BALLS[0], small))
+    assert len(found) == 2
