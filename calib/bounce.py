@@ -4,32 +4,55 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from calib.occlusion import direct, lit_fraction
 from calib.reflect import mirrored_point
 
 _FACETS = 160
 _GRID = 22  # nodes along the board's longer side
+_SMOOTH = 0.05  # of the distance from the ball: what changes little
 _F0 = 0.04  # of the glossy part
 _BOARD = 0.35  # reflectance of a print, white and black together
 
 
 def bounce_columns(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
-    """Irradiance (n, 2) on the board at ``points`` (n, 3): from a white diffuse ball, and from a mirror ball
-    with Schlick's reflectance. Worked out on a coarse grid, since both are smooth, and interpolated."""
+    """Irradiance (n, 2) on the board at ``points`` (n, 3), all of one height: from a white diffuse ball, and from a
+    mirror ball with Schlick's reflectance. Worked out on a coarse grid, since both are smooth, and interpolated."""
     low, high = points[:, :2].min(0), points[:, :2].max(0)
     step = (high - low).max() / (_GRID - 1)
     count = np.ceil((high - low) / step).astype(int) + 1
     x, y = np.meshgrid(
         low[0] + step * np.arange(count[0]), low[1] + step * np.arange(count[1]), indexing="ij"
     )
-    nodes = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    place = ((points[:, :2] - low) / step).T
+    nodes = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, points[0, 2])])
+    place = (points[:, :2] - low) / step
     planes = (diffuse_bounce(nodes, light, center, radius), glossy_bounce(nodes, light, center, radius))
-    return np.column_stack(
-        [map_coordinates(p.reshape(x.shape), place, order=1, mode="nearest") for p in planes]
-    )
+    result = np.empty((len(points), 2))
+    _between(np.stack([p.reshape(x.shape) for p in planes], axis=-1), place, result)
+    return result
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _between(planes, place, result):
+    """``planes`` (a, b, 2) on whole numbers, linearly interpolated at ``place`` (n, 2) within them."""
+    across, along = planes.shape[0] - 2, planes.shape[1] - 2
+    for k in range(len(place)):
+        i, j = min(int(place[k, 0]), across), min(int(place[k, 1]), along)
+        u, v = place[k, 0] - i, place[k, 1] - j
+        for p in range(2):
+            near = planes[i, j, p] + v * (planes[i, j + 1, p] - planes[i, j, p])
+            far = planes[i + 1, j, p] + v * (planes[i + 1, j + 1, p] - planes[i + 1, j, p])
+            result[k, p] = near + u * (far - near)
+
+
+def bounce_on_patch(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
+    """As :func:`bounce_columns`, but point by point where these are few, or cells of its grid are not small beside
+    their distance from the ball."""
+    extent = np.ptp(points, axis=0)
+    cell, away = extent.max() / (_GRID - 1), np.linalg.norm(points - center, axis=1).min() - radius
+    if len(points) > _GRID**2 and extent[2] == 0.0 and cell < _SMOOTH * away:
+        return bounce_columns(points, light, center, radius)
+    return np.column_stack([part(points, light, center, radius) for part in (diffuse_bounce, glossy_bounce)])
 
 
 def diffuse_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
@@ -46,7 +69,7 @@ def diffuse_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, ra
     return result
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})  # sums in lanes
 def _gather(points, place, normal, lit, area, result):
     """Irradiance on the board's plane at ``points`` (n, 3) from Lambertian facets of radiosity over pi ``lit`` (f,)."""
     for k in range(len(points)):

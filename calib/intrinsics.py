@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from calib.abreast import abreast
 from calib.board import Corners
 from calib.camera import Camera
 from calib.pose import fit_pose
@@ -34,6 +35,17 @@ _WORTH = 10.0  # drop of the squared residual, in its expected size for a useles
 _FEWEST = 6  # corners a photo needs
 
 
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """OpenCV on one thread: with more, calibrateCamera adds up in the order of the threads, and no two runs agree."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
+
+
 @dataclass(frozen=True, slots=True)
 class CameraFit:
     """A camera and how it was found."""
@@ -50,8 +62,10 @@ class CameraFit:
     centred: bool  # so was the principal point, in the picture's middle
 
 
-def fit_camera(views: list[Corners], size: tuple[int, int]) -> CameraFit | None:
-    """The camera from the corners of several photos; None if fewer than one photo shows enough of them.
+@_one_thread()
+def fit_camera(views: list[Corners], size: tuple[int, int], workers: int = 1) -> CameraFit | None:
+    """The camera from the corners of several photos; None if fewer than one photo shows enough of them. As many
+    models as there are ``workers`` are fitted side by side.
 
     The model is the simplest that no larger one beats: a larger one must lower the squared residual by ten times
     what as many useless terms would, and must not do worse on photos it has not seen.
@@ -63,8 +77,10 @@ def fit_camera(views: list[Corners], size: tuple[int, int]) -> CameraFit | None:
     names = list(MODELS) if len(good) >= 4 else list(_FEW)
     extra = 0 if len(good) >= 3 else _CENTRED
     judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
-    held_out = {n: _held_out(judges, size, MODELS[n] | extra) for n in names}
-    fits = {n: _calibrate(good, size, MODELS[n] | extra) for n in names}
+    tried = abreast(lambda n: _held_out(judges, size, MODELS[n] | extra), names, workers)
+    held_out = dict(zip(names, tried, strict=True))
+    tried = abreast(lambda n: _calibrate(good, size, MODELS[n] | extra), names, workers)
+    fits = dict(zip(names, tried, strict=True))
     count = 2 * sum(len(v) for v in good)
     model = names[-1]
     for k, name in enumerate(names):
@@ -75,7 +91,7 @@ def fit_camera(views: list[Corners], size: tuple[int, int]) -> CameraFit | None:
             model = name
             break
     rms, camera, errors = fits[model]
-    scatter = _jackknife(good, size, MODELS[model] | extra)
+    scatter = _jackknife(good, size, MODELS[model] | extra, workers)
     flags = MODELS[model] | extra
     return CameraFit(
         camera,
@@ -89,16 +105,18 @@ def fit_camera(views: list[Corners], size: tuple[int, int]) -> CameraFit | None:
     )
 
 
-def _jackknife(views: list[Corners], size: tuple[int, int], flags: int) -> np.ndarray:
+def _jackknife(views: list[Corners], size: tuple[int, int], flags: int, workers: int) -> np.ndarray:
     """Standard errors (4 + k,) from leaving groups of photos out (Efron and Tibshirani, 1993, ch. 11)."""
     groups = min(_FOLDS, len(views))
     if groups < 3:
         return np.zeros(9)
-    parts = []
-    for k in range(groups):
+
+    def without(k: int) -> list[float]:
         _, camera, _ = _calibrate([v for n, v in enumerate(views) if n % groups != k], size, flags)
         matrix = camera.matrix
-        parts.append([matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *camera.distortion])
+        return [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *camera.distortion]
+
+    parts = list(abreast(without, range(groups), workers))
     off = np.array(parts) - np.mean(parts, axis=0)
     return np.sqrt((groups - 1) / groups * (off**2).sum(0))
 
@@ -112,24 +130,12 @@ def _beats(larger: float, smaller: float, count: int, terms: int) -> bool:
     return count * ((smaller / larger) ** 2 - 1) > _WORTH * max(terms, 1)
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """OpenCV on one thread: with more, calibrateCamera adds up in the order of the threads, and no two runs agree."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(threads)
-
-
 def _calibrate(views: list[Corners], size: tuple[int, int], flags: int) -> tuple[float, Camera, np.ndarray]:
     points = [np.ascontiguousarray(v.points, np.float32).reshape(-1, 1, 3) for v in views]
     pixels = [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in views]
-    with _one_thread():
-        rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(
-            points, pixels, size, np.eye(3), None, flags=flags
-        )
+    rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(
+        points, pixels, size, np.eye(3), None, flags=flags
+    )
     distortion = np.asarray(distortion, float).reshape(-1)[: 8 if flags & cv2.CALIB_RATIONAL_MODEL else 5]
     return float(rms), Camera(matrix, distortion, size), np.asarray(errors, float).reshape(-1)
 
@@ -152,6 +158,7 @@ def _held_out(views: list[Corners], size: tuple[int, int], flags: int) -> float:
     return float(np.sqrt(np.concatenate(squares).mean()))
 
 
+@_one_thread()
 def quick_camera(views: list[Corners], size: tuple[int, int]) -> Camera | None:
     """A camera good enough to lay the print over the photos: two radial terms, a few photos."""
     good = [v for v in views if len(v) >= _FEWEST]

@@ -18,11 +18,16 @@ def lit_fraction(
     result = np.ones(len(points))
     for k in range(len(points)):
         lx, ly, lz = light[0] - points[k, 0], light[1] - points[k, 1], light[2] - points[k, 2]
-        far = np.sqrt(lx * lx + ly * ly + lz * lz)
+        squared = lx * lx + ly * ly + lz * lz
         for j in range(len(balls)):
             bx, by, bz = balls[j, 0] - points[k, 0], balls[j, 1] - points[k, 1], balls[j, 2] - points[k, 2]
+            # where the way to the light passes the ball by more than the lamp's radius and the blur, its disc does
+            reach, along = balls[j, 3] + lamp_radius + blur, lx * bx + ly * by + lz * bz
+            if (bx * bx + by * by + bz * bz - reach * reach) * squared > along * along:
+                continue
+            far = np.sqrt(squared)
             near = max(np.sqrt(bx * bx + by * by + bz * bz), balls[j, 3] * (1 + 1e-9))
-            cosine = (lx * bx + ly * by + lz * bz) / (far * near)
+            cosine = along / (far * near)
             if cosine <= 0 or near >= far:
                 continue
             disc = np.sqrt((lamp_radius / far) ** 2 + (blur / near) ** 2)
@@ -37,6 +42,15 @@ def lit_fraction(
                 break
             result[k] *= 0.5 + (edge * np.sqrt(1 - edge * edge) + np.arcsin(edge)) / np.pi
     return result
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def lit_board(points, light, tone, lamp_radius, balls, blur, bare, shaded):
+    """``tone`` (n,) times the direct light on the board's plane: ``bare`` (n,), and ``shaded`` (n,) by ``balls``."""
+    straight, share = direct(points, light), lit_fraction(points, light, lamp_radius, balls, blur)
+    for k in range(len(points)):
+        bare[k] = tone[k] * straight[k]
+        shaded[k] = bare[k] * share[k]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

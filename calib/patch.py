@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from calib.bounce import diffuse_bounce, glossy_bounce
+from calib.bounce import bounce_on_patch
 from calib.camera import Camera, Pose
 from calib.masks import fill
 from calib.occlusion import direct, lit_fraction
@@ -73,9 +73,7 @@ def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[
     extra = amounts[2:] * stray.even
     if scene.sample is not None:
         ball = scene.sample
-        diffuse = diffuse_bounce(points, light.place, ball.center, ball.radius)
-        glossy = glossy_bounce(points, light.place, ball.center, ball.radius)
-        extra = extra + diffuse[:, None] * amounts[0] + glossy[:, None] * amounts[1]
+        extra = extra + bounce_on_patch(points, light.place, ball.center, ball.radius) @ amounts[:2]
     return shape * share[:, None] + extra, share
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 _STEPS = 12
+_SETTLED = 1e-14  # of the normal: rounding
 
 
 def mirrored_point(
@@ -15,15 +17,34 @@ def mirrored_point(
     The normal there halves the angle between the directions to both (Alhazen's problem), found by fixed-point steps,
     which contract by about radius / distance. Inverse of :func:`reflected_ray`.
     """
-    normal = _unit(_unit(eye - center) + _unit(light - center))
-    for _ in range(_STEPS):
-        point = center + radius * normal
-        step = _unit(_unit(eye - point) + _unit(light - point))
-        done = np.max(np.abs(step - normal), initial=0.0) < 1e-15
-        normal = step
-        if done:
-            break
-    return center + radius * normal
+    center, eye, light = np.broadcast_arrays(center, eye, light)
+    radii = np.broadcast_to(np.asarray(radius, float), (*center.shape[:-1], 1))
+    rows = [np.array(one, float).reshape(-1, one.shape[-1]) for one in (center, eye, light, radii)]
+    result = np.empty(rows[0].shape)
+    _mirror(*rows, result)
+    return result.reshape(center.shape)
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _mirror(centers, eyes, lights, radii, result):
+    """The same of rows (n, 3); radii are (n, 1)."""
+    for k in range(len(centers)):
+        u, v, w = eyes[k, 0] - centers[k, 0], eyes[k, 1] - centers[k, 1], eyes[k, 2] - centers[k, 2]
+        i, j, l = lights[k, 0] - centers[k, 0], lights[k, 1] - centers[k, 1], lights[k, 2] - centers[k, 2]
+        x, y, z, radius = 0.0, 0.0, 0.0, 0.0  # first as from the ball's centre
+        for _ in range(_STEPS + 1):
+            a, b, c = u - radius * x, v - radius * y, w - radius * z
+            d, e, f = i - radius * x, j - radius * y, l - radius * z
+            eye, light = 1.0 / np.sqrt(a * a + b * b + c * c), 1.0 / np.sqrt(d * d + e * e + f * f)
+            a, b, c = a * eye + d * light, b * eye + e * light, c * eye + f * light
+            length = 1.0 / np.sqrt(a * a + b * b + c * c)
+            a, b, c = a * length, b * length, c * length
+            moved = max(abs(a - x), abs(b - y), abs(c - z))
+            x, y, z, radius = a, b, c, radii[k, 0]
+            if moved < _SETTLED:
+                break
+        result[k, 0], result[k, 1] = centers[k, 0] + radius * x, centers[k, 1] + radius * y
+        result[k, 2] = centers[k, 2] + radius * z
 
 
 def mirrored_direction(

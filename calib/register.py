@@ -62,8 +62,6 @@ def register(
     found = np.zeros(len(points), bool)
     sigma = np.full(len(points), np.inf)
     height, width = level.shape
-    level = np.pad(level, _LARGEST)
-    usable = np.pad(usable, _LARGEST)
     for k in range(len(points)):
         half = int(np.clip(_REACH * square * scale[k], _SMALLEST, _LARGEST))
         middle = np.round(pixels[k]).astype(int)
@@ -88,11 +86,11 @@ def _fit(
     bare: bool,
 ) -> tuple[np.ndarray, float] | None:
     """Shift (2,) of the photo against the drawn pattern and its standard error; None if they do not agree."""
-    left, top = middle - half + _LARGEST
-    window = (slice(top, top + 2 * half + 1), slice(left, left + 2 * half + 1))
     v, u = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
     flat = _to_board(camera, pose, middle, half)
-    patch = _Patch(level[window].ravel().astype(float), usable[window].ravel(), u.ravel(), v.ravel())
+    patch = _Patch(
+        _window(level, middle, half).astype(float), _window(usable, middle, half), u.ravel(), v.ravel()
+    )
     place = _quadratic(patch.u / half, patch.v / half) @ flat
     known = print_.on_print(place)
     if known.mean() < _FEWEST_KNOWN:
@@ -108,6 +106,17 @@ def _fit(
         if np.hypot(*solved[0]) < _LINEAR:
             break
     return (shift, solved[1]) if solved[1] < _WORST_SIGMA else None
+
+
+def _window(plane: np.ndarray, middle: np.ndarray, half: int) -> np.ndarray:
+    """The square about ``middle`` of a plane (h, w), row after row; 0 beyond the plane."""
+    (left, top), (height, width), size = middle - half, plane.shape, 2 * half + 1
+    if left >= 0 and top >= 0 and left + size <= width and top + size <= height:
+        return plane[top : top + size, left : left + size].ravel()
+    part = plane[max(top, 0) : top + size, max(left, 0) : left + size]
+    before = max(-top, 0), max(-left, 0)
+    after = size - before[0] - part.shape[0], size - before[1] - part.shape[1]
+    return np.pad(part, list(zip(before, after, strict=True))).ravel()
 
 
 def _to_board(camera: Camera, pose: Pose, middle: np.ndarray, half: int) -> np.ndarray:

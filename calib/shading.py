@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.bounce import bounce_columns
-from calib.occlusion import direct, lit_fraction
+from calib.occlusion import direct, lit_board, lit_fraction
 from calib.paper import PaperSamples
 
 LOCAL = 9  # x, y, z, log strength of white, diffuse bounce, glossy bounce, even light, slopes along x and y
@@ -29,6 +29,7 @@ _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
+_MIDDLE = 2000  # samples, about, that tell a median
 _MOVING = (0, 1, 2, *range(LOCAL, LOCAL + SHARED - 1))  # values whose derivatives need differences
 
 
@@ -101,88 +102,111 @@ class _Weighing:
 
     sigma: np.ndarray  # (n,)
     bound: float  # Tukey's, in sigmas
-    thrown: np.ndarray  # (n, 2) the sample's bounce
+    thrown: np.ndarray  # (n, 2) the sample's bounce; so smooth in the values that it is held
     place: np.ndarray  # (3,) of the lamp that it was worked out for
-    across: np.ndarray  # (n, 2) board coordinates from -1 to 1
     prior: np.ndarray  # (LOCAL - 4,) standard errors of the local values after the first four
+
+
+def _table(scene: Scene) -> np.ndarray:
+    """(k, 4) centres and radii of all balls."""
+    balls = scene.polished + (() if scene.sample is None else (scene.sample,))
+    return np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
 
 
 def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
     """Share of the lamp visible from board points (n, 3), (n,)."""
-    balls = scene.polished + (() if scene.sample is None else (scene.sample,))
-    table = np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
-    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, table, scene.blur)
+    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, _table(scene), scene.blur)
 
 
 @dataclass(frozen=True, slots=True)
-class _Parts:
-    """The model's factors at some values; radiance = tone (straight share tilt + thrown b + even e)."""
+class _Board:
+    """What of a view's paper stays while its lamp is sought."""
+
+    reading: Reading
+    across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
+    crowd: float  # samples of a square
+
+    @classmethod
+    def of(cls, reading: Reading) -> _Board:
+        flat = np.ascontiguousarray(reading.samples.points[:, :2].T)
+        low, high = flat.min(1, keepdims=True), flat.max(1, keepdims=True)
+        crowd = len(reading.level) / max(len(np.unique(reading.samples.square)), 1)
+        return cls(reading, (2 * flat - low - high) / (high - low), crowd)
+
+    def light(self, values: np.ndarray, scene: Scene) -> _Light:
+        """At ``values`` (LOCAL + SHARED,)."""
+        scene = scene.moved(values[LOCAL:])
+        tone = np.where(self.reading.samples.white, 1.0, scene.black) * np.exp(values[3])
+        bare, shaded = np.empty((2, len(tone)))
+        lit_board(
+            self.reading.samples.points,
+            values[:3].copy(),
+            tone,
+            scene.lamp_radius,
+            _table(scene),
+            scene.blur,
+            bare,
+            shaded,
+        )
+        return _Light(tone, bare, shaded, self.tilt(values), _middle(bare, tone))
+
+    def tilt(self, values: np.ndarray) -> np.ndarray:
+        return 1 + values[7] * self.across[0] + values[8] * self.across[1]
+
+    def residual(self, light: _Light, values: np.ndarray, weighing: _Weighing) -> np.ndarray:
+        """(n,) in standard errors."""
+        return (self.reading.level - light.radiance(values, weighing.thrown)) / weighing.sigma
+
+
+@dataclass(frozen=True, slots=True)
+class _Light:
+    """The model's factors at some values; radiance = shaded tilt + tone (thrown b + even e)."""
 
     tone: np.ndarray  # (n,) strength, and black print's share of it
-    straight: np.ndarray  # (n,) direct light
-    share: np.ndarray  # (n,) of the lamp that is seen
+    bare: np.ndarray  # (n,) direct light, as the print sends it on
+    shaded: np.ndarray  # (n,) what shadows leave of it
     tilt: np.ndarray  # (n,)
-    even: float
+    even: float  # direct light in the middle of the samples, before the print
 
     def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
-        return self.tone * (
-            self.straight * self.share * self.tilt + thrown @ values[4:6] + values[6] * self.even
-        )
+        return self.shaded * self.tilt + self.tone * (thrown @ values[4:6] + values[6] * self.even)
 
 
-def _parts(reading: Reading, values: np.ndarray, scene: Scene, across: np.ndarray) -> _Parts:
-    points, scene = reading.samples.points, scene.moved(values[LOCAL:])
-    straight = direct(points, values[:3])
-    tone = np.where(reading.samples.white, 1.0, scene.black) * np.exp(values[3])
-    share = lit(points, values[:3], scene)
-    return _Parts(tone, straight, share, 1 + across @ values[7:9], float(np.median(straight)))
+def _middle(above: np.ndarray, below: np.ndarray) -> float:
+    """Median of a ratio, of enough samples to tell it."""
+    step = max(1, len(above) // _MIDDLE)
+    return float(np.median(above[::step] / below[::step]))
 
 
-def _model(reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing) -> np.ndarray:
-    """Radiance (n,) at ``values`` (LOCAL + SHARED,); the bounce is so smooth in them that it is held."""
-    return _parts(reading, values, scene, weighing.across).radiance(values, weighing.thrown)
-
-
-def _across(points: np.ndarray) -> np.ndarray:
-    """Board coordinates (n, 2) from -1 to 1 over what is seen of it."""
-    flat = np.ascontiguousarray(points[:, :2].T)
-    low, high = flat.min(1), flat.max(1)
-    return (2 * points[:, :2] - low - high) / (high - low)
-
-
-def _weigh(reading: Reading, values: np.ndarray, scene: Scene, last: _Weighing | None = None) -> _Weighing:
-    """``last``, of the same shared values, has the bounce where the lamp has hardly moved since."""
-    points, samples = reading.samples.points, reading.samples
-    now, across = scene.moved(values[LOCAL:]), _across(points)
-    thrown, place = np.zeros((len(points), 2)), values[:3].copy()
+def _weigh(
+    board: _Board, values: np.ndarray, scene: Scene, light: _Light, last: _Weighing | None = None
+) -> tuple[_Weighing, np.ndarray]:
+    """The errors, and the residual (n,) in them. ``last``, of the same shared values, has the bounce where the lamp
+    has hardly moved since."""
+    reading, now = board.reading, scene.moved(values[LOCAL:])
+    thrown, place = np.zeros((len(reading.level), 2)), values[:3].copy()
     if last is not None and np.linalg.norm(place - last.place) < _HELD * np.linalg.norm(place):
         thrown, place = last.thrown, last.place
     elif now.sample is not None:
-        thrown = bounce_columns(points, place, now.sample.center, now.sample.radius)
-    parts = _parts(reading, values, scene, across)
-    bare = parts.tone * parts.straight
-    floor = np.where(parts.share < 0.99, _SHADOW_FLOOR, _FLOOR) * bare
-    crowd = len(points) / max(len(np.unique(samples.square)), 1)
-    indirect = parts.tone * (thrown @ np.clip(values[4:6], _PRIOR[:2] / 2, 2 * _PRIOR[:2]))
-    sigma = np.sqrt(reading.noise + floor**2 + crowd * (_BOUNCE_ERROR * indirect) ** 2)
-    slope = _SLOPE + _SLOPE_BOUNCE * float(np.median(indirect / np.maximum(bare, 1e-300)))
+        thrown = bounce_columns(reading.samples.points, place, now.sample.center, now.sample.radius)
+    floor = np.where(light.shaded < 0.99 * light.bare, _SHADOW_FLOOR, _FLOOR) * light.bare
+    indirect = light.tone * (thrown @ np.clip(values[4:6], _PRIOR[:2] / 2, 2 * _PRIOR[:2]))
+    sigma = np.sqrt(reading.noise + floor**2 + board.crowd * (_BOUNCE_ERROR * indirect) ** 2)
+    slope = _SLOPE + _SLOPE_BOUNCE * _middle(indirect, np.maximum(light.bare, 1e-300))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
-    residual = (reading.level - parts.radiance(values, thrown)) / sigma
+    residual = (reading.level - light.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
-    return _Weighing(sigma, bound, thrown, place, across, prior)
-
-
-def _residual(reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing) -> np.ndarray:
-    return (reading.level - _model(reading, values, scene, weighing)) / weighing.sigma
+    return _Weighing(sigma, bound, thrown, place, prior), residual
 
 
 def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
     """Half the sum of Tukey's loss and of the priors."""
-    inside = np.clip((residual / weighing.bound) ** 2, 0, 1)
+    outside = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
     prior = (values[4:LOCAL] - _PRIOR) / weighing.prior
-    return float(weighing.bound**2 / 6 * np.sum(1 - (1 - inside) ** 3) + 0.5 * prior @ prior)
+    lost = len(residual) - float(np.sum(outside * outside * outside))
+    return float(weighing.bound**2 / 6 * lost + 0.5 * prior @ prior)
 
 
 def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = _STEPS) -> ShadingFit:
@@ -192,55 +216,57 @@ def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = 
     """
     local = start if len(start) == LOCAL else start_values(reading, scene, start)
     values = np.concatenate([local, scene.shared])
-    damping, weighing = 1e-3, None
+    board, damping, weighing = _Board.of(reading), 1e-3, None
+    light = board.light(values, scene)
     for _ in range(steps):
-        weighing = _weigh(reading, values, scene, weighing)
-        residual = _residual(reading, values, scene, weighing)
-        cost = _cost(residual, values, weighing)
-        normal, slope, _ = _normal(reading, values, scene, weighing, residual, LOCAL)
-        moved = _step(reading, values, scene, weighing, normal, slope, cost, damping)
+        weighing, residual = _weigh(board, values, scene, light, weighing)
+        normal, slope, _ = _normal(board, values, scene, light, weighing, residual, LOCAL)
+        moved = _step(board, values, scene, weighing, normal, slope, residual, damping)
         if moved is None:
             break
-        step, damping = moved
+        step, light, damping = moved
         values[:LOCAL] += step
         if step @ normal @ step < 1e-3:
             break
-    return _finish(reading, values, scene)
+    return _finish(board, values, scene, light)
 
 
 def fits_better(reading: Reading, scene: Scene, one: ShadingFit, other: ShadingFit) -> bool:
     """Whether ``one`` explains the reading better than ``other``, under errors that are the same for both: each fit's
     own grow with the bounce that it supposes, which makes a wrong place with much of it look good."""
     values = [np.concatenate([fit.local, scene.shared]) for fit in (one, other)]
-    own = [_weigh(reading, each, scene) for each in values]
+    board = _Board.of(reading)
+    lights = [board.light(each, scene) for each in values]
+    own = [_weigh(board, each, scene, light)[0] for each, light in zip(values, lights, strict=True)]
     sigma, bound = np.sqrt(own[0].sigma * own[1].sigma), max(own[0].bound, own[1].bound)
     alike = [replace(weighing, sigma=sigma, bound=bound) for weighing in own]
     first, second = (
-        _cost(_residual(reading, each, scene, weighing), each, weighing)
-        for each, weighing in zip(values, alike, strict=True)
+        _cost(board.residual(light, each, weighing), each, weighing)
+        for each, light, weighing in zip(values, lights, alike, strict=True)
     )
     return first < second
 
 
 def _step(
-    reading: Reading,
+    board: _Board,
     values: np.ndarray,
     scene: Scene,
     weighing: _Weighing,
     normal: np.ndarray,
     slope: np.ndarray,
-    cost: float,
+    residual: np.ndarray,
     damping: float,
-) -> tuple[np.ndarray, float] | None:
-    """A damped step (LOCAL,) that lowers the cost, and the next damping; None if there is none."""
+) -> tuple[np.ndarray, _Light, float] | None:
+    """A damped step (LOCAL,) that lowers the cost, the light after it, and the next damping; None if there is none."""
+    cost = _cost(residual, values, weighing)
     while damping < 1e8:
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -slope)
         tried = values.copy()
         tried[:LOCAL] += step
         if tried[2] > 0:
-            after = _cost(_residual(reading, tried, scene, weighing), tried, weighing)
-            if after <= cost:
-                return step, max(damping / 8, 1e-9)
+            light = board.light(tried, scene)
+            if _cost(board.residual(light, tried, weighing), tried, weighing) <= cost:
+                return step, light, max(damping / 8, 1e-9)
         damping *= 8
     return None
 
@@ -257,13 +283,20 @@ def start_values(reading: Reading, scene: Scene, place: np.ndarray) -> np.ndarra
 
 
 def _normal(
-    reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing, residual: np.ndarray, count: int
+    board: _Board,
+    values: np.ndarray,
+    scene: Scene,
+    light: _Light,
+    weighing: _Weighing,
+    residual: np.ndarray,
+    count: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Normal matrix and slope of the first ``count`` values, and the weighted score of each sample."""
-    design = _derivatives(reading, values, scene, weighing, count) / weighing.sigma[:, None]
-    weight = (1 - np.clip((residual / weighing.bound) ** 2, 0, 1)) ** 2
-    score = design * weight[:, None]
-    normal, slope = score.T @ design, -score.T @ residual
+    """Normal matrix and slope of the first ``count`` values, and the weighted scores (count, n) of the samples."""
+    design = _derivatives(board, values, scene, light, weighing, count)
+    design /= weighing.sigma
+    weight = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
+    score = design * (weight * weight)
+    normal, slope = score @ design.T, -score @ residual
     for k in range(4, LOCAL):
         normal[k, k] += weighing.prior[k - 4] ** -2.0
         slope[k] += (values[k] - _PRIOR[k - 4]) * weighing.prior[k - 4] ** -2.0
@@ -271,40 +304,39 @@ def _normal(
 
 
 def _derivatives(
-    reading: Reading, values: np.ndarray, scene: Scene, weighing: _Weighing, count: int
+    board: _Board, values: np.ndarray, scene: Scene, light: _Light, weighing: _Weighing, count: int
 ) -> np.ndarray:
-    """d radiance / d values, (n, count): by differences where lamp and shadows move, else as the model says."""
-    parts = _parts(reading, values, scene, weighing.across)
-    base = parts.radiance(values, weighing.thrown)
-    design = np.empty((len(base), count))
+    """d radiance / d values, (count, n): by differences where lamp and shadows move, else as the model says."""
+    design = np.empty((count, len(light.tone)))
     for k in [k for k in _MOVING if k < count]:
         step = _STEP * (np.linalg.norm(values[:3]) if k < 3 else 1.0)
         moved = values.copy()
         moved[k] += step
-        design[:, k] = (_model(reading, moved, scene, weighing) - base) / step
-    design[:, 3] = base
-    design[:, 4:6] = parts.tone[:, None] * weighing.thrown
-    design[:, 6] = parts.tone * parts.even
-    design[:, 7:9] = (parts.tone * parts.straight * parts.share)[:, None] * weighing.across
+        there = board.light(moved, scene)
+        design[k] = (there.shaded - light.shaded) * (light.tilt / step)
+        if k < 3:
+            design[k] += light.tone * (values[6] * (there.even - light.even) / step)
+    base = light.radiance(values, weighing.thrown)
+    design[3] = base
+    design[4:6] = light.tone * weighing.thrown.T
+    design[6] = light.tone * light.even
+    design[7:9] = light.shaded * board.across
     if count > LOCAL:
-        design[:, LOCAL + SHARED - 1] = np.where(reading.samples.white, 0.0, base)
+        design[LOCAL + SHARED - 1] = np.where(board.reading.samples.white, 0.0, base)
     return design
 
 
-def _finish(reading: Reading, values: np.ndarray, scene: Scene) -> ShadingFit:
-    weighing = _weigh(reading, values, scene)
-    residual = _residual(reading, values, scene, weighing)
-    normal, slope, score = _normal(reading, values, scene, weighing, residual, LOCAL + SHARED)
-    inflation = _inflation(normal[:4, :4], score[:, :4] * residual[:, None], reading.samples.square)
+def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> ShadingFit:
+    weighing, residual = _weigh(board, values, scene, light)
+    normal, slope, score = _normal(board, values, scene, light, weighing, residual, LOCAL + SHARED)
+    inflation = _inflation(normal[:4, :4], score[:4] * residual, board.reading.samples.square)
     inlier = np.abs(residual) < 0.7 * weighing.bound
-    tone = np.where(reading.samples.white, 1.0, scene.moved(values[LOCAL:]).black) * np.exp(values[3])
-    bare = tone * direct(reading.samples.points, values[:3])
-    relative = (residual * weighing.sigma / np.maximum(bare, 1e-300))[inlier]
+    relative = (residual * weighing.sigma / np.maximum(light.bare, 1e-300))[inlier]
     rms = float(np.sqrt(np.mean(relative**2))) if inlier.any() else float("nan")
     cost = _cost(residual, values, weighing) / len(residual)
     even = _even_alone(values, normal[:LOCAL, :LOCAL], slope[:LOCAL], weighing.prior[2])
     share = even * [1.0, np.sqrt(inflation)]
-    level = float(np.exp(values[3]) * np.median(direct(reading.samples.points, values[:3])))
+    level = float(np.exp(values[3]) * light.even)
     believed = float(inlier.mean())
     return ShadingFit(
         values[:LOCAL], normal / inflation, slope / inflation, rms, believed, cost, level, share * level
@@ -322,6 +354,5 @@ def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, prior
 
 def _inflation(normal: np.ndarray, each: np.ndarray, square: np.ndarray) -> float:
     """How much larger the variance is than for independent samples: squares' summed scores against theirs."""
-    summed = np.zeros((int(square.max()) + 1, each.shape[1]))
-    np.add.at(summed, square, each)
-    return max(float(np.trace(np.linalg.pinv(normal) @ (summed.T @ summed)) / each.shape[1]), 1.0)
+    summed = np.stack([np.bincount(square, one) for one in each])
+    return max(float(np.trace(np.linalg.pinv(normal) @ (summed @ summed.T)) / len(each)), 1.0)

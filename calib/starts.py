@@ -19,6 +19,8 @@ _MIDDLING = 3000  # samples for a first fit
 _TOLERANCE = 0.1  # relative misfit counted as no fit at all
 _GOOD = 0.06  # mean misfit of a first fit that needs no second
 _DOUBTFUL = 0.15  # mean misfit beyond which the rays are not trusted alone
+_ON_RAY = 5.0  # standard errors by which a ray may pass the lamp
+_ELSEWHERE = 0.1  # of a lamp's distance
 _FEW = 2  # samples of a tone in a square that say too little
 _BRIGHT = (
     0.3  # of the tone's median radiance: what is brighter is lit, and shows more than the sensor's noise
@@ -78,7 +80,8 @@ def first_fit(
     reading: Reading, scene: Scene, rays: list[MirroredRay], middle: np.ndarray, diagonal: float
 ) -> ShadingFit:
     """The fit started where the rays make the shading agree; if that is not good, the best of further starts, also
-    from a scan of the sky."""
+    from a scan of the sky. Where it ends on the rays of several balls, a rough fit from the sky's likeliest place must
+    show a better one elsewhere before all that is done: much bounce makes even the right place fit badly."""
     coarse, fine = thinned(reading, _COARSE), thinned(reading, _MIDDLING)
     soft = replace(scene, lamp_radius=2 * scene.lamp_radius, blur=_SOFT * diagonal)
 
@@ -89,11 +92,31 @@ def first_fit(
 
     found: list[tuple[float, ShadingFit]] = []
     for place in _best(ray_places(rays, diagonal), coarse, soft, 2):
-        if not found or found[0][0] > _GOOD:
+        if not found or not (found[0][0] <= _GOOD or _on_rays(found[0][1].place, rays)):
             found.append(fitted(place))
-    if not found or min(off for off, _ in found) > _DOUBTFUL:
-        found += [fitted(place) for place in _best(sky_places(middle, diagonal), coarse, soft, 3)]
+    least, best = min(found, key=lambda one: one[0]) if found else (1.0, None)
+    if least > _DOUBTFUL:
+        places = _best(sky_places(middle, diagonal), coarse, soft, 3)
+        if best is None or not _on_rays(best.place, rays) or _beaten(best.place, coarse, soft, places[0]):
+            found += [fitted(place) for place in places]
     return min(found, key=lambda one: one[0])[1]
+
+
+def _on_rays(place: np.ndarray, rays: list[MirroredRay]) -> bool:
+    """Whether the rays of two or more balls pass ``place`` by no more than their errors."""
+    return len({ray.ball for ray in rays}) > 1 and all(
+        (place - ray.origin) @ ray.direction > 0
+        and np.linalg.norm(np.cross(place - ray.origin, ray.direction))
+        < _ON_RAY * ray.spread * np.linalg.norm(place - ray.origin)
+        for ray in rays
+    )
+
+
+def _beaten(place: np.ndarray, reading: Reading, scene: Scene, start: np.ndarray) -> bool:
+    """Whether a fit from ``start`` ends far from ``place``, where the light agrees better."""
+    other = fit_shading(reading, scene, start).place
+    far = np.linalg.norm(other - place) > _ELSEWHERE * np.linalg.norm(place)
+    return bool(far and misfit(reading, scene, other) < misfit(reading, scene, place))
 
 
 def ray_places(rays: list[MirroredRay], diagonal: float) -> list[np.ndarray]:

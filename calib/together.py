@@ -21,7 +21,8 @@ from calib.starts import black_over_white
 from capture.photoset import MirrorBall, PhotoSet, Sphere
 
 _STEPS = (8, 3, 3, 3)  # of each view's own shading fit in each round: the adjustment does the rest
-_ELSEWHERE = 0.02  # of a lamp's distance, by which mirror balls must differ from shading to be asked again
+# of a lamp's distance: where balls and shading differ as much, a fit is tried from where the balls show it
+_ELSEWHERE = 0.02
 _WILD = 6.0  # standard errors at which a highlight is taken for something else
 _WILD_PIXELS = 2.5
 _LOOK_AGAIN = 4.0  # pixels around the place where a highlight must be
@@ -62,11 +63,14 @@ def settle(
     values = first_values(photoset, model, camera, boards, sights, lamps, scene, sample)
     fixed = fixed_blocks(photoset, lamps)
     scale = 1.0
+    asked: dict[str, np.ndarray] = {}  # where views' fits were last tried from besides
     for round_, steps in enumerate(_STEPS):
         fits: dict[str, ShadingFit] = {}
         if scene is not None:
             shown = _by_highlights(photoset, model.camera(values["camera"]), values, sights)
-            fits = _shade(reader, sights, values, lamps, scene, steps, shown)
+            new = {k: v for k, v in shown.items() if k not in asked or _apart(v, asked[k])}
+            fits, tried = _shade(reader, sights, values, lamps, scene, steps, new)
+            asked |= {name: shown[name] for name in tried}
         done = adjust(values, all_terms(photoset, model, boards, sights, lamps, values, fits, scale), fixed)
         values = done.values
         for sight in sights:
@@ -118,34 +122,39 @@ def _shade(
     scene: Scene,
     steps: int,
     shown: dict[str, np.ndarray],
-) -> dict[str, ShadingFit]:
-    """Every near view's shading at the present values.
+) -> tuple[dict[str, ShadingFit], list[str]]:
+    """Every near view's shading at the present values, and the views that were tried from where the balls show it.
 
     Where the mirror balls show (``shown``) a lamp elsewhere the fit is tried from there too: robust weights can settle
     on a place whose shadows fall beside those in the photo, and take the difference for dirt.
     """
     scene = _present(scene, values)
 
-    def fit(sight: Sight) -> ShadingFit | None:
+    def fit(sight: Sight) -> tuple[ShadingFit | None, bool]:
         lamp = lamps.get(sight.light)
         if sight.reading is None or lamp is None or lamp.kind != "point" or lamp.fixed:
-            return None
+            return None, False
         pose = block_pose(values[sight.pose_block])
         place = place_in_world(lamp, values[block_name(lamp.name)], pose)
         start = place if sight.shading is None else np.concatenate([place, sight.shading[3:]])
         found, other = fit_shading(sight.reading, scene, start, steps), shown.get(sight.view.name)
-        far = _ELSEWHERE * np.linalg.norm(found.place)
-        if other is None or other[2] <= 0 or lamp.attached or np.linalg.norm(other - found.place) < far:
-            return found
+        if other is None or other[2] <= 0 or lamp.attached or not _apart(other, found.place):
+            return found, False
         again = fit_shading(sight.reading, scene, other, max(steps, _STEPS[0]))
-        return again if fits_better(sight.reading, scene, again, found) else found
+        return (again if fits_better(sight.reading, scene, again, found) else found), True
 
-    fits = {}
-    for sight, found in zip(sights, reader.abreast(fit, sights), strict=True):
+    fits, tried = {}, []
+    for sight, (found, again) in zip(sights, reader.abreast(fit, sights), strict=True):
         if found is not None:
             sight.shading = found.local
             fits[sight.view.name] = found
-    return fits
+        if again:
+            tried.append(sight.view.name)
+    return fits, tried
+
+
+def _apart(one: np.ndarray, other: np.ndarray) -> bool:
+    return bool(np.linalg.norm(one - other) >= _ELSEWHERE * np.linalg.norm(other))
 
 
 def _review(

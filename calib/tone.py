@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 
 from capture import pointwise
@@ -31,9 +30,9 @@ def finite(image: RadianceImage) -> np.ndarray:
 def without_fireflies(level: np.ndarray) -> np.ndarray:
     """Single bright pixels replaced by the median around them, (h, w) float32."""
     level = np.ascontiguousarray(level, np.float32)
-    middle = cv2.medianBlur(level, 3)
-    pointwise.calmed(level, middle, np.float32(1e-3 * _percentile(level, 99.0)))
-    return middle
+    calm = np.empty_like(level)
+    pointwise.calmed(level, np.float32(1e-3 * _percentile(level, 99.0)), calm)
+    return calm
 
 
 def detection_image(level: np.ndarray) -> np.ndarray:
@@ -46,9 +45,10 @@ def detection_image(level: np.ndarray) -> np.ndarray:
 
 def fine_image(level: np.ndarray) -> np.ndarray:
     """Linear gray scaled to [0, 1] for sub-pixel work, (h, w) float32."""
-    fine = level.astype(np.float32)
-    fine /= np.float32(_percentile(level, 99.5) or 1.0)
-    return np.clip(fine, 0.0, 1.0, out=fine)
+    fine = np.empty(level.shape, np.float32)
+    white = np.float32(_percentile(level, 99.5) or 1.0)
+    pointwise.bounded(np.ascontiguousarray(level, np.float32), white, fine)
+    return fine
 
 
 def _percentile(level: np.ndarray, share: float) -> float:

@@ -90,17 +90,19 @@ def find_camera(
             "too few board corners in every photo to find the camera: give [camera] or calibration photos",
         )
     closer = photos.replaced(look_closer(reader, start, photos.every, tell, notes.warnings.append))
-    return fitted_camera(closer, size, notes)
+    return fitted_camera(closer, size, notes, reader.workers)
 
 
 def _useful(seen: list[Seen], size: tuple[int, int]) -> list[Corners]:
     return [s.corners for s in seen if s.corners is not None and s.size == size]
 
 
-def fitted_camera(photos: Photos, size: tuple[int, int], notes: Notes) -> tuple[Camera, Model, Photos]:
+def fitted_camera(
+    photos: Photos, size: tuple[int, int], notes: Notes, workers: int = 1
+) -> tuple[Camera, Model, Photos]:
     """The camera from all corners, once more without the photos that do not fit."""
     seen = [s for s in photos.boards + photos.samples if s.corners is not None and s.size == size]
-    fit = fit_camera([s.corners for s in seen if s.corners is not None], size)
+    fit = fit_camera([s.corners for s in seen if s.corners is not None], size, workers)
     if fit is None:
         raise InputError(MANIFEST, "too few board corners in every photo to find the camera")
     posed = [
@@ -116,7 +118,7 @@ def fitted_camera(photos: Photos, size: tuple[int, int], notes: Notes) -> tuple[
             if posed[k][0].view.photos[0].role == "calibration":
                 notes.leave_out(boards[k][0], reason)
         photos = replace(photos, boards=[s for s in photos.boards if s.view.name not in names])
-        better = fit_camera([c for n, c, _ in boards if n not in names], size)
+        better = fit_camera([c for n, c, _ in boards if n not in names], size, workers)
         fit = better if better is not None else fit
     model = model_of(fit)
     notes.residuals["camera"] = {

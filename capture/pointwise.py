@@ -106,12 +106,46 @@ def table_level(pixels, values, clip, level, usable):
 
 
 @_jit
-def calmed(level, middle, floor):
-    """``middle`` (h, w), the medians of neighbourhoods, becomes ``level`` where that is not far above it."""
+def calmed(level, floor, result):
+    """``level`` (h, w) with each pixel that is above ``4 m + floor`` replaced by m, the median of its 3 x 3; beyond the
+    border the nearest pixels count again.
+
+    A pixel is above that of the median where it is above that of five of the nine: counted in vector lanes.
+    """
+    height, width = level.shape
+    four, edge, odd, nine = np.float32(4.0), np.uint64(width - 1), np.empty(width, np.bool_), np.empty(9)
+    for y in range(height):
+        a, b, c = level[max(y - 1, 0)], level[y], level[min(y + 1, height - 1)]
+        found = False
+        for x in range(np.uint64(1), edge):
+            m, p, v = x - np.uint64(1), x + np.uint64(1), b[x]
+            count = np.int32(v > four * a[m] + floor) + np.int32(v > four * a[x] + floor)
+            count += np.int32(v > four * a[p] + floor) + np.int32(v > four * b[m] + floor)
+            count += np.int32(v > four * v + floor) + np.int32(v > four * b[p] + floor)
+            count += np.int32(v > four * c[m] + floor) + np.int32(v > four * c[x] + floor)
+            count += np.int32(v > four * c[p] + floor)
+            odd[x] = count >= 5
+            found |= count >= 5
+            result[y, x] = v
+        odd[0] = odd[edge] = True
+        for x in range(0, width, 1 if found else max(width - 1, 1)):  # the ends in any case
+            result[y, x] = b[x]
+            if odd[x]:
+                for k in range(3):
+                    at = min(max(x + k - 1, 0), width - 1)
+                    nine[k], nine[3 + k], nine[6 + k] = a[at], b[at], c[at]
+                _sort(nine)
+                middle = np.float32(nine[4])
+                if b[x] > four * middle + floor:
+                    result[y, x] = middle
+
+
+@_jit
+def bounded(level, white, result):
+    """level / white between 0 and 1; (h, w) each."""
     for y in range(len(level)):
         for x in range(np.uint64(level.shape[1])):
-            if not level[y, x] > np.float32(4.0) * middle[y, x] + floor:
-                middle[y, x] = level[y, x]
+            result[y, x] = min(max(level[y, x] / white, np.float32(0.0)), np.float32(1.0))
 
 
 @_jit
