@@ -6,6 +6,7 @@ order, prior and lobes on folds -> robust fit of the choice -> covariance -> the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,9 +20,10 @@ from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clea
 from reconstruct.misfit import Misfit, misfit_of
 from reconstruct.model import LobeSet, Model
 from reconstruct.physics import enforced, held_pairs, violated
+from reconstruct.physics_turning import enforced_turning, violated_turning
 from reconstruct.region import Region, region_of
 from reconstruct.represent import Represented, represent
-from reconstruct.represent_turning import closely, in_file
+from reconstruct.represent_turning import closely, covariance_of_error, in_file
 from reconstruct.robust import ViewScales, independence, level
 from reconstruct.search import Fitted, common_error, search_lobes
 from reconstruct.select import Candidate, choose, try_all
@@ -39,6 +41,7 @@ MOST_CELLS = (
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
+MENDING = 6  # order up to which modes mend what finer ones ring; higher costs more and gains little
 MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
 # orders in which the model is said, each only while the relative representation error of the last is larger: narrow
 # glosses are worth modes beyond 16, which cost more than they say of others
@@ -241,19 +244,24 @@ def _result(
     misfit = misfit_of(cells, model.evaluate(cells))
     region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
     errors = spread.file_errors(model, said)
-    rows = said.rows(len(spread.basis.modes)) if model.turning else slice(None)
-    brdf = Brdf(
-        order=said.order,
-        channels=cells.channels,
-        modes=Basis(verdict.symmetry, said.order).modes[rows],
-        coefficients=said.coefficients[rows],
-        standard_errors=errors[rows],
-        symmetry=verdict.symmetry,
-        lobes=said.lobes,
-        scale="absolute" if options.absolute else "relative",
-        valid=region.valid(),
-    )
-    brdf, physics = _physical(brdf, model, spread, misfit, options.physics)
+
+    def brdf_of(kept: int) -> Brdf:
+        """With the first ``kept`` modes, whatever they say, of what need not say all."""
+        rows = said.rows(kept) if model.turning else slice(None)
+        return Brdf(
+            order=said.order,
+            channels=cells.channels,
+            modes=Basis(verdict.symmetry, said.order).modes[rows],
+            coefficients=said.coefficients[rows],
+            standard_errors=errors[rows],
+            symmetry=verdict.symmetry,
+            lobes=said.lobes,
+            scale="absolute" if options.absolute else "relative",
+            valid=region.valid(),
+        )
+
+    brdf = brdf_of(len(spread.basis.modes))
+    brdf, physics = _physical(brdf, brdf_of, said.error, model, spread, misfit, options.physics)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     diagnostics = {
         "order": chosen.order,
@@ -300,20 +308,32 @@ def error_of(model: Model, spread: Uncertainty, misfit: Misfit, cells: Cells) ->
 
 
 def _physical(
-    brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, wanted: str
+    brdf: Brdf,
+    brdf_of: Callable[[int], Brdf],
+    unsaid: np.ndarray,
+    model: Model,
+    spread: Uncertainty,
+    misfit: Misfit,
+    wanted: str,
 ) -> tuple[Brdf, dict[str, object]]:
-    """The BRDF, held to physics where that is wanted, and what it took."""
-    if wanted == "off" or brdf.symmetry != "isotropic":
+    """The BRDF, held to physics where that is wanted, and what it took; ``brdf_of`` gives it with the first modes that
+    it is asked for, and ``unsaid`` (c,) is the representation error."""
+    if wanted == "off":
         return brdf, {"held": False}
-    pairs = held_pairs()
-    said = np.abs(brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi) - model.evaluate(pairs))
-    # what the file's terms cannot say is known, not a matter of chance: a fault of theirs is none of the data
-    if wanted == "auto" and not violated(brdf, error_of(model, spread, misfit, pairs) + said):
-        return brdf, {"held": False}
-    size, known = len(brdf.modes), min(spread.modes, len(brdf.modes))
-    own = np.zeros((len(brdf.channels), size, size))
-    own[:, :known, :known] = spread.of_modes_alone()[:, :known, :known]
-    found = enforced(brdf, own)
+
+    def error(cells: Cells) -> np.ndarray:
+        # what the file's terms cannot say is known, not a matter of chance: a fault of theirs is none of the data
+        said = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+        return error_of(model, spread, misfit, cells) + np.abs(said - model.evaluate(cells))
+
+    turning = brdf.symmetry != "isotropic"
+    if wanted == "auto":
+        broken = violated_turning(brdf, error) if turning else violated(brdf, error(held_pairs()))
+        if not broken:
+            return brdf, {"held": False}
+    own = _movable(brdf, unsaid, spread)
+    plain = brdf_of(own.shape[1]) if turning else brdf
+    found = enforced_turning(plain, own) if turning else enforced(brdf, own)
     if found is None:
         return brdf, {"held": False, "contradicted": True}
     said = {
@@ -324,4 +344,23 @@ def _physical(
     }
     if wanted == "auto" and found.distance > MOST_MOVED:
         return brdf, {"held": False, "contradicted": True} | said
-    return replace(brdf, coefficients=found.coefficients), {"held": found.active > 0} | said
+    if not found.active:
+        return brdf, {"held": False} | said
+    return replace(plain, coefficients=found.coefficients), {"held": True} | said
+
+
+def _movable(brdf: Brdf, unsaid: np.ndarray, spread: Uncertainty) -> np.ndarray:
+    """Covariance (c, k, k) of the modes, or of the first k, which may move.
+
+    What the file cannot say of a lobe of two roughnesses rings; the modes that mend it move by the measure of the
+    representation.
+    """
+    if brdf.symmetry != "isotropic" and unsaid.any():
+        order = min(max(MENDING, spread.basis.order), brdf.order)
+        own = covariance_of_error(brdf.symmetry, order, unsaid)
+    else:
+        size = len(brdf.modes)
+        own = np.zeros((len(brdf.channels), size, size))
+    known = min(spread.modes, own.shape[1])
+    own[:, :known, :known] += spread.of_modes_alone()[:, :known, :known]
+    return own

@@ -71,7 +71,7 @@ def enforced(brdf: Brdf, covariance: np.ndarray) -> Physical | None:
         room = np.vstack([room, 1.0 - albedo])
     changes, active, squared = [], 0, 0.0
     for c, spread in enumerate(covariance):
-        found = _nearest(rows, room[:, c], _root(spread))
+        found = _nearest(rows, room[:, c], root_of(spread))
         if found is None:
             return None
         changes.append(found[0])
@@ -95,7 +95,7 @@ def held_pairs() -> Cells:
     return Cells.of_angles(i[half], r[half], d[half])
 
 
-def _root(covariance: np.ndarray) -> np.ndarray:
+def root_of(covariance: np.ndarray) -> np.ndarray:
     """A square root (m, m) of a covariance; what it holds fixed stays fixed."""
     values, vectors = np.linalg.eigh(covariance)
     return vectors * np.sqrt(np.where(values > RANK * values.max(), values, 0.0))
@@ -113,14 +113,14 @@ def _nearest(rows: np.ndarray, room: np.ndarray, root: np.ndarray) -> tuple[np.n
         if not len(new):
             return root @ change, int((left[held] < slack).sum()), float(change @ change)
         held = np.union1d(held, new)
-        found = _least_distance(scaled[held], -room[held])
+        found = least_distance(scaled[held], -room[held])
         if found is None:
             return None
         change = found
     return None
 
 
-def _least_distance(matrix: np.ndarray, lower: np.ndarray) -> np.ndarray | None:
+def least_distance(matrix: np.ndarray, lower: np.ndarray) -> np.ndarray | None:
     """The shortest y with matrix @ y >= lower (Lawson and Hanson 1974, LDP); None where there is none."""
     size = np.linalg.norm(matrix, axis=1)
     size = np.where(size > 0.0, size, 1.0)

@@ -15,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import nnls
 
+from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.microfacet import Family, lobe_columns
 from reconstruct.model import Model
@@ -47,6 +48,7 @@ class _Hemisphere:
     weight: np.ndarray  # (k,) cosine weighted
     emphasis: np.ndarray  # (k,) the same, less where few photos see
     modes: np.ndarray  # (k, j)
+    gram: np.ndarray  # (j, j) of the modes, by the emphasis, with the penalty
     analysis: np.ndarray  # (j, k) values to coefficients
 
     def rest(self, values: np.ndarray) -> np.ndarray:
@@ -97,6 +99,17 @@ def represent_turning(model: Model, order: int) -> Represented:
         missing = missing + left
     _, coefficients = pair_coefficients(symmetry, matrix)
     return Represented(order, coefficients, tuple(lobes), _rms(half, missing))
+
+
+def covariance_of_error(symmetry: str, order: int, error: np.ndarray) -> np.ndarray:
+    """(c, m, m) of modes up to ``order`` by the representation's own measure, least squares with its emphasis: a change
+    of the modes that misses as much again as ``error`` (c,), 1/sr, is one standard error."""
+    half = _hemisphere(order)
+    modes = Basis(symmetry, order).modes
+    whiten = np.linalg.inv(np.linalg.cholesky(half.gram))
+    turned = whiten.T @ pair_matrix(symmetry, modes, np.eye(len(modes))) @ whiten
+    root = half.emphasis.sum() * pair_coefficients(symmetry, turned)[1]
+    return np.square(error)[:, None, None] * (root @ root.T)
 
 
 def _nearest(half: _Hemisphere, family: Family, shape: np.ndarray, own: np.ndarray):
@@ -166,5 +179,6 @@ def _hemisphere(order: int) -> _Hemisphere:
     n = zernike_orders(np.arange(modes.shape[1]))[0]
     gram = modes.T @ (emphasis[:, None] * modes)
     penalty = PENALTY * np.trace(gram) / len(gram) * (n * (n + 2) / 8.0) ** 2
-    analysis = np.linalg.solve(gram + np.diag(penalty), modes.T * emphasis)
-    return _Hemisphere(theta, phi, weight, emphasis, modes, analysis)
+    gram = gram + np.diag(penalty)
+    analysis = np.linalg.solve(gram, modes.T * emphasis)
+    return _Hemisphere(theta, phi, weight, emphasis, modes, gram, analysis)
