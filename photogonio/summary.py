@@ -61,6 +61,11 @@ def physics_warnings(fit: FitResult) -> list[str]:
             "the data ask for more light out than came in, or for less than none, by more than their errors allow: "
             "the scale, a light or the stray light is wrong somewhere, or the law has no bound near grazing"
         ]
+    if found.get("unmended"):
+        return [
+            "the file's modes ring below zero where they say a lobe of two roughnesses, by more than modes of low "
+            "order can make up for: the result is not held to physics"
+        ]
     if found["held"]:
         least, albedo = found["least f"], found["largest albedo"]
         return [

@@ -335,7 +335,8 @@ def _physical(
     plain = brdf_of(own.shape[1]) if turning else brdf
     found = enforced_turning(plain, own) if turning else enforced(brdf, own)
     if found is None:
-        return brdf, {"held": False, "contradicted": True}
+        fault = "unmended" if turning and unsaid.any() else "contradicted"
+        return brdf, {"held": False, fault: True}
     said = {
         "least f": found.least,
         "largest albedo": found.albedo,

@@ -10,10 +10,15 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from photogonio.arguments import build_parser
 from photogonio.cli import main
+from reconstruct.angles import unit_vectors
+from reconstruct.brdf import load_brdf
+from reconstruct.physics_turning import TOLERANCE
+from synthetic.brdf import make_brdf
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = (
@@ -215,3 +220,28 @@ def test_show_and_export_open_again(capsys, tmp_path, table):
     fails_with_one_line(capsys, ["export", coefficients, "--format", "merl", "-o", tmp_path / "m.binary"])
     fails_with_one_line(capsys, ["export", coefficients, "--format", "obj"])
     assert not (tmp_path / "m.binary").exists()
+
+
+def test_a_brushed_surface_is_held_to_physics_unless_told_not_to(capsys, tmp_path):
+    """Modes to order 4 ring about a ridge of roughness 0.2: far below zero, by more than their errors."""
+    rng = np.random.default_rng(0)
+    theta, phi = np.arccos(rng.uniform(np.cos(1.2), 1.0, (2, 400))), rng.uniform(0.0, 2.0 * np.pi, (2, 400))
+    surface = make_brdf("anisotropic-ggx", {"f0": (0.8,), "roughness_x": 0.3, "roughness_y": 0.2})
+    value = surface(unit_vectors(theta[0], phi[0]), unit_vectors(theta[1], phi[1]))
+    rows = np.column_stack([*np.degrees([theta[0], phi[0], theta[1], phi[1]]), value])
+    path = tmp_path / "brushed.csv"
+    np.savetxt(path, rows, delimiter=",", header="theta_i,phi_i,theta_r,phi_r,Y", comments="")
+    asked = ("--symmetry", "reciprocal", "--lobes", "none", "--order", 4)
+    least, warnings = {}, {}
+    for physics in ("off", "auto", "on"):
+        out = tmp_path / physics
+        numbers = run_json(capsys, "fit", path, "-o", out, *asked, "--physics", physics)
+        brdf = load_brdf(out / "coefficients.json")
+        assert brdf.fit["physics"]["held"] == numbers["physics"]["held"] == (physics != "off")
+        warnings[physics] = [text for text in numbers["warnings"] if "broke physics" in text]
+        seen = rng.uniform(0.0, np.radians(85.0), (2, 20_000)), rng.uniform(0.0, 2.0 * np.pi, (2, 20_000))
+        f = brdf.evaluate(seen[0][0], seen[1][0], seen[0][1], seen[1][1])
+        least[physics] = f.min() / np.abs(f).mean()
+    assert least["off"] < -0.1
+    assert min(least["auto"], least["on"]) >= -TOLERANCE
+    assert (len(warnings["off"]), len(warnings["auto"]), len(warnings["on"])) == (0, 1, 1)

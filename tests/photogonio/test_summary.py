@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from photogonio.summary import fit_choices, said_warnings
+from photogonio.summary import fit_choices, physics_warnings, said_warnings
 from reconstruct.basis import Basis
 from reconstruct.microfacet import families
 from reconstruct.model import LobeSet, Model
@@ -38,3 +38,21 @@ def test_a_ridge_too_narrow_for_the_files_modes_is_told(roughness, stretch, warn
     found = said_warnings(brushed(roughness, stretch))
     assert bool(found) == warned
     assert all("order 4" in warning for warning in found)
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        ({"held": False}, []),
+        ({"held": False, "contradicted": True}, ["more light out than came in"]),
+        ({"held": False, "unmended": True}, ["is not held to physics"]),
+        (
+            {"held": True, "least f": -0.25, "largest albedo": 0.9, "standard errors moved": 1.5},
+            ["least f -0.25 1/sr", "largest albedo 0.900", "by 1.5 standard errors"],
+        ),
+    ],
+)
+def test_what_physics_took_is_told(found, said):
+    warnings = physics_warnings(SimpleNamespace(diagnostics={"physics": found}))
+    assert len(warnings) == bool(said)
+    assert all(words in warnings[0] for words in said)
