@@ -35,6 +35,7 @@ TOLERANCE = (
     TRIFLE  # of the mean f, and of an albedo of 1: what is held may be off by as much between the constraints
 )
 POLAR, ALBEDO_POLAR = 18, 35  # angles of the grids: 5 and 2.5 degrees apart
+MORE_POLAR = (0, 3, 5)  # of one grid after another
 A_WAVE = 6  # azimuths to the finest mode's wave
 AZIMUTHS = (36, 96)  # at least and at most
 FOLLOWED = TOLERANCE / 6  # valleys less deep are left; the rest is for valleys that the grid does not show
@@ -73,11 +74,13 @@ def enforced_turning(brdf: Brdf, covariance: np.ndarray) -> Physical | None:
 
     ``covariance`` (c, k, k) is of the first k modes, which alone move.
     """
-    value, albedo = values(brdf, _grid(brdf.order)), _Albedo.of(brdf)
+    value, albedo = [values(brdf, grid) for grid in _grids(brdf.order)], _Albedo.of(brdf)
     coefficients = brdf.coefficients.copy()
     active, squared, least, largest = 0, 0.0, np.inf, -np.inf
     for c, spread in enumerate(covariance):
-        found = _nearest(_Channel.of(brdf, c, len(spread), value[c], albedo), root_of(spread))
+        found = _nearest(
+            _Channel.of(brdf, c, len(spread), [one[c] for one in value], albedo), root_of(spread)
+        )
         if found is None:
             return None
         coefficients[: len(spread), c] += found.change
@@ -129,18 +132,18 @@ class _Channel:
     brdf: Brdf  # of this channel alone, as it was
     basis: Basis  # whose first k modes move
     modes: int  # k
-    value: np.ndarray  # (d, d) of f on the grid, 1/sr
+    values: list[np.ndarray]  # (d, d) of f on each grid, 1/sr
     size: float  # mean f, 1/sr
     albedo: _Albedo
     outgoing: np.ndarray  # (j, k) coefficients on Z_j(i) of the modes' albedos
 
     @classmethod
-    def of(cls, brdf: Brdf, c: int, modes: int, value: np.ndarray, albedo: _Albedo) -> _Channel:
+    def of(cls, brdf: Brdf, c: int, modes: int, value: list[np.ndarray], albedo: _Albedo) -> _Channel:
         rows = brdf.modes[:modes]
         basis = Basis(brdf.symmetry, int(rows[:, [0, 2]].max(initial=0)))
         outgoing = exit_integral(brdf.symmetry, rows, np.eye(modes), 1)
         own = _Albedo(CubicSpline(albedo.lobes.x, albedo.lobes(albedo.lobes.x)[:, [c]]))
-        size = float(_sizes(value[None], _grid(brdf.order))[0])
+        size = float(_sizes(value[0][None], _grid(brdf.order))[0])
         return cls(_only(brdf, c), basis, modes, value, size, own, outgoing)
 
     def broken(self, change: np.ndarray) -> _Broken:
@@ -158,20 +161,29 @@ class _Channel:
         return replace(self.brdf, coefficients=coefficients)
 
     def _dark(self, moved: Brdf, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        grid = _grid(self.brdf.order)
-        value = self.value
+        least = np.inf
+        for grid, value in zip(_grids(self.brdf.order), self.values, strict=True):
+            where, lowest = self._valleys(grid, value, moved, change)
+            least = min(least, lowest)
+            if len(where):  # the next grid is for what this one does not show
+                break
+        rows = self.basis.design(Cells.of_directions(*where.T))[:, : self.modes]
+        return rows, self.brdf.evaluate(*where.T)[:, 0], least
+
+    def _valleys(
+        self, grid: Directions, value: np.ndarray, moved: Brdf, change: np.ndarray
+    ) -> tuple[np.ndarray, float]:
+        """The deepest valleys (n, 4) of f with ``change``, and the least f; ``value`` (d, d) is without it."""
         if change.any():
             value = (
                 value + expansion(self.brdf.symmetry, self.brdf.modes[: self.modes], change[:, None], grid)[0]
             )
         start = lowest_pairs(value, grid, -FOLLOWED * self.size, self.brdf.symmetry == "reciprocal")
         start = start[: VALLEYS // zernike_count(self.brdf.order)]
-        where, lowest = followed(
-            lambda at: moved.evaluate(*at.T)[:, 0], start, MOVES * np.tile(grid.steps, 2), HIGHEST
-        )
-        where = _deepest(where, lowest, -FOLLOWED * self.size)
-        rows = self.basis.design(Cells.of_directions(*where.T))[:, : self.modes]
-        return rows, self.brdf.evaluate(*where.T)[:, 0], float(min(lowest.min(initial=np.inf), value.min()))
+        moves = MOVES * np.tile(grid.steps, 2)
+        where, lowest = followed(lambda at: moved.evaluate(*at.T)[:, 0], start, moves, HIGHEST)
+        least = float(min(lowest.min(initial=np.inf), value.min()))
+        return _deepest(where, lowest, -FOLLOWED * self.size), least
 
     def _bright(self, moved: Brdf) -> tuple[np.ndarray, np.ndarray, float]:
         fine = _albedo_grid(self.brdf.order)
@@ -192,7 +204,7 @@ def _nearest(channel: _Channel, root: np.ndarray) -> _Found | None:
     """The least change root @ y that breaks nothing; None if there is none."""
     new = plain = channel.broken(np.zeros(channel.modes))
     scaled, room, short = np.empty((0, root.shape[1])), np.empty(0), np.zeros(root.shape[1])
-    slack = BINDING * max(channel.size, float(np.abs(channel.value).max()))
+    slack = BINDING * max(channel.size, float(np.abs(channel.values[0]).max()))
     for _ in range(EXCHANGES):
         if not len(new.room):
             binding = scaled[scaled @ short + room < slack]
@@ -230,6 +242,11 @@ def _only(brdf: Brdf, c: int) -> Brdf:
 
 def _grid(order: int) -> Directions:
     return directions(HIGHEST, POLAR, _azimuths(order))
+
+
+def _grids(order: int) -> list[Directions]:
+    """The grid and others whose directions lie between its own: a narrow valley may show on one alone."""
+    return [directions(HIGHEST, POLAR + more, _azimuths(order) + 4 * k) for k, more in enumerate(MORE_POLAR)]
 
 
 def _albedo_grid(order: int) -> Directions:
