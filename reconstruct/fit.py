@@ -26,7 +26,7 @@ from reconstruct.represent import Represented, represent
 from reconstruct.represent_turning import closely, covariance_of_error, in_file
 from reconstruct.robust import ViewScales, independence, level
 from reconstruct.search import Fitted, common_error, search_lobes
-from reconstruct.select import Candidate, choose, try_all
+from reconstruct.select import Candidate, choose, crosses, try_all
 from reconstruct.symmetry import Verdict, asked, judge, turning_kinds
 from reconstruct.table import FacetTable
 from reconstruct.uncertainty import Uncertainty, uncertainty_of
@@ -192,7 +192,8 @@ def _select(
     common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
     tried = try_all(cells, weight, symmetry, _orders(options, cells, symmetry), wanted, common)
-    return tried, *choose(tried, _tolerated(cells, work.deviation * again.scale))
+    tolerated = _tolerated(cells, work.deviation * again.scale)
+    return tried, *choose(tried, tolerated, thrifty=crosses(cells))
 
 
 def _tolerated(cells: Cells, deviation: np.ndarray) -> float:

@@ -24,6 +24,7 @@ LEAST_VIEWS = 4  # fewer cannot be left out one by one
 IMMATERIAL = 0.005  # of the loss: a gain of less is not worth a higher order
 WORTH_A_LOBE = 0.25  # of the loss: every lobe must lower it by as much
 SAVED = 0.2  # of the modes: or make do with as few
+CROSSED = np.radians(3.0)  # spread of the angle of difference at the same half angle
 BLOCK = np.radians(15.0)
 SMOOTHNESS = 2.0  # power of a mode's degree in the prior's precision
 STRENGTHS = tuple(
@@ -121,20 +122,37 @@ def try_all(
     return tried
 
 
-def choose(candidates: list[Candidate], tolerated: float = 0.0) -> tuple[Candidate, Candidate]:
+def crosses(cells: Cells) -> bool:
+    """Whether cells of the same half angle are seen at different angles of difference (Rusinkiewicz 1998).
+
+    Only then do data tell a lobe's Fresnel term and masking from its distribution: not where all light comes from the
+    normal, nor where lamp and camera stand side by side.
+    """
+    cos_i, cos_r = np.cos(cells.theta_i), np.cos(cells.theta_r)
+    between = cos_i * cos_r + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi)
+    difference = np.arccos(np.clip(between, -1.0, 1.0)) / 2.0
+    half = np.arccos(np.clip((cos_i + cos_r) / np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-12)), -1.0, 1.0))
+    smooth = np.vander(half, 4)
+    rest = difference - smooth @ np.linalg.lstsq(smooth, difference, rcond=None)[0]
+    return bool(rest.std() > CROSSED)
+
+
+def choose(
+    candidates: list[Candidate], tolerated: float = 0.0, *, thrifty: bool = True
+) -> tuple[Candidate, Candidate]:
     """The simplest candidate that predicts as well as the best, and the best.
 
     A lobe must pay: fewer lobes are kept unless more lower the loss by :data:`WORTH_A_LOBE` and by more than its
-    standard error, or do as well with a share :data:`SAVED` of the modes. Losses that differ by less than
-    ``tolerated`` count as equal: calibration and stray light leave misfits of that size, and a mode bought to follow
-    them goes astray where no photo holds it. Among lobes that predict equally well with as many modes, those are
-    taken that need the modes least: whose loss with the fewest modes tried is least.
+    standard error, or, if ``thrifty``, do as well with a share :data:`SAVED` of the modes. Losses that differ by less
+    than ``tolerated`` count as equal: calibration and stray light leave misfits of that size, and a mode bought to
+    follow them goes astray where no photo holds it. Among lobes that predict equally well with as many modes, those
+    are taken that need the modes least: whose loss with the fewest modes tried is least.
     """
     best = min(candidates, key=lambda one: one.loss.mean())
     simple: list[Candidate] = []
     for lobes in sorted({len(one.lobes.families) for one in candidates}):
         more = [one for one in candidates if len(one.lobes.families) == lobes]
-        if not simple or _pays(more, simple, best, tolerated):
+        if not simple or _pays(more, simple, best, tolerated, thrifty):
             simple = more
     good = _simplest(simple, tolerated)
     alone = {id(one.lobes): _alone(simple, one.lobes) for one in good}
@@ -142,7 +160,9 @@ def choose(candidates: list[Candidate], tolerated: float = 0.0) -> tuple[Candida
     return min((one for one in good if one.lobes is lobes), key=lambda one: one.loss.mean()), best
 
 
-def _pays(more: list[Candidate], fewer: list[Candidate], best: Candidate, tolerated: float) -> bool:
+def _pays(
+    more: list[Candidate], fewer: list[Candidate], best: Candidate, tolerated: float, thrifty: bool
+) -> bool:
     """Whether models with more lobes are worth it, in loss or in modes."""
     least, with_more = (min(some, key=lambda one: one.loss.mean()) for some in (fewer, more))
     gain = least.loss - with_more.loss
@@ -152,7 +172,7 @@ def _pays(more: list[Candidate], fewer: list[Candidate], best: Candidate, tolera
         return True
     enough = [one for one in more if one.loss.mean() <= least.loss.mean()]
     saved = _modes_of(_simplest(fewer, tolerated)[0])
-    return bool(enough) and min(map(_modes_of, enough)) <= SAVED * saved
+    return thrifty and bool(enough) and min(map(_modes_of, enough)) <= SAVED * saved
 
 
 def _simplest(candidates: list[Candidate], tolerated: float) -> list[Candidate]:

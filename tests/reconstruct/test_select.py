@@ -9,7 +9,7 @@ from reconstruct.cells import Cells, cells_of
 from reconstruct.microfacet import families
 from reconstruct.model import LobeSet
 from reconstruct.robust import error_model, independence, level
-from reconstruct.select import Candidate, Prior, choose, folds_of, try_all
+from reconstruct.select import Candidate, Prior, choose, crosses, folds_of, try_all
 from reconstruct.solve import Factors, FoldedDesign, solve
 from synthetic.brdf import make_brdf
 
@@ -81,6 +81,21 @@ def test_a_lobe_must_pay():
     plain, little, much = one(2, [1.0, 1.1, 0.9]), one(2, [0.9, 1.0, 0.8], 1), one(2, [0.3, 0.2, 0.3], 1)
     assert choose([plain, little])[0] is plain
     assert choose([plain, much])[0] is much
+
+
+def test_a_lobe_that_only_saves_modes_is_taken_where_the_data_can_tell_lobes():
+    many, few = one(8, [1.0, 1.1, 0.9]), one(0, [0.9, 1.0, 0.8], 1)
+    assert choose([many, few])[0] is few
+    assert choose([many, few], thrifty=False)[0] is many
+
+
+def test_what_crosses_half_angles_and_differences():
+    """Light from the normal makes the difference the half angle; a lamp beside the camera makes it nought."""
+    theta, rng = np.radians(np.arange(5.0, 80.0, 5.0)), np.random.default_rng(0)
+    i, r, d = np.meshgrid(theta, theta, np.radians([0.0, 60.0, 120.0, 180.0]), indexing="ij")
+    assert crosses(Cells.of_angles(i.ravel(), r.ravel(), d.ravel()))
+    assert not crosses(Cells.of_angles(np.zeros(15), theta, rng.uniform(0.0, np.pi, 15)))
+    assert not crosses(Cells.of_angles(theta, theta, np.zeros(15)))
 
 
 @pytest.mark.parametrize("model", ["lambert", "oren-nayar"])
