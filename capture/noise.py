@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from capture.photoset import Radiometry
 
@@ -96,7 +96,7 @@ def envelope(blocks: Blocks, expected: np.ndarray) -> Blocks:
     """
     order = np.argsort(blocks.level, kind="stable")
     bins = np.array_split(order, max(1, min(BINS, len(order) // LEAST_BLOCKS)))
-    correction = chi2.ppf(QUANTILE, DEGREES) / DEGREES
+    correction = chdtri(DEGREES, 1.0 - QUANTILE) / DEGREES
     ratio = blocks.variance / expected
     variance = [np.quantile(ratio[b], QUANTILE) * expected[b].mean() / correction for b in bins]
     level = [blocks.level[b].mean() for b in bins]

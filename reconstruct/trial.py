@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
@@ -159,7 +159,8 @@ class Trial:
             odds = self.log_odds(still, trial.fitted(lobes, turning=turning, anew=True))
             draws.append(max(odds, 0.0))  # a model that may turn need not
         spread = max(float(np.std(draws, ddof=1)), LEAST_SPREAD) * np.sqrt(1.0 + 1.0 / SHUFFLES)
-        return float(student.sf((self.log_odds(still, turns) - np.mean(draws)) / spread, SHUFFLES - 1))
+        excess = (self.log_odds(still, turns) - np.mean(draws)) / spread
+        return float(stdtr(SHUFFLES - 1, -excess))
 
     def accounts(self, still: Tried, turns: Tried) -> bool:
         """Whether ``turns`` misses no more than errors do, or little of what ``still`` misses.

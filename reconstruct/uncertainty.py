@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
@@ -69,7 +69,7 @@ class Uncertainty:
 
     def half_width(self, error: np.ndarray, level: float = 0.95) -> np.ndarray:
         """Half the width of the interval that holds the truth with probability ``level``, from standard errors."""
-        return error * float(student.ppf(0.5 + 0.5 * level, self.freedom))
+        return error * float(stdtrit(self.freedom, 0.5 + 0.5 * level))
 
     def file_errors(self, model: Model, said: Represented) -> np.ndarray:
         """Standard errors (m, c) of the coefficients in the file's terms."""
