@@ -8,10 +8,12 @@ that is what the stray light adds to the measured BRDF.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from calib.setup import ViewSetup
@@ -67,26 +69,49 @@ class StrayLight:
 
 def _sent_on(place, normal, back, surround: Surround, model: Model) -> np.ndarray:
     """Radiance (n, c) toward the camera of light from all patches, each facing up with its own radiance."""
-    path = surround.points - place[:, None]
-    squared = np.einsum("npk,npk->np", path, path)
-    toward = path / np.sqrt(squared)[..., None]
-    cos_i = np.einsum("npk,nk->np", toward, normal)
-    source = np.maximum(cos_i, 0.0) * np.maximum(-toward[..., 2], 0.0) / squared * surround.area
-    cell, patch = np.nonzero(source > 0.0)
-    if not len(cell):
+    most = len(place) * len(surround.points)
+    cell, patch, source, angles = (
+        np.empty(most, int),
+        np.empty(most, int),
+        np.empty(most),
+        np.empty((3, most)),
+    )
+    rows = [np.array(one, float) for one in (place, normal, back, surround.points)]
+    area = np.broadcast_to(surround.area, len(surround.points)).astype(float)
+    count = _facing(*rows, area, cell, patch, source, angles)
+    if not count:
         return np.zeros((len(place), surround.radiance.shape[1]))
-    pairs = _pairs(toward[cell, patch], back[cell], normal[cell])
-    weighted = model.evaluate(pairs) * source[cell, patch, None] * surround.radiance[patch]
-    return np.stack([np.bincount(cell, column, len(place)) for column in weighted.T], axis=1)
+    value = model.evaluate(Cells.of_angles(*(angle[:count] for angle in angles)))
+    weighted = value * source[:count, None] * surround.radiance[patch[:count]]
+    return np.stack([np.bincount(cell[:count], column, len(place)) for column in weighted.T], axis=1)
 
 
-def _pairs(incident: np.ndarray, exit: np.ndarray, normal: np.ndarray) -> Cells:
-    cos_i = np.clip(np.einsum("ij,ij->i", incident, normal), LEAST_COSINE, 1.0)
-    cos_r = np.clip(np.einsum("ij,ij->i", exit, normal), LEAST_COSINE, 1.0)
-    across = np.einsum("ij,ij->i", incident, exit) - cos_i * cos_r
-    sines = np.sqrt((1.0 - cos_i**2) * (1.0 - cos_r**2))
-    cos_d = np.clip(across / np.maximum(sines, 1e-12), -1.0, 1.0)
-    return Cells.of_angles(np.arccos(cos_i), np.arccos(cos_r), np.arccos(cos_d))
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _facing(place, normal, back, points, area, cell, patch, source, angles):
+    """Pairs of places (n, 3) and patches (p, 3) that see one another; how many there are. Of each: ``cell``, ``patch``,
+    the irradiance ``source`` at the place of unit radiance, and theta_i, theta_r, dphi, radians, of the light sent on
+    along ``back`` (n, 3)."""
+    count = 0
+    for n in range(len(place)):
+        up, toward = normal[n], back[n]
+        cos_r = toward[0] * up[0] + toward[1] * up[1] + toward[2] * up[2]
+        cos_r = min(max(cos_r, LEAST_COSINE), 1.0)
+        for p in range(len(points)):
+            x, y, z = points[p, 0] - place[n, 0], points[p, 1] - place[n, 1], points[p, 2] - place[n, 2]
+            along = x * up[0] + y * up[1] + z * up[2]
+            if along <= 0.0 or z >= 0.0:
+                continue
+            squared = x * x + y * y + z * z
+            length = math.sqrt(squared)
+            cos_i = min(max(along / length, LEAST_COSINE), 1.0)
+            across = (x * toward[0] + y * toward[1] + z * toward[2]) / length - cos_i * cos_r
+            sines = max(math.sqrt((1.0 - cos_i * cos_i) * (1.0 - cos_r * cos_r)), 1e-12)
+            cell[count], patch[count] = n, p
+            source[count] = along * -z / (squared * squared) * area[p]
+            angles[0, count], angles[1, count] = math.acos(cos_i), math.acos(cos_r)
+            angles[2, count] = math.acos(min(max(across / sines, -1.0), 1.0))
+            count += 1
+    return count
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
