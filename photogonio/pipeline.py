@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -216,17 +217,19 @@ def fit(
 def write_result(result: Result, out: Path) -> None:
     """Coefficients, setup, table, report and pictures, all or none of them."""
     source = {"name": result.name} | result.provenance.to_dict()
-    pictures = page.draw_pictures(result, source=result.provenance.to_text())
-    with staged_folder(out) as stage:
+    told = json.dumps(source | {"scale": result.brdf.scale})
+    with staged_folder(out) as stage, ThreadPoolExecutor(1) as pool:
+        saved = pool.submit(
+            save_table, result.table, stage / "table.npz", source=told
+        )  # while pictures are drawn
         replace(result.brdf, source=result.brdf.source | source).save(stage / "coefficients.json")
         if result.setup is not None:
             save_setup(result.setup, stage / "setup.json")
-        save_table(
-            result.table, stage / "table.npz", source=json.dumps(source | {"scale": result.brdf.scale})
-        )
+        pictures = page.draw_pictures(result, source=result.provenance.to_text())
         for picture in pictures:
             (stage / f"{picture.name}.png").write_bytes(picture.png)
         (stage / "report.html").write_text(page.report_html(result, pictures), encoding="utf-8")
+        saved.result()
 
 
 def _calibrated(
