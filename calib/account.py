@@ -12,7 +12,6 @@ from calib.lamps import expected_pixel
 from calib.notes import Notes
 from calib.plane import PlaneMove
 from calib.setup import Marks
-from calib.shading import ShadingFit
 from calib.sight import Sight
 from calib.together import Settled
 from capture.photoset import PhotoSet, Plane, Sphere
@@ -21,8 +20,6 @@ _BALL_ASTRAY = 3.0  # expected errors of the manifest at which a ball's move is 
 _IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed
 _TILTED = np.radians(0.7)
 _SURE_TILT = 5.0  # standard errors at which a tilt is told
-_BESIDE = 0.015  # of the lamp's light: light from elsewhere that is told, and
-_SURE_BESIDE = 5.0  # standard errors at which it is
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
@@ -43,23 +40,6 @@ def account(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: No
         notes.residuals["lamp_radius_error"] = error
         rms = [f.rms for f in settled.shading.values()]
         notes.residuals["shading_rms"] = float(np.median(rms))
-        light_beside(settled.shading, notes)
-
-
-def light_beside(shading: dict[str, ShadingFit], notes: Notes) -> None:
-    """Light that is on the board whatever the lamp does, as shadows and falloff of all photos together tell it."""
-    level, error = np.array([f.beside for f in shading.values()]).T
-    bright = float(np.median([f.level for f in shading.values()]))
-    mean = float(np.average(level, weights=error**-2.0))
-    scatter = np.sum(((level - mean) / error) ** 2) / max(len(level) - 1, 1)
-    unsure = float(np.sqrt(max(scatter, 1.0) / np.sum(error**-2.0)))
-    share, doubt = mean / bright, unsure / bright
-    notes.residuals["light_beside_lamps"] = {"share": float(share), "error": float(doubt)}
-    if share > max(_BESIDE, _SURE_BESIDE * doubt):
-        notes.warnings.append(
-            f"the board is lit by something besides the lamp, by {share:.0%} of what the lamp gives: darken the room, "
-            'or add a photo with the lamp off (role "ambient")'
-        )
 
 
 def _camera(settled: Settled, notes: Notes) -> None:

@@ -12,6 +12,7 @@ from calib.account import (
     marks,
     sample_in_picture,
 )
+from calib.beside import ambient_irradiance, expect, light_beside, note_beside
 from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
@@ -58,7 +59,13 @@ def calibrate(
     check_camera(photoset, camera, model, boards, sights, notes)
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     sights = usable(photoset, sights, notes)
+    seen = [list(sight.highlights) for sight in sights]
     settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
+    beside = light_beside(settled.shading)
+    if beside is not None and beside.told:
+        expect(sights, seen, beside)
+        settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
+    note_beside(beside, notes)
     views, scale = _views(photoset, reader, settled, sights, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
@@ -78,6 +85,7 @@ def calibrate(
         notes.residuals,
         mirror_balls=_mirror_balls(photoset, settled),
         boards=tuple(_board(settled, *board) for board in boards),
+        ambient=ambient_irradiance(views, sights) if beside is not None and beside.told else None,
     )
 
 

@@ -103,6 +103,9 @@ class Setup:
     source: dict[str, object] = field(default_factory=dict)  # program, command and hashes of the inputs
     mirror_balls: tuple[MirrorBall, ...] = ()  # as refined
     boards: tuple[BoardSetup, ...] = ()  # calibration photos
+    ambient: np.ndarray | None = (
+        None  # (c,) irradiance of level ground by light beside the lamps, as strengths have it
+    )
 
 
 def save_setup(setup: Setup, path: str | Path) -> None:
@@ -169,6 +172,7 @@ def _setup(data: dict) -> Setup:
             MirrorBall(_array(b["center"]), float(b["radius"])) for b in data.get("mirror_balls", [])
         ),
         boards=tuple(_board(b) for b in data.get("boards", [])),
+        ambient=None if data.get("ambient") is None else _array(data["ambient"]),
     )
 
 

@@ -22,6 +22,7 @@ _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
 _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0])  # of the local values after the first four
+_IS_EVEN = np.arange(5) == 2  # which of them is light that comes from everywhere
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even light looks like a nearer lamp
 _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not modelled
 _EVEN_ANY = 0.3  # the last where nothing is taken for granted
@@ -72,6 +73,10 @@ class Reading:
     samples: PaperSamples
     level: np.ndarray  # (n,) radiance
     noise: np.ndarray  # (n,) its variance
+    beside: tuple[float, float] = (
+        0.0,
+        0.0,
+    )  # white paper's radiance without the lamp, where known, and its error
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +109,8 @@ class _Weighing:
     bound: float  # Tukey's, in sigmas
     thrown: np.ndarray  # (n, 2) the sample's bounce; so smooth in the values that it is held
     place: np.ndarray  # (3,) of the lamp that it was worked out for
-    prior: np.ndarray  # (LOCAL - 4,) standard errors of the local values after the first four
+    expected: np.ndarray  # (LOCAL - 4,) the local values after the first four, where nothing tells them
+    prior: np.ndarray  # (LOCAL - 4,) their standard errors
 
 
 def _table(scene: Scene) -> np.ndarray:
@@ -196,15 +202,17 @@ def _weigh(
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
+    beside = np.array(reading.beside) / (np.exp(values[3]) * light.even)
+    expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
     residual = (reading.level - light.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
-    return _Weighing(sigma, bound, thrown, place, prior), residual
+    return _Weighing(sigma, bound, thrown, place, expected, prior), residual
 
 
 def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
     """Half the sum of Tukey's loss and of the priors."""
     outside = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
-    prior = (values[4:LOCAL] - _PRIOR) / weighing.prior
+    prior = (values[4:LOCAL] - weighing.expected) / weighing.prior
     lost = len(residual) - float(np.sum(outside * outside * outside))
     return float(weighing.bound**2 / 6 * lost + 0.5 * prior @ prior)
 
@@ -299,7 +307,7 @@ def _normal(
     normal, slope = score @ design.T, -score @ residual
     for k in range(4, LOCAL):
         normal[k, k] += weighing.prior[k - 4] ** -2.0
-        slope[k] += (values[k] - _PRIOR[k - 4]) * weighing.prior[k - 4] ** -2.0
+        slope[k] += (values[k] - weighing.expected[k - 4]) * weighing.prior[k - 4] ** -2.0
     return normal, slope, score
 
 
@@ -334,7 +342,7 @@ def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> S
     relative = (residual * weighing.sigma / np.maximum(light.bare, 1e-300))[inlier]
     rms = float(np.sqrt(np.mean(relative**2))) if inlier.any() else float("nan")
     cost = _cost(residual, values, weighing) / len(residual)
-    even = _even_alone(values, normal[:LOCAL, :LOCAL], slope[:LOCAL], weighing.prior[2])
+    even = _even_alone(values, normal[:LOCAL, :LOCAL], slope[:LOCAL], weighing)
     share = even * [1.0, np.sqrt(inflation)]
     level = float(np.exp(values[3]) * light.even)
     believed = float(inlier.mean())
@@ -343,11 +351,12 @@ def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> S
     )
 
 
-def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, prior: float) -> np.ndarray:
+def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, weighing: _Weighing) -> np.ndarray:
     """(2,) even light as it would be without its narrow prior, and its standard error: one more step."""
     freed, pulled = normal.copy(), slope.copy()
-    freed[6, 6] += _EVEN_ANY**-2.0 - prior**-2.0
-    pulled[6] -= values[6] * (prior**-2.0 - _EVEN_ANY**-2.0)
+    held = weighing.prior[2] ** -2.0
+    freed[6, 6] += _EVEN_ANY**-2.0 - held
+    pulled[6] += values[6] * _EVEN_ANY**-2.0 - (values[6] - weighing.expected[2]) * held
     inverse = np.linalg.pinv(freed, hermitian=True)
     return np.array([values[6] - inverse[6] @ pulled, np.sqrt(inverse[6, 6])])
 

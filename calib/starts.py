@@ -35,7 +35,8 @@ def thinned(reading: Reading, count: int) -> Reading:
     step = max(1, len(reading.level) // count)
     mask = np.zeros(len(reading.level), bool)
     mask[::step] = True
-    return Reading(reading.samples.keep(mask), reading.level[mask], reading.noise[mask])
+    samples = reading.samples.keep(mask)
+    return replace(reading, samples=samples, level=reading.level[mask], noise=reading.noise[mask])
 
 
 def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
@@ -82,7 +83,8 @@ def first_fit(
     """The fit started where the rays make the shading agree; if that is not good, the best of further starts, also
     from a scan of the sky. Where it ends on the rays of several balls, a rough fit from the sky's likeliest place must
     show a better one elsewhere before all that is done: much bounce makes even the right place fit badly."""
-    coarse, fine = thinned(reading, _COARSE), thinned(reading, _MIDDLING)
+    alone = _by_lamp_alone(reading, scene)
+    coarse, fine = thinned(alone, _COARSE), thinned(alone, _MIDDLING)
     soft = replace(scene, lamp_radius=2 * scene.lamp_radius, blur=_SOFT * diagonal)
 
     def fitted(place: np.ndarray) -> tuple[float, ShadingFit]:
@@ -100,6 +102,13 @@ def first_fit(
         if best is None or not _on_rays(best.place, rays) or _beaten(best.place, coarse, soft, places[0]):
             found += [fitted(place) for place in places]
     return min(found, key=lambda one: one[0])[1]
+
+
+def _by_lamp_alone(reading: Reading, scene: Scene) -> Reading:
+    """Without the light that is there anyway, where that is known."""
+    beside, error = reading.beside
+    room = beside * np.where(reading.samples.white, 1.0, scene.black)
+    return replace(reading, level=np.maximum(reading.level - room, 0.0), beside=(0.0, error))
 
 
 def _on_rays(place: np.ndarray, rays: list[MirroredRay]) -> bool:

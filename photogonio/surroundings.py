@@ -29,11 +29,12 @@ def is_stray_light_known(photoset: PhotoSet, setup: Setup) -> bool:
 
 def stray_light(reader: RadianceReader, setup: Setup, table: FacetTable) -> StrayLight | None:
     """What shines on the sample besides the lamp, for the groups and channels of ``table``; reads all its photos."""
-    if not is_stray_light_known(reader.photoset, setup):
-        return None
     photos = {view.name: view for view in reader.photoset.views("sample")}
     views = {view.name: view for view in setup.views}
-    around = [photo_around(reader, setup, views[name], photos[name]) for name in table.groups]
+    known = is_stray_light_known(reader.photoset, setup)
+    around = [
+        photo_around(reader, setup, views[name], photos[name]) if known else None for name in table.groups
+    ]
     return joined_stray_light(setup, table, around)
 
 
@@ -48,8 +49,9 @@ def photo_around(reader: RadianceReader, setup: Setup, view: ViewSetup, photo: V
 def joined_stray_light(
     setup: Setup, table: FacetTable, around: Sequence[np.ndarray | None]
 ) -> StrayLight | None:
-    """The same from ``around``, what :func:`photo_around` read for each group of the table; None where it did not."""
-    if not any(one is not None for one in around):
+    """The same from ``around``, what :func:`photo_around` read for each group of the table, None where it did not; and
+    from the room, if it was not dark."""
+    if setup.ambient is None and not any(one is not None for one in around):
         return None
     views = {view.name: view for view in setup.views}
     surrounds = [
@@ -58,7 +60,8 @@ def joined_stray_light(
     ]
     channels = [setup.channels.index(name) for name in table.channels]
     lit = [replace(views[name], strength=views[name].strength[channels]) for name in table.groups]
-    return StrayLight(setup.sample, lit, [_of_channels(one, channels) for one in completed(surrounds)])
+    sky = None if setup.ambient is None else setup.ambient[channels] / np.pi
+    return StrayLight(setup.sample, lit, [_of_channels(one, channels) for one in completed(surrounds)], sky)
 
 
 def _of_channels(surround: Surround | None, channels: list[int]) -> Surround | None:

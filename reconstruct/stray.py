@@ -3,7 +3,7 @@
 The board, the white patch and the table are seen in every photo, so their radiance is known, whatever lit them (the
 lamp, or the sample itself). Each patch of them is a small diffuse source; what the sample sends on of it toward the
 camera is its BRDF times the irradiance, summed over the patches. Divided by the lamp's irradiance at the same place
-that is what the stray light adds to the measured BRDF.
+that is what the stray light adds to the measured BRDF. A room that is not dark adds a sky, taken as alike all over.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from reconstruct.model import Model
 from reconstruct.rows import cores
 
 CHUNK = 1 << 16  # pairs of cell and patch at a time
+SKY = 200  # directions of light from all over the sky
 LEAST_COSINE = 1e-3  # directions nearer to the horizon count as this near
 
 
@@ -34,6 +35,7 @@ class StrayLight:
     sample: Sphere | Plane
     views: Sequence[ViewSetup | None]  # by group
     surrounds: Sequence[Surround | None]  # by group; None: nothing is known, and nothing is added
+    sky: np.ndarray | None = None  # (c,) radiance from everywhere above the board, in all views
 
     def __call__(self, cells: Cells, model: Model) -> np.ndarray:
         """What the stray light adds to the value of each cell, (n, c) 1/sr."""
@@ -41,10 +43,10 @@ class StrayLight:
 
         def fill(group: int) -> None:
             view, surround = self.views[group], self.surrounds[group]
-            if view is None or surround is None:
+            if view is None or (surround is None and self.sky is None):
                 return
             rows = np.flatnonzero(cells.group == group)
-            step = max(1, CHUNK // max(1, len(surround.points)))
+            step = max(1, CHUNK // (SKY if surround is None else len(surround.points)))
             for start in range(0, len(rows), step):
                 part = rows[start : start + step]
                 added[part] = self._added(cells.place[part], view, surround, model)
@@ -53,12 +55,18 @@ class StrayLight:
             list(pool.map(fill, range(len(self.views))))
         return added
 
-    def _added(self, place: np.ndarray, view: ViewSetup, surround: Surround, model: Model) -> np.ndarray:
+    def _added(
+        self, place: np.ndarray, view: ViewSetup, surround: Surround | None, model: Model
+    ) -> np.ndarray:
         normal = self._normals(place)
         back = _unit(view.pose.center - place)
         lamp, falloff = view.light.toward(place)
         irradiance = np.maximum(np.einsum("ij,ij->i", lamp, normal), LEAST_COSINE) * falloff
-        sent = _sent_on(place, normal, back, surround, model)
+        sent = np.zeros((len(place), len(view.strength)))
+        if surround is not None:
+            sent += _sent_on(place, normal, back, surround, model)
+        if self.sky is not None:
+            sent += _from_sky(normal, back, self.sky, model)
         return sent / (irradiance[:, None] * view.strength)
 
     def _normals(self, place: np.ndarray) -> np.ndarray:
@@ -112,6 +120,32 @@ def _facing(place, normal, back, points, area, cell, patch, source, angles):
             angles[2, count] = math.acos(min(max(across / sines, -1.0), 1.0))
             count += 1
     return count
+
+
+def _from_sky(normal: np.ndarray, back: np.ndarray, sky: np.ndarray, model: Model) -> np.ndarray:
+    """Radiance (n, c) toward the camera of light from all over the sky."""
+    toward = _sky_directions()
+    source = np.maximum(normal @ toward.T, 0.0) * (2.0 * np.pi / SKY)
+    cell, part = np.nonzero(source > 0.0)
+    weighted = model.evaluate(_pairs(toward[part], back[cell], normal[cell])) * source[cell, part, None]
+    return np.stack([np.bincount(cell, column, len(normal)) for column in weighted.T], axis=1) * sky
+
+
+def _sky_directions() -> np.ndarray:
+    """Unit vectors (SKY, 3) evenly over the hemisphere above the board: a spiral of equal areas (Vogel 1979)."""
+    z = (np.arange(SKY) + 0.5) / SKY
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(SKY)
+    across = np.sqrt(1.0 - z**2)
+    return np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
+
+
+def _pairs(incident: np.ndarray, exit: np.ndarray, normal: np.ndarray) -> Cells:
+    cos_i = np.clip(np.einsum("ij,ij->i", incident, normal), LEAST_COSINE, 1.0)
+    cos_r = np.clip(np.einsum("ij,ij->i", exit, normal), LEAST_COSINE, 1.0)
+    across = np.einsum("ij,ij->i", incident, exit) - cos_i * cos_r
+    sines = np.sqrt((1.0 - cos_i**2) * (1.0 - cos_r**2))
+    cos_d = np.clip(across / np.maximum(sines, 1e-12), -1.0, 1.0)
+    return Cells.of_angles(np.arccos(cos_i), np.arccos(cos_r), np.arccos(cos_d))
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

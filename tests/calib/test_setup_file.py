@@ -35,6 +35,7 @@ def setup(sample: Sphere | Plane) -> Setup:
         source={"program": "photogonio"},
         mirror_balls=(MirrorBall(rng.normal(size=3), 0.1 + 0.7),),
         boards=(BoardSetup("calibration/c.png", full.pose, 0.1 / 3, rng.normal(size=(6, 6)), marks),),
+        ambient=rng.random(3),
     )
 
 

@@ -1,15 +1,20 @@
 """A lamp by how it lights the paper: of two places the one that explains the photo."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from benchmarks.coverage import draw_paper, draw_world, scene_of
+from calib.beside import ambient_irradiance
+from calib.camera import Pose
+from calib.setup import Light, ViewSetup
 from calib.shading import fit_shading, fits_better
 from calib.starts import local_noise
 
 BOUNCE = slice(4, 6)
+POSE = Pose(np.eye(3), np.zeros(3))
 
 
 @pytest.fixture(scope="module")
@@ -45,3 +50,38 @@ def test_noise_is_told_apart_by_tone(drawn):
         own = samples.white == white
         assert len(set(found[own])) == 1
         assert found[own][0] == pytest.approx(0.01 if white else 0.04, rel=5 * 1.2 / np.sqrt(own.sum()))
+
+
+@pytest.mark.parametrize("k", range(2))
+def test_a_room_that_is_known_leaves_the_lamp_where_it_is(drawn, k):
+    """Light from everywhere, a tenth of the lamp's: not known it draws the lamp nearer many errors; known, none."""
+    world, readings = drawn
+    scene, lamp, dark = scene_of(world), world.lamps[k], readings[k]
+    room = 0.1 * np.median(dark.level[dark.samples.white])
+    level = dark.level + room * np.where(dark.samples.white, 1.0, scene.black)
+    right = fit_shading(dark, scene, lamp)
+    known = fit_shading(replace(dark, level=level, beside=(room, 0.01 * room)), scene, lamp)
+    ignored = fit_shading(replace(dark, level=level), scene, lamp)
+    error = np.sqrt(np.diag(right.covariance()))
+    assert (np.abs(known.place - right.place) < 2.0 * error).all()
+    assert np.abs((ignored.place - right.place) / error).max() > 3.0
+    assert known.local[6] * known.level == pytest.approx(room, rel=0.05)
+
+
+def test_the_room_is_as_bright_as_its_share_of_a_lamp(drawn):
+    """E = share E_lamp in the middle of the paper that is seen, whatever the lamp's strength."""
+    world, readings = drawn
+    views, sights = [], []
+    for k, reading in enumerate(readings):
+        points = reading.samples.points
+        light = Light(f"L{k}", "point", world.lamps[k], np.zeros((3, 3)), "refined")
+        toward, falloff = light.toward(points)
+        middle = np.median(toward[:, 2] * falloff)
+        strength = np.array([2.0, 4.0]) * (k + 1)
+        views.append(ViewSetup(f"v{k}", light, POSE, strength, 0.01 * strength, "white patch"))
+        local = np.zeros(9)
+        local[6] = 0.5 / (strength[0] * middle)
+        sights.append(SimpleNamespace(view=SimpleNamespace(name=f"v{k}"), reading=reading, shading=local))
+    np.testing.assert_allclose(ambient_irradiance(views, sights), [0.5, 1.0], rtol=1e-9)
+    other = [replace(view, strength_source="intensity") for view in views]
+    assert ambient_irradiance(other, sights) is None

@@ -19,7 +19,8 @@ from benchmarks.coverage import (
     photoset_of,
     scene_of,
 )
-from calib.account import account, light_beside
+from calib.account import account
+from calib.beside import light_beside, note_beside
 from calib.board import Corners
 from calib.calibrate import settled_from, usable
 from calib.checks import bad_photos, board_shape, view_warnings
@@ -273,7 +274,7 @@ def test_a_room_that_is_not_dark_is_told(share):
         room = share * usual * np.where(reading.samples.white, 1.0, scene.black)
         lit = replace(reading, level=reading.level + room)
         fits[f"v{k}"] = fit_shading(lit, scene, drawn.world.lamps[k])
-    light_beside(fits, drawn.notes)
+    note_beside(light_beside(fits), drawn.notes)
     found = drawn.notes.residuals["light_beside_lamps"]
     # squares are uneven by 0.002, as one part of what shadows leave, and some of a shadow is penumbra
     assert found["share"] == pytest.approx(share, abs=5 * found["error"] + 0.1 * share)

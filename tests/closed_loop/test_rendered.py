@@ -71,6 +71,15 @@ def test_loose_markers_are_paper_enough(tmp_path: Path):
     assert found.error <= 0.015
 
 
+def test_a_lit_room_that_nobody_tells_of_is_allowed_for(tmp_path: Path):
+    """An even light of a twelfth of the lamp's, and no photo of it alone; left in, it costs some per cent."""
+    room = changed(small("matte-ball", 8), sensor={"ambient": 0.05, "ambient_photo": False})
+    found = evaluate_scene(room, tmp_path, workers=2, reporter=Reporter(quiet=True))
+    assert any("lit by something besides the lamp" in one for one in found.result.warnings)
+    assert found.error <= 0.01
+    assert found.calibration.strength < 0.01
+
+
 def test_an_oren_nayar_plane(plane: Score):
     # with twice the photos of twice the size the figure is 3 %; error goes with the angles that are seen
     assert plane.error <= 0.05
