@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks import all as everything
-from benchmarks import coverage, end_to_end, fit, growth, kernel, symmetry_choice, whole
+from benchmarks import coverage, end_to_end, fit, growth, kernel, left_out_rows, symmetry_choice, whole
 from capture.images import read_image
 from capture.manifest import load_photoset
 
@@ -86,3 +86,19 @@ def test_coverage_of_a_calibrations_intervals(capsys):
     for numbers in rows.values():
         # four set-ups tell little; errors of the stated size have an rms of 1, those of a wrong slope had 4
         assert 0.2 < float(numbers[-1]) < 2.0
+
+
+def test_rows_left_out_of_measurements(capsys, tmp_path):
+    """White noise of 1 % about a Lambertian: nothing predicts left-out rows better, and neither way is far off."""
+    theta, phi = np.arange(0.0, 80.0, 15.0), np.arange(0.0, 181.0, 30.0)
+    i, r, d = (one.ravel() for one in np.meshgrid(theta, theta, phi, indexing="ij"))
+    f = 0.3 * (1 + 0.01 * np.random.default_rng(0).normal(size=len(i)))
+    rows = "".join(f"0.5,{a:g},0,{b:g},{c:g},{v:.6f}\n" for a, b, c, v in zip(i, r, d, f, strict=True))
+    (tmp_path / "rows.csv").write_text("lambda,thetai,phi,thetar,phir,f_r11\n" + rows)
+    left_out_rows.main([str(tmp_path / "rows.csv"), "--wavelengths", "0.5", "--smoother", "--quick"])
+    line = capsys.readouterr().out
+    left, smoothed = (
+        float(one) for one in re.search(r"left out (\S+),.*smoother \S+, (\S+),", line).groups()
+    )
+    chance = 0.01 * 3.0 / np.sqrt(2.0 * len(i) / 3.0)  # three standard errors of an rms of so many rows
+    assert left == pytest.approx(0.01, abs=chance) and smoothed == pytest.approx(0.01, abs=chance)
