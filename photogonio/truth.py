@@ -46,13 +46,14 @@ def load_truth(folder: Path) -> dict:
 def calibration_error(setup: Setup, truth: dict) -> CalibrationError:
     """How far ``setup`` is from the truth of its set."""
     photos = {photo["file"]: photo for photo in truth["photos"]}
-    rows = [_view_errors(setup, view, photos[view.name], truth["radiance_scale"]) for view in setup.views]
+    rows = [view_errors(setup, view, photos[view.name], truth["radiance_scale"]) for view in setup.views]
     camera, light, place, strength, sample = (_median(column) for column in zip(*rows, strict=True))
     true_focal, focal = truth["camera"]["matrix"][0][0], setup.camera.matrix[0, 0]
     return CalibrationError(abs(focal / true_focal - 1.0), camera, light, place, strength, sample)
 
 
-def _view_errors(setup: Setup, view: ViewSetup, photo: dict, scale: float) -> tuple[float, ...]:
+def view_errors(setup: Setup, view: ViewSetup, photo: dict, scale: float) -> tuple[float, ...]:
+    """Of one view, in the order of :class:`CalibrationError`'s fields after the first; ``photo`` is its truth."""
     rotation, translation = np.array(photo["rotation"]), np.array(photo["translation"])
     camera = float(np.linalg.norm(view.pose.center + rotation.T @ translation))
     lamp = photo["lights"][0]

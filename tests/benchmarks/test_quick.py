@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks import all as everything
-from benchmarks import coverage, end_to_end, fit, growth, kernel, left_out_rows, symmetry_choice, whole
+from benchmarks import coverage, end_to_end, fit, growth, kernel, lamps, left_out_rows, symmetry_choice, whole
 from capture.images import read_image
 from capture.manifest import load_photoset
 
@@ -102,3 +102,10 @@ def test_rows_left_out_of_measurements(capsys, tmp_path):
     )
     chance = 0.01 * 3.0 / np.sqrt(2.0 * len(i) / 3.0)  # three standard errors of an rms of so many rows
     assert left == pytest.approx(0.01, abs=chance) and smoothed == pytest.approx(0.01, abs=chance)
+
+
+def test_lamps_against_their_truth(capsys):
+    lamps.main(["--quick"])
+    direction, tail, place, _ = (float(one) for one in capsys.readouterr().out.splitlines()[-1].split()[2:])
+    assert 0.0 < direction < 0.3 and direction <= tail < 2.0  # degrees, in photos of 420 pixels
+    assert 0.0 < place < 0.02
