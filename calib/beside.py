@@ -37,6 +37,10 @@ def light_beside(shading: dict[str, ShadingFit]) -> Beside | None:
     if not shading:
         return None
     level, error = np.array([f.beside for f in shading.values()]).T
+    sure = np.isfinite(level) & (error > 0)
+    if not sure.any():
+        return None
+    level, error = level[sure], error[sure]
     bright = float(np.median([f.level for f in shading.values()]))
     mean = float(np.average(level, weights=error**-2.0))
     scatter = np.sum(((level - mean) / error) ** 2) / max(len(level) - 1, 1)
@@ -52,17 +56,21 @@ def expect(sights: Sequence[Sight], highlights: Sequence[list[Highlight]], besid
             sight.reading = replace(sight.reading, beside=(beside.level, beside.error))
 
 
-def note_beside(beside: Beside | None, notes: Notes) -> None:
-    """What was found, and a warning if it is much."""
+def note_beside(beside: Beside | None, ambient: np.ndarray | None, notes: Notes) -> None:
+    """What was found, and a warning if it is much, which says whether ``ambient`` light of the sample's is known."""
     if beside is None:
         return
     share, doubt = beside.level / beside.bright, beside.error / beside.bright
     notes.residuals["light_beside_lamps"] = {"share": float(share), "error": float(doubt)}
     if beside.told:
+        allowed = (
+            "allowed for as if it came from all over the sky alike and had the lamp's colour"
+            if ambient is not None
+            else "which is left in what the sample shows, since no paper or patch was weighed against the lamps"
+        )
         notes.warnings.append(
-            f"the board is lit by something besides the lamp, by {share:.0%} of what the lamp gives: allowed for as if "
-            "it came from all over the sky alike; darken the room, or add a photo with the lamp off (role "
-            '"ambient")'
+            f"the board is lit by something besides the lamp, by {share:.0%} of what the lamp gives: {allowed}; darken "
+            'the room, or add a photo with the lamp off (role "ambient")'
         )
 
 

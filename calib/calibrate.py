@@ -65,10 +65,11 @@ def calibrate(
     if beside is not None and beside.told:
         expect(sights, seen, beside)
         settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
-    note_beside(beside, notes)
     views, scale = _views(photoset, reader, settled, sights, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
+    ambient = ambient_irradiance(views, sights) if beside is not None and beside.told else None
+    note_beside(beside, ambient, notes)
     account(photoset, settled, sights, notes)
     kept = {view.name for view in views}
     notes.warnings += ghost_warnings(reader, settled.camera, photoset.sample, sights, kept)
@@ -85,7 +86,7 @@ def calibrate(
         notes.residuals,
         mirror_balls=_mirror_balls(photoset, settled),
         boards=tuple(_board(settled, *board) for board in boards),
-        ambient=ambient_irradiance(views, sights) if beside is not None and beside.told else None,
+        ambient=ambient,
     )
 
 

@@ -102,11 +102,15 @@ def _highlight(
 
 
 def of_one_lamp(found: list[Highlight], balls: tuple[MirrorBall, ...]) -> list[Highlight]:
-    """Those that may be the same lamp: a ball that does not show it shows something else, many times dimmer."""
-    bright = [
-        h.peak / balls[h.ball].radius ** 2 for h in found
-    ]  # an image's area goes with the radius squared
-    return [h for h, b in zip(found, bright, strict=True) if b > _DIMMEST * max(bright)]
+    """Those that may be the same lamp: a ball that does not show it shows something else, many times dimmer.
+
+    Dimmer as it is, as a lamp that is resolved would be, and over the ball's radius squared, with which an image's area
+    goes.
+    """
+    peak = np.array([h.peak for h in found])
+    spread = np.array([h.peak / balls[h.ball].radius ** 2 for h in found])
+    share = [max(p / peak.max(), s / spread.max()) for p, s in zip(peak, spread, strict=True)]
+    return [h for h, bright in zip(found, share, strict=True) if h.clipped or bright > _DIMMEST]
 
 
 def _paper(photoset: PhotoSet, reader: Reader, camera: Camera, sight: Sight) -> Reading | None:

@@ -87,6 +87,8 @@ def read_patch(
     if image.saturated[inside].mean() > _CLIPPED:
         return no_strength("the patch is clipped")
     y, x = np.nonzero(inside & image.valid)
+    if len(y) < _FEWEST_PIXELS:
+        return no_strength("too few pixels of the patch are valid")
     rays = camera.world_rays(pose, np.column_stack([x, y]).astype(float) + image.origin)
     eye = pose.center
     points = eye + ((patch.height - eye[2]) / rays[:, 2])[:, None] * rays

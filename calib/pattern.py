@@ -59,10 +59,11 @@ class Print:
 
 
 def draw_print(board: Board) -> Print | None:
-    """The pattern of a flat board. Around loose markers nothing is known; None if none of them lies on the board."""
+    """The pattern of a flat board. Around loose markers nothing is known; None if none of them lies
+    on the board, right of and above its origin."""
     if board.kind == "markers":
         flat = [(k, np.asarray(c, float).reshape(4, 3)) for k, c in board.marker_corners]
-        flat = [(k, c) for k, c in flat if not c[:, 2].any()]
+        flat = [(k, c) for k, c in flat if not c[:, 2].any() and (c[:, :2].max(0) > 0).all()]
         return _draw_loose(board.dictionary, tuple((k, c.tobytes()) for k, c in flat)) if flat else None
     key = (board.kind, board.dictionary, board.squares, board.square_length, board.markers)
     return _draw(key, board.marker_length, board.marker_separation, board.first_id, board.legacy_pattern)

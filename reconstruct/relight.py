@@ -66,6 +66,8 @@ def turned_lights(cells: Cells, model: Model, setup: Setup) -> tuple[TurnedLight
         return ()
     center = np.asarray(setup.sample.center, float)
     lights = {view.light.id: view.light for view in setup.views if _doubtful(view.light, center)}
+    moving = {v.light.id for v in setup.views if v.light.id in lights and _elsewhere(v.light, lights)}
+    lights = {name: light for name, light in lights.items() if name not in moving}
     if len(lights) < FEWEST_LIGHTS:
         return ()
     views = {view.name: view for view in setup.views}
@@ -99,6 +101,11 @@ def _doubtful(light: Light, center: np.ndarray) -> bool:
     return light.kind == "directional" or _stated(light, center) > UNSETTLED
 
 
+def _elsewhere(light: Light, lights: dict[str, Light]) -> bool:
+    """Whether a light stands elsewhere in another photo, as one does that moves with the camera."""
+    return not np.array_equal(light.place, lights[light.id].place)
+
+
 def _toward(light: Light, center: np.ndarray) -> np.ndarray:
     """Unit vector (3,) from ``center`` toward the light."""
     return light.toward(center[None])[0][0]
@@ -110,7 +117,7 @@ def _stated(light: Light, center: np.ndarray) -> float:
         return float(np.sqrt(np.trace(light.covariance) / 2.0))
     toward = _toward(light, center)
     across = np.trace(light.covariance) - toward @ light.covariance @ toward
-    return float(np.sqrt(across / 2.0) / np.linalg.norm(light.place - center))
+    return float(np.sqrt(max(across, 0.0) / 2.0) / np.linalg.norm(light.place - center))
 
 
 def _weighed(one: TurnedLight, start: np.ndarray, share: float) -> TurnedLight:
@@ -120,7 +127,8 @@ def _weighed(one: TurnedLight, start: np.ndarray, share: float) -> TurnedLight:
 
 
 def relit(setup: Setup, turned: tuple[TurnedLight, ...], patches: Sequence[WhitePatch] = ()) -> Setup:
-    """The setup with the lights turned, and as strong as ``patches``, which told their strengths, have them now."""
+    """The setup with the lights turned, and as strong as ``patches`` or the board, which told their strengths, have
+    them now."""
     by_id = {one.id: one for one in turned}
     center = np.asarray(setup.sample.center, float)
     middles = np.array([[*np.mean(one.outline, axis=0), one.height] for one in patches]).reshape(-1, 3)
@@ -130,9 +138,11 @@ def relit(setup: Setup, turned: tuple[TurnedLight, ...], patches: Sequence[White
         if one is None:
             return view
         after = replace(view, light=one.of(view.light, center))
-        if not len(patches) or view.strength_source != "white patch":
-            return after
-        return _measured_again(view, after, middles, center)
+        if view.strength_source == "white patch" and len(middles):
+            return _measured_again(view, after, middles, center)
+        if view.strength_source == "board":
+            return _measured_again(view, after, np.array([[*center[:2], 0.0]]), center)
+        return after
 
     return replace(setup, views=tuple(corrected(view) for view in setup.views))
 

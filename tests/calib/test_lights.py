@@ -192,6 +192,12 @@ def test_a_ball_that_does_not_show_the_lamp_shows_something_dimmer(dimmer, kept)
     assert [h.ball for h in found] == [0, 1][:kept]
 
 
+def test_a_clipped_lamp_is_a_lamp_in_a_ball_of_any_size():
+    large = MirrorBall(BALLS[1].center, 8.0 * BALLS[0].radius)
+    found = of_one_lamp([highlight(0, LAMP), replace(highlight(1, LAMP), clipped=True)], (BALLS[0], large))
+    assert len(found) == 2
+
+
 def test_a_small_ball_shows_the_same_lamp_dimmer():
     small = MirrorBall(
         BALLS[1].center, BALLS[1].radius / 10

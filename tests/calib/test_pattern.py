@@ -58,6 +58,11 @@ def test_markers_off_the_board_are_not_read():
     assert draw_print(Board("markers", GRID.dictionary, marker_corners=raised)) is None
 
 
+def test_markers_before_the_origin_are_not_read_and_do_no_harm():
+    before = tuple((k, c - np.array([0.0, 200.0, 0.0])) for k, c in as_loose(GRID).marker_corners)
+    assert draw_print(Board("markers", GRID.dictionary, marker_corners=before)) is None
+
+
 def test_what_errs_together_is_as_large_as_a_marker():
     assert square_pitch(as_loose(GRID)) == pytest.approx(14.0)
     assert square_pitch(GRID) == pytest.approx(18.0)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from benchmarks.coverage import draw_paper, draw_world, scene_of
-from calib.beside import ambient_irradiance
+from calib.beside import Beside, ambient_irradiance, note_beside
 from calib.camera import Pose
+from calib.notes import Notes
 from calib.setup import Light, ViewSetup
 from calib.shading import fit_shading, fits_better
 from calib.starts import local_noise
@@ -85,3 +86,11 @@ def test_the_room_is_as_bright_as_its_share_of_a_lamp(drawn):
     np.testing.assert_allclose(ambient_irradiance(views, sights), [0.5, 1.0], rtol=1e-9)
     other = [replace(view, strength_source="intensity") for view in views]
     assert ambient_irradiance(other, sights) is None
+
+
+@pytest.mark.parametrize(("ambient", "said"), [(np.ones(1), "allowed for"), (None, "left in")])
+def test_it_is_said_whether_the_room_is_allowed_for(ambient, said):
+    notes = Notes()
+    note_beside(Beside(0.08, 0.001, 1.0), ambient, notes)
+    (warning,) = notes.warnings
+    assert "by 8%" in warning and said in warning

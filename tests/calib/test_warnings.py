@@ -274,7 +274,7 @@ def test_a_room_that_is_not_dark_is_told(share):
         room = share * usual * np.where(reading.samples.white, 1.0, scene.black)
         lit = replace(reading, level=reading.level + room)
         fits[f"v{k}"] = fit_shading(lit, scene, drawn.world.lamps[k])
-    note_beside(light_beside(fits), drawn.notes)
+    note_beside(light_beside(fits), None, drawn.notes)
     found = drawn.notes.residuals["light_beside_lamps"]
     # squares are uneven by 0.002, as one part of what shadows leave, and some of a shadow is penumbra
     assert found["share"] == pytest.approx(share, abs=5 * found["error"] + 0.1 * share)

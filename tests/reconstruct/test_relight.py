@@ -1,5 +1,7 @@
 """Lights whose directions are wrong are turned to where the shading of a ball has them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -161,3 +163,22 @@ def test_a_near_lamp_that_only_mirror_balls_told_is_turned_about_the_ball():
 def test_a_near_lamp_that_calibration_settled_stays():
     setup, cells = world(np.radians([0.1, 0.0, 0.1, 0.0, 0.0]), distance=1500.0, stated=np.radians(0.05))
     assert turned_lights(cells, lambert(), setup) == ()
+
+
+def test_a_lamp_that_moves_with_the_camera_is_not_turned():
+    """One id, another place in each photo: there is no one direction that it could be turned to."""
+    setup, cells = world(np.radians([1.5, -1.0, 2.0, 0.5, 1.0]), distance=1500.0, stated=np.radians(1.5))
+    views = tuple(replace(view, light=replace(view.light, id="flash")) for view in setup.views)
+    assert turned_lights(cells, lambert(), replace(setup, views=views)) == ()
+
+
+def test_strengths_that_the_board_told_follow_a_turn():
+    """What level ground below the ball receives stays."""
+    setup, cells = world(np.radians([0.0, 5.0, 0.0, 0.0, 0.0]))
+    views = tuple(
+        replace(view, strength_source="board", strength_error=np.full(1, 0.01)) for view in setup.views
+    )
+    setup = replace(setup, views=views)
+    after = relit(setup, turned_lights(cells, lambert(), setup))
+    for before, view in zip(setup.views, after.views, strict=True):
+        assert view.strength[0] * view.light.place[2] == pytest.approx(before.light.place[2], rel=1e-9)
