@@ -21,6 +21,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
+from reconstruct.angles import half_difference, unit_vectors
 from reconstruct.cells import Cells, cells_of
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.measured import read_samples, samples_table
@@ -80,11 +81,12 @@ def fitted_rms(split: Split, order: int | None = None) -> tuple[float, float]:
 def invariants(cells: Cells) -> np.ndarray:
     """What isotropy and reciprocity leave of pairs of directions, (n, 5): the same for reciprocal and mirror twins."""
     i, r = cells.theta_i / (np.pi / 2), cells.theta_r / (np.pi / 2)
-    between = np.cos(cells.theta_i) * np.cos(cells.theta_r)
-    between += np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi)
-    half = (np.cos(cells.theta_i) + np.cos(cells.theta_r)) / np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-12))
-    apart = np.arccos(np.clip(between, -1.0, 1.0)) / np.pi
-    return np.column_stack([i * r * np.cos(cells.dphi), i + r, (i - r) ** 2, half, apart])
+    half, apart, _ = half_difference(
+        unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    )
+    return np.column_stack(
+        [i * r * np.cos(cells.dphi), i + r, (i - r) ** 2, np.cos(half), apart / (np.pi / 2)]
+    )
 
 
 def covariance(one: np.ndarray, other: np.ndarray, parameters: np.ndarray) -> np.ndarray:

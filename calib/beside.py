@@ -10,7 +10,7 @@ import numpy as np
 from calib.highlights import Highlight
 from calib.notes import Notes
 from calib.setup import ViewSetup
-from calib.shading import ShadingFit
+from calib.shading import EVEN, ShadingFit
 from calib.sight import Sight
 
 _BESIDE = 0.015  # of the lamp's light: light from elsewhere that is told, and
@@ -84,5 +84,5 @@ def ambient_irradiance(views: Sequence[ViewSetup], sights: Sequence[Sight]) -> n
         if sight is not None and view.light.kind == "point" and view.strength_source in _MEASURED:
             toward, falloff = view.light.toward(sight.reading.samples.points)
             middle = float(np.median(np.clip(toward[:, 2], 0.0, None) * falloff))
-            found.append(max(float(sight.shading[6]), 0.0) * middle * view.strength)
+            found.append(max(float(sight.shading[EVEN]), 0.0) * middle * view.strength)
     return np.median(found, axis=0) if found else None

@@ -15,6 +15,7 @@ from calib.occlusion import direct, lit_board, lit_fraction
 from calib.paper import PaperSamples
 
 LOCAL = 9  # x, y, z, log strength of white, diffuse bounce, glossy bounce, even light, slopes along x and y
+EVEN = 6  # which of them is light that comes from everywhere
 SHARED = 6  # sample x, y, z and radius, log lamp radius, log of black over white
 _FLOOR = 0.003  # relative error of the model at one place
 _SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
@@ -22,7 +23,7 @@ _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
 _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0])  # of the local values after the first four
-_IS_EVEN = np.arange(5) == 2  # which of them is light that comes from everywhere
+_IS_EVEN = np.arange(4, LOCAL) == EVEN
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even light looks like a nearer lamp
 _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not modelled
 _EVEN_ANY = 0.3  # the last where nothing is taken for granted
@@ -175,7 +176,7 @@ class _Light:
     even: float  # direct light in the middle of the samples, before the print
 
     def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
-        return self.shaded * self.tilt + self.tone * (thrown @ values[4:6] + values[6] * self.even)
+        return self.shaded * self.tilt + self.tone * (thrown @ values[4:6] + values[EVEN] * self.even)
 
 
 def _middle(above: np.ndarray, below: np.ndarray) -> float:
@@ -323,11 +324,11 @@ def _derivatives(
         there = board.light(moved, scene)
         design[k] = (there.shaded - light.shaded) * (light.tilt / step)
         if k < 3:
-            design[k] += light.tone * (values[6] * (there.even - light.even) / step)
+            design[k] += light.tone * (values[EVEN] * (there.even - light.even) / step)
     base = light.radiance(values, weighing.thrown)
     design[3] = base
     design[4:6] = light.tone * weighing.thrown.T
-    design[6] = light.tone * light.even
+    design[EVEN] = light.tone * light.even
     design[7:9] = light.shaded * board.across
     if count > LOCAL:
         design[LOCAL + SHARED - 1] = np.where(board.reading.samples.white, 0.0, base)
@@ -355,10 +356,10 @@ def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, weigh
     """(2,) even light as it would be without its narrow prior, and its standard error: one more step."""
     freed, pulled = normal.copy(), slope.copy()
     held = weighing.prior[2] ** -2.0
-    freed[6, 6] += _EVEN_ANY**-2.0 - held
-    pulled[6] += values[6] * _EVEN_ANY**-2.0 - (values[6] - weighing.expected[2]) * held
+    freed[EVEN, EVEN] += _EVEN_ANY**-2.0 - held
+    pulled[EVEN] += values[EVEN] * _EVEN_ANY**-2.0 - (values[EVEN] - weighing.expected[2]) * held
     inverse = np.linalg.pinv(freed, hermitian=True)
-    return np.array([values[6] - inverse[6] @ pulled, np.sqrt(inverse[6, 6])])
+    return np.array([values[EVEN] - inverse[EVEN] @ pulled, np.sqrt(inverse[EVEN, EVEN])])
 
 
 def _inflation(normal: np.ndarray, each: np.ndarray, square: np.ndarray) -> float:

@@ -37,3 +37,34 @@ def pair_angles(incident: ArrayLike, exit: ArrayLike) -> tuple[np.ndarray, np.nd
     dphi = np.arctan2(across, along)
     theta_i, theta_r, dphi = np.broadcast_arrays(theta_i, theta_r, dphi)
     return theta_i, theta_r, dphi
+
+
+def half_difference(incident: np.ndarray, exit: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """theta_half, theta_difference, phi_difference (n,), radians (Rusinkiewicz 1998)."""
+    half = incident + exit
+    half = half / np.linalg.norm(half, axis=1, keepdims=True)
+    theta_h = np.arctan2(np.hypot(half[:, 0], half[:, 1]), half[:, 2])
+    phi_h = np.arctan2(half[:, 1], half[:, 0])
+    turned = _about_y(_about_z(incident, -phi_h), -theta_h)
+    theta_d = np.arctan2(np.hypot(turned[:, 0], turned[:, 1]), turned[:, 2])
+    return theta_h, theta_d, np.arctan2(turned[:, 1], turned[:, 0])
+
+
+def from_half_difference(
+    theta_h: np.ndarray, theta_d: np.ndarray, phi_d: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Incident and exit unit vectors (n, 3), half vector at azimuth 0. Inverse: :func:`half_difference`."""
+    sine = np.sin(theta_d)
+    difference = np.column_stack([sine * np.cos(phi_d), sine * np.sin(phi_d), np.cos(theta_d)])
+    opposite = difference * np.array([-1.0, -1.0, 1.0])
+    return _about_y(difference, theta_h), _about_y(opposite, theta_h)
+
+
+def _about_z(v: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([c * v[:, 0] - s * v[:, 1], s * v[:, 0] + c * v[:, 1], v[:, 2]])
+
+
+def _about_y(v: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([c * v[:, 0] + s * v[:, 2], v[:, 1], c * v[:, 2] - s * v[:, 0]])

@@ -107,9 +107,8 @@ class Brdf:
                 file.write(text)
             os.chmod(temporary, 0o644)
             os.replace(temporary, path)
-        except BaseException:
+        finally:  # there only if the writing was cut short
             Path(temporary).unlink(missing_ok=True)
-            raise
 
     def _sum_of_modes(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
         if self.symmetry == "isotropic":

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reconstruct.angles import half_difference, unit_vectors
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.model import LobeSet
@@ -128,10 +129,9 @@ def crosses(cells: Cells) -> bool:
     Only then do data tell a lobe's Fresnel term and masking from its distribution: not where all light comes from the
     normal, nor where lamp and camera stand side by side.
     """
-    cos_i, cos_r = np.cos(cells.theta_i), np.cos(cells.theta_r)
-    between = cos_i * cos_r + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi)
-    difference = np.arccos(np.clip(between, -1.0, 1.0)) / 2.0
-    half = np.arccos(np.clip((cos_i + cos_r) / np.sqrt(np.maximum(2.0 + 2.0 * between, 1e-12)), -1.0, 1.0))
+    half, difference, _ = half_difference(
+        unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    )
     smooth = np.vander(half, 4)
     rest = difference - smooth @ np.linalg.lstsq(smooth, difference, rcond=None)[0]
     return bool(rest.std() > CROSSED)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
 from benchmarks.simulated import Plan, simulate
 from reconstruct.angles import pair_angles
 from reconstruct.basis import Basis
@@ -98,14 +99,8 @@ def test_the_same_table_gives_the_same_numbers():
 def ptfe(wavelength):
     if not SHARED.exists():
         pytest.skip("the PTFE measurements are not at hand")
-    columns = {"theta_i": "thetai", "phi_i": "phi", "theta_r": "thetar", "phi_r": "phir", "value": "f_r11"}
     where = [("lambda", wavelength)]
-    return samples_table(read_samples(SHARED / "PTFE.data.csv", columns=columns, where=where))
-
-
-def rows_of(table, keep):
-    names = ("group", "facet_i", "facet_r", "count", "weight", "value", "value2", "variance")
-    return replace(table, **{k: getattr(table, k)[keep] for k in (*names, "incident", "exit", "place")})
+    return samples_table(read_samples(SHARED / "PTFE.data.csv", columns=COLUMNS, where=where))
 
 
 def relative_rms(brdf, cells):
@@ -124,13 +119,10 @@ def test_ptfe_is_fitted_as_well_as_its_makers_did(wavelength, goal):
 @pytest.mark.slow
 @pytest.mark.parametrize("wavelength", ["0.532", "1.064"])
 def test_any_order_predicts_rows_left_out(wavelength):
-    table = ptfe(wavelength)
-    shuffled = np.random.default_rng(1).permutation(len(table))
-    out, used = (np.sort(part) for part in np.split(shuffled, [len(table) // 3]))
-    left, train = cells_of(rows_of(table, out)), rows_of(table, used)
-    auto = relative_rms(fit_table(train).brdf, left)
+    split = split_of(ptfe(wavelength), seed=1)
+    _, auto = fitted_rms(split)
     for order in (8, 10, 12, 16):
-        assert relative_rms(fit_table(train, FitOptions(order=order)).brdf, left) <= 1.1 * auto
+        assert fitted_rms(split, order)[1] <= 1.1 * auto
 
 
 def test_a_high_order_does_not_swing_between_the_angles_that_were_measured():

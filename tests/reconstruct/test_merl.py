@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from reconstruct.angles import unit_vectors
-from reconstruct.merl import bin_centres, from_half_difference, half_difference, read_merl, write_merl
+from reconstruct.angles import from_half_difference, half_difference, unit_vectors
+from reconstruct.merl import bin_centres, read_merl, write_merl
 
 
 def merl_lookup(data: bytes, theta_in, phi_in, theta_out, phi_out) -> list[float]:
