@@ -57,14 +57,15 @@ def leave_each_out(
     """Relative errors of each left-out light: of pixels (the mean of their channels), and of single channels."""
     photoset = load_photoset(folder)
     whole, reader = process(folder, options=Options(level=level)), prepare(photoset)
-    setup, table = whole.setup, whole.table
+    setup, table, doubt = whole.setup, whole.table, whole.beside.unknown
     options = ReduceOptions(mirror_balls=photoset.mirror_balls, white_patches=photoset.white_patches)
     asked = FitOptions(absolute=setup.scale == "absolute")
     names = sorted({view.light.id for view in setup.views})[:lights]
     errors = {}
     for name in names:
         left = [view for view in setup.views if view.light.id == name]
-        brdf = fit_table(of_groups(table, {v.name for v in setup.views if v.light.id != name}), asked).brdf
+        others = of_groups(table, {v.name for v in setup.views if v.light.id != name})
+        brdf = fit_table(others, asked, doubt=doubt).brdf
         pairs = [predicted_and_seen(brdf, setup, view, reader, options) for view in left]
         errors[name] = (
             np.concatenate([np.abs(p.mean(1) / s.mean(1) - 1.0) for p, s in pairs]),

@@ -78,6 +78,12 @@ def radiance_around(
     return _read(points, size, setup.camera, view, read_at, bounds, balls)
 
 
+def near_shown(around: Sequence[np.ndarray | None]) -> float:
+    """Share of the cells near the sample that any of the views' ``radiance`` (m, c) shows."""
+    known = [np.isfinite(one).all(-1) for one in around if one is not None]
+    return float(np.any(known, axis=0)[: len(_lattice(NEAR, FINE))].mean()) if known else 0.0
+
+
 def completed(surrounds: Sequence[Surround | None]) -> tuple[Surround | None, ...]:
     """The surroundings of all views of one set, with what single views do not show filled in."""
     known = [one for one in surrounds if one is not None]

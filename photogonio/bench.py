@@ -14,14 +14,14 @@ from capture.radiance import RadianceImage
 from photogonio.evaluate import INNER, against
 from photogonio.pipeline import view_errors
 from photogonio.reflectances import Known, load_known
-from photogonio.surroundings import stray_light
+from photogonio.surroundings import LightAround, light_around
 from photogonio.truth import TRUTH
 from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.lens import lens_of
 from reconstruct.measured import UNBINNED
 from reconstruct.reduce import reduce_view, samples_of, unit_weight
-from reconstruct.stray import StrayLight
+from reconstruct.spoilt import without_spoilt
 from reconstruct.table import FacetTable, add_tables
 
 
@@ -32,22 +32,34 @@ class Bench:
     setup: Setup
     images: tuple[tuple[ViewSetup, RadianceImage], ...]
     around: ReduceOptions
-    stray: StrayLight | None
+    beside: LightAround
     truth: Known
 
     def table(self, level: int, stride: int = 1) -> FacetTable:
         """The facet table of every ``stride``-th pixel in x and in y."""
-        return add_tables(
-            [
-                reduce_view(self.setup, v, thinned(image, stride), level, self.around)
-                for v, image in self.images
-            ]
+        return self.usable(
+            add_tables(
+                [
+                    reduce_view(self.setup, v, thinned(image, stride), level, self.around)
+                    for v, image in self.images
+                ]
+            )
         )
+
+    def usable(self, table: FacetTable) -> FacetTable:
+        """Without what stray light may spoil that is not known."""
+        return table if self.beside.unknown is None else without_spoilt(table, self.beside.unknown)[0]
 
     def error(self, table: FacetTable, **asked: int | None) -> float:
         """Relative L2 below 70 degrees of the fit."""
         options = FitOptions(absolute=self.setup.scale == "absolute", **asked)
-        fit = fit_table(table, options, view_errors=view_errors(self.setup, table), stray=self.stray)
+        fit = fit_table(
+            table,
+            options,
+            view_errors=view_errors(self.setup, table),
+            stray=self.beside.known,
+            doubt=self.beside.unknown,
+        )
         return float(against(fit.brdf, self.truth, INNER).measures["relative_l2"].max())
 
 
@@ -60,8 +72,8 @@ def open_bench(folder: Path, setup: Setup, table: FacetTable) -> Bench:
         isotropic=True, mirror_balls=photoset.mirror_balls, white_patches=photoset.white_patches
     )
     images = tuple((view, reader.read(views[view.name])) for view in setup.views)
-    stray = stray_light(reader, setup, table)
-    return Bench(setup, images, around, stray, load_known(folder / TRUTH))
+    beside, _ = light_around(reader, setup, table)
+    return Bench(setup, images, around, beside, load_known(folder / TRUTH))
 
 
 def thinned(image: RadianceImage, stride: int) -> RadianceImage:
@@ -80,7 +92,7 @@ def direct_table(bench: Bench, count: int) -> FacetTable:
     group = np.repeat(np.arange(len(thin), dtype=np.int32), [len(part["weight"]) for part in thin])
     joined = {name: np.concatenate([part[name] for part in thin]) for name in thin[0]}
     rows = np.arange(len(group), dtype=np.int32)
-    return FacetTable(
+    table = FacetTable(
         level=UNBINNED,
         channels=bench.setup.channels,
         groups=tuple(view.name for view, _ in bench.images),
@@ -91,6 +103,7 @@ def direct_table(bench: Bench, count: int) -> FacetTable:
         count=np.ones(len(rows)),
         **joined,
     )
+    return bench.usable(table)
 
 
 def _samples(bench: Bench, view: ViewSetup, image: RadianceImage) -> dict[str, np.ndarray]:

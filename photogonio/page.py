@@ -38,6 +38,7 @@ from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result
+    from photogonio.surroundings import LightAround
     from reconstruct.fit import FitResult
 
 _LEADING = 12  # modes shown before the fold
@@ -53,10 +54,13 @@ class Drawn:
     png: bytes
 
 
-def _corrections(fit: FitResult) -> Section:
+def _corrections(fit: FitResult, beside: LightAround | None) -> Section:
     median, most = stray_share(fit)
     said = f"{100 * median:.2f} % of the value in the median, {100 * most:.1f} % in one cell of twenty"
-    rows = [("stray light of the surroundings", said if most > 0 else "not known, none removed")]
+    rows = [("stray light of the surroundings", said if most > 0 else "none")]
+    if beside is not None and beside.spoilt is not None:
+        lost = f"{beside.spoilt.pixels} pixels of {beside.spoilt.of} left out"
+        rows += [("pixels that unknown stray light may spoil", lost)]
     binned = listed(100 * np.array(fit.diagnostics["binning error"]), ".2f")
     rows += [("binning into facets", f"{binned} % of the values, rms")]
     rows += [(f"scale of {name}", f"{factor - 1:+.1%}") for name, factor in rescaled(fit)]
@@ -109,7 +113,10 @@ def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
             coefficients_text=_coefficients_text(result.brdf),
             leading_modes=_modes(result.brdf, _LEADING),
             all_modes=_modes(result.brdf, None),
-            calibration=(_corrections(result.fit), *calibration_sections(result.setup, result.table))
+            calibration=(
+                _corrections(result.fit, result.beside),
+                *calibration_sections(result.setup, result.table),
+            )
             if result.setup
             else (),
             warnings=_other_warnings(result),

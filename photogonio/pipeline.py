@@ -37,14 +37,16 @@ from photogonio.summary import (
     relit_warning,
     rescaled,
     said_warnings,
+    spoilt_warnings,
 )
-from photogonio.surroundings import is_stray_light_known, joined_stray_light
+from photogonio.surroundings import LightAround, around_of, told_around
 from photogonio.tables import read_table, refuse_empty, take_channels
 from reconstruct.brdf import Brdf
 from reconstruct.directions import ReduceOptions
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.kernel import compiled_before
 from reconstruct.relight import relit, turned_lights
+from reconstruct.spoilt import UnknownStray
 from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable, save_table
 
@@ -68,6 +70,9 @@ class Result:
     warnings: tuple[str, ...]
     provenance: Provenance
     seconds: Mapping[str, float] = field(default_factory=dict)  # by stage; not written anywhere
+    beside: LightAround | None = (
+        None  # what shines on the sample besides the lamp; None: tabulated measurements
+    )
     coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
 
     @property
@@ -107,7 +112,7 @@ def process(
             refuse_empty(reduced.table)
             table = take_channels(reduced.table, options)
             watch.lap("reduce")
-            stray = joined_stray_light(setup, table, reduced.around)
+            beside, table = told_around(photoset, setup, table, reduced.around)
             errors = view_errors(setup, table)
             fit = _fitted(
                 table,
@@ -118,7 +123,8 @@ def process(
                 view_errors=errors,
                 scale_error=SCALE_ERROR if setup.scale == "absolute" else 0.0,
                 lamps=lamp_variances(setup, table),
-                stray=stray,
+                stray=beside.known,
+                doubt=beside.unknown,
             )
             watch.lap("fit")
             turned = () if last else turned_lights(fit.cells, fit.model, setup)
@@ -129,6 +135,8 @@ def process(
     contradicted = contradicted_photos(fit)
     for photo in (*reduced.left_out, *contradicted):
         reporter.warn(f"{photo.name}: left out, {photo.reason}")
+    for warning in spoilt_warnings(beside):
+        reporter.warn(warning)
     _announce(fit, table, reporter)
     provenance = _provenance("process", photoset, options, reduced.hashes)
     result = Result(
@@ -141,6 +149,7 @@ def process(
         warnings=tuple(reporter.warnings),
         provenance=provenance,
         seconds=watch.seconds,
+        beside=beside,
         coloured=None if space == "camera" or correction is None else in_colours(fit.brdf, correction, space),
     )
     if out is not None:
@@ -305,7 +314,7 @@ def _reduced(
         workers=options.threads(),
         store=default_store(),
         hashes=hashes,
-        around=is_stray_light_known(radiance.photoset, setup),
+        around=around_of(radiance.photoset, setup),
         progress=lambda done, total: reporter.progress("reducing photos", done, total),
     )
     if reduced.at_hand:
@@ -341,6 +350,7 @@ def _fitted(
     scale_error: float = 0.0,
     lamps: np.ndarray | None = None,
     stray: StrayLight | None = None,
+    doubt: UnknownStray | None = None,
 ) -> FitResult:
     asked = FitOptions(
         order=options.order,
@@ -356,6 +366,7 @@ def _fitted(
         scale_error=scale_error,
         lamps=lamps,
         stray=stray,
+        doubt=doubt,
         progress=lambda stage: reporter.say(f"fitting: {stage}"),
     )
     if symmetry not in ("auto", found.brdf.symmetry):

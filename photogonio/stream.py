@@ -23,7 +23,7 @@ from capture.radiance import RadianceImage, exposure_fault
 from capture.reader import RadianceReader
 from photogonio.provenance import hash_file
 from photogonio.store import Store, code_key, key_of
-from photogonio.surroundings import photo_around
+from photogonio.surroundings import PhotoAround
 from reconstruct.directions import ReduceOptions, region_of
 from reconstruct.reduce import reduce_view
 from reconstruct.table import FacetTable, add_tables
@@ -52,12 +52,12 @@ def reduce_photos(
     workers: int = 1,
     store: Store | None = None,
     hashes: Mapping[str, str] | None = None,
-    around: bool = False,
+    around: PhotoAround | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Reduced:
     """Reduce every view of a setup. With ``store``, finished photos are kept there, and taken from there.
 
-    ``hashes`` are the files' that are known. With ``around``, what lies around the sample is read on the way.
+    ``hashes`` are the files' that are known. ``around`` reads on the way what a photo shows around the sample.
 
     Raises:
         InputError: no view can be used.
@@ -130,7 +130,7 @@ class _Job:
         threads: int,
         store: Store,
         hashes: dict[str, str],
-        around: bool,
+        around: PhotoAround | None,
         *,
         named: bool,
     ):
@@ -139,18 +139,18 @@ class _Job:
         self.views = {view.name: view for view in reader.photoset.views("sample")}
         self.hashes = hashes
         # without a store to keep them in, results need no more than a number
-        self.shared = _shared_key(reader, setup, level, options) if named else None
+        self.shared = _shared_key(reader, setup, level, options, around) if named else None
 
     def run(self, view: ViewSetup) -> _Done:
         """Sees to it that one view's table is in the store. Raises InputError if the view cannot be used."""
         key = key_of(view.name) if self.shared is None else key_of(self.shared, view, self._photo_key(view))
         if self.shared is not None:
             around = self.store.get_array(key)
-            if (around is not None or not self.around) and self.store.get(key) is not None:
-                return _Done(view, key, None, around if self.around else None, True)
+            if (around is not None or self.around is None) and self.store.get(key) is not None:
+                return _Done(view, key, None, None if self.around is None else around, True)
         reader = _remembering(self.reader)
         photo = self.views[view.name]
-        around = photo_around(reader, self.setup, view, photo) if self.around else None
+        around = None if self.around is None else self.around(reader, self.setup, view, photo)
         table = self._reduce(reader, view)
         if around is not None and self.shared is not None:
             self.store.put_array(key, around)
@@ -209,13 +209,15 @@ def _sparse(radiance: RadianceImage) -> RadianceImage:
     return RadianceImage(*(getattr(radiance, name)[::SPARSE, ::SPARSE] for name in names))
 
 
-def _shared_key(reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions) -> str:
+def _shared_key(
+    reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions, around: PhotoAround | None
+) -> str:
     """Of all that bears on any view's table."""
     # exposures bear on single views; folder, notes and warnings on none
     frames = (reader.dark, reader.gain, reader.ambient)
     sensor = (reader.channels, reader.size, reader.sensor, reader.fields, reader.photoset.radiometry)
     place = (setup.camera, setup.sample, setup.channels)
-    return key_of(code_key(), sensor, frames, place, level, options)
+    return key_of(code_key(), sensor, frames, place, level, options, getattr(around, "__name__", None))
 
 
 def _with_border(region: tuple[int, int, int, int], size: tuple[int, int]) -> tuple[int, int, int, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result
+    from photogonio.surroundings import LightAround
     from reconstruct.brdf import Brdf
     from reconstruct.fit import FitResult
     from reconstruct.relight import TurnedLight
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 CONTRADICTED = 0.05  # relative; geometry, texture and noise leave a few per cent
 UNSEEN = 10.0  # degrees
 CLIPPED = 0.02  # share of a photo's pixels of the sample
+TOLD_STRAY = 0.01  # of the value: less stray light that may be there is not worth a warning
 
 
 def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
@@ -132,6 +135,19 @@ def relit_warning(turned: Sequence[TurnedLight]) -> str:
     )
 
 
+def spoilt_warnings(beside: LightAround) -> list[str]:
+    """What was left out because nobody knows how much light the surroundings throw on the sample."""
+    spoilt = beside.spoilt
+    if spoilt is None or not (spoilt.pixels or spoilt.typical > TOLD_STRAY):
+        return []
+    share = spoilt.pixels / spoilt.of
+    return [
+        "the light that the surroundings throw on the sample cannot be known, since "
+        f"{beside.why}: {spoilt.pixels} pixels ({share:.1%}) where it may be more than {spoilt.beyond:.0%} of the "
+        f"value are left out; it may be {spoilt.typical:.1%} in the middle one"
+    ]
+
+
 def stray_share(fit: FitResult) -> tuple[float, float]:
     """Stray light that was removed, over the value: median and 95 % quantile of the cells."""
     share = np.abs(fit.stray).sum(1) / np.maximum(np.abs(fit.cells.value).sum(1), np.finfo(float).tiny)
@@ -168,6 +184,7 @@ def numbers(result: Result) -> dict[str, object]:
         "physics": result.fit.diagnostics["physics"],
         "binning_error": result.fit.diagnostics["binning error"],
         "stray_light": stray_share(result.fit) if result.setup else None,
+        "stray_light_unknown": _spoilt_numbers(result.beside),
         "rescaled": dict(rescaled(result.fit)),
         "level": result.table.level,
         "cells": len(observed),
@@ -180,6 +197,10 @@ def numbers(result: Result) -> dict[str, object]:
         "warnings": result.warnings,
         "source": result.provenance.to_dict(),
     }
+
+
+def _spoilt_numbers(beside: LightAround | None) -> dict[str, float] | None:
+    return None if beside is None or beside.spoilt is None else asdict(beside.spoilt)
 
 
 def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

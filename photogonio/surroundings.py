@@ -1,56 +1,129 @@
-"""The stray light of a photo set: what each photo shows around the sample, joined."""
+"""The stray light of a photo set: what each photo shows around the sample, joined; and what may be there unseen."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.backdrop import backdrop
 from calib.setup import Setup, ViewSetup
-from calib.surround import Surround, completed, radiance_around, surround_of
+from calib.surround import Surround, completed, near_shown, radiance_around, surround_of
 from capture.photoset import PhotoSet, Sphere, View
 from capture.reader import RadianceReader
 from capture.signal import MIDDLE
+from reconstruct.spoilt import Spoilt, UnknownStray, unknown_stray, without_spoilt
 from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable
 
+ON_GROUND = 0.1  # of a ball's radius: how far its foot may be from the frame's z = 0, and stand there
+LEAST_SHOWN = 0.5  # share of what lies near the sample that some photo must show
+
+PhotoAround = Callable[[RadianceReader, Setup, ViewSetup, View], np.ndarray]
+
+
+@dataclass(frozen=True, slots=True)
+class LightAround:
+    """What shines on the sample besides the lamp: as far as it is known, and where it is not."""
+
+    known: StrayLight | None
+    unknown: UnknownStray | None = None
+    spoilt: Spoilt | None = None  # pixels left out for it
+    why: str = ""  # it is not known
+
 
 def is_stray_light_known(photoset: PhotoSet, setup: Setup) -> bool:
-    """Whether a set tells what shines on the sample besides the lamp.
+    """Whether a set can tell what shines on the sample besides the lamp.
 
-    It does not for a flat sample, which lies in the plane of what surrounds it, nor without a board, whose frame has
-    such a plane. Nor where the lamps' strengths are no more than proportions: what shines beside them is measured as
-    radiance, and weighs against them.
+    It has no need to for a flat sample, which lies in the plane of what surrounds it. For a ball there must be such a
+    plane: the board's or, in a frame without a board, the one that the ball stands on. And where the lamps' strengths
+    are no more than proportions, what shines beside them, measured as radiance, cannot be weighed against them.
     """
-    measured = setup.scale == "absolute" or all(view.strength_source == "board" for view in setup.views)
-    return isinstance(setup.sample, Sphere) and photoset.board is not None and measured
+    return isinstance(setup.sample, Sphere) and is_grounded(photoset, setup.sample) and is_measured(setup)
 
 
-def stray_light(reader: RadianceReader, setup: Setup, table: FacetTable) -> StrayLight | None:
-    """What shines on the sample besides the lamp, for the groups and channels of ``table``; reads all its photos."""
+def is_measured(setup: Setup) -> bool:
+    """Whether the lamps' strengths are in units of radiance."""
+    return setup.scale == "absolute" or any(view.strength_source == "board" for view in setup.views)
+
+
+def is_grounded(photoset: PhotoSet, sample: Sphere) -> bool:
+    """Whether the frame's z = 0 is what lies around the ball."""
+    return photoset.board is not None or abs(sample.center[2] - sample.radius) <= ON_GROUND * sample.radius
+
+
+def around_of(photoset: PhotoSet, setup: Setup) -> PhotoAround | None:
+    """What is to be read of each photo beside the sample; None for a flat one."""
+    if not isinstance(setup.sample, Sphere):
+        return None
+    return photo_around if is_stray_light_known(photoset, setup) else photo_backdrop
+
+
+def light_around(reader: RadianceReader, setup: Setup, table: FacetTable) -> tuple[LightAround, FacetTable]:
+    """What :func:`told_around` finds, from the set's photos, which it reads."""
     photos = {view.name: view for view in reader.photoset.views("sample")}
     views = {view.name: view for view in setup.views}
-    known = is_stray_light_known(reader.photoset, setup)
+    read = around_of(reader.photoset, setup)
     around = [
-        photo_around(reader, setup, views[name], photos[name]) if known else None for name in table.groups
+        None if read is None else read(reader, setup, views[name], photos[name]) for name in table.groups
     ]
-    return joined_stray_light(setup, table, around)
+    return told_around(reader.photoset, setup, table, around)
+
+
+def told_around(
+    photoset: PhotoSet, setup: Setup, table: FacetTable, around: Sequence[np.ndarray | None]
+) -> tuple[LightAround, FacetTable]:
+    """What shines on the sample besides the lamp, for the groups and channels of ``table``; and the table, where that
+    cannot be known without the pixels that it may spoil.
+
+    ``around`` is what :func:`around_of`'s reader read for each group of the table.
+    """
+    if not isinstance(setup.sample, Sphere):
+        return LightAround(joined_stray_light(setup, table, around)), table
+    if is_stray_light_known(photoset, setup) and near_shown(around) >= LEAST_SHOWN:
+        return LightAround(joined_stray_light(setup, table, around)), table
+    nobody = np.full(len(setup.channels), np.nan)
+    seen = np.stack([nobody if one is None or one.ndim > 1 else one for one in around])
+    grounded, measured = is_grounded(photoset, setup.sample), is_measured(setup)
+    unknown = unknown_stray(table, setup, seen, grounded=grounded, measured=measured)
+    kept, spoilt = without_spoilt(table, unknown)
+    room = joined_stray_light(setup, kept, [None] * len(around))
+    return LightAround(room, unknown, spoilt, _why_unknown(photoset, setup)), kept
+
+
+def _why_unknown(photoset: PhotoSet, setup: Setup) -> str:
+    if not is_grounded(photoset, setup.sample):
+        return "there is no board, nor does the ball stand on z = 0"
+    return (
+        "no photo shows what lies around it"
+        if is_measured(setup)
+        else "the lamps' strengths are mere proportions"
+    )
 
 
 def photo_around(reader: RadianceReader, setup: Setup, view: ViewSetup, photo: View) -> np.ndarray:
     """Radiance (m, c) of the cells around the sample in one photo, NaN where it does not show them."""
-    width, height = setup.camera.size
-    bounds = (MIDDLE, MIDDLE, width - MIDDLE, height - MIDDLE)
     balls = reader.photoset.mirror_balls
-    return radiance_around(setup, view, lambda pixels: reader.read_at(photo, pixels), bounds, balls)
+    return radiance_around(setup, view, lambda pixels: reader.read_at(photo, pixels), _bounds(setup), balls)
+
+
+def photo_backdrop(reader: RadianceReader, setup: Setup, view: ViewSetup, photo: View) -> np.ndarray:
+    """Mean radiance (c,) beside the sample in one photo, wherever that is; NaN where it does not show it."""
+    balls = reader.photoset.mirror_balls
+    return backdrop(setup, view, lambda pixels: reader.read_at(photo, pixels), _bounds(setup), balls)
+
+
+def _bounds(setup: Setup) -> tuple[int, int, int, int]:
+    width, height = setup.camera.size
+    return MIDDLE, MIDDLE, width - MIDDLE, height - MIDDLE
 
 
 def joined_stray_light(
     setup: Setup, table: FacetTable, around: Sequence[np.ndarray | None]
 ) -> StrayLight | None:
-    """The same from ``around``, what :func:`photo_around` read for each group of the table, None where it did not; and
-    from the room, if it was not dark."""
+    """What shines on the sample besides the lamp, from ``around``, what :func:`photo_around` read for each group of
+    the table, None where it did not; and from the room, if it was not dark."""
     if setup.ambient is None and not any(one is not None for one in around):
         return None
     views = {view.name: view for view in setup.views}

@@ -58,6 +58,7 @@ WHY_UNUSED = {  # reasons of reconstruct.table, to somebody who took the photos
     "shadowed": "in the shadow of a mirror ball",
     "saturated": "saturated",
     "invalid": "damaged or beside saturated ones",
+    "stray": "spoilt by light of the surroundings",
 }
 
 

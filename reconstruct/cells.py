@@ -35,6 +35,9 @@ class Cells:
     )
     # samples, about the tangent axes along and across the plane of incidence
     lamp: np.ndarray | None = None  # (n,) variance, radians^2, of a lamp's directions about each tangent axis
+    doubt: np.ndarray | None = (
+        None  # (n, c) standard error, 1/sr, of the value by stray light that is not known
+    )
     canonical: bool = (
         False  # directions were turned to one incident azimuth, and folded, before they were averaged
     )
@@ -45,7 +48,8 @@ class Cells:
     def take(self, keep: np.ndarray) -> Cells:
         """The cells that a mask or an index array (any, of n) names."""
         given = {
-            name: None if (row := getattr(self, name)) is None else row[keep] for name in ("turn", "lamp")
+            name: None if (row := getattr(self, name)) is None else row[keep]
+            for name in ("turn", "lamp", "doubt")
         }
         return replace(self, **given, **{name: getattr(self, name)[keep] for name in _ROWS})
 

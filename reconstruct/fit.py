@@ -93,18 +93,22 @@ def fit_table(
     scale_error: float = 0.0,
     lamps: np.ndarray | None = None,
     stray: StrayLightOn | None = None,
+    doubt: Callable[[Cells], np.ndarray] | None = None,
     progress: Progress = lambda stage: None,
 ) -> FitResult:
     """Fit modes and lobes to a table.
 
     ``view_errors`` (g,) are relative standard errors of the views' scales, ``scale_error`` that of the scale which
     all share, ``lamps`` (g,) variances, radians^2, of the lamps' directions; ``stray`` computes what stray light adds
-    to cells, given a model of the surface.
+    to cells, given a model of the surface, and ``doubt`` the standard error (n, c), 1/sr, of their values by what of
+    it is not known.
 
     Raises:
         InputError: no cell is left, or what was asked for does not go together.
     """
     seen = _usable(cells_of(table).under(lamps), options)
+    if doubt is not None:
+        seen = replace(seen, doubt=doubt(seen))
     views = (
         np.full(len(seen.groups), VIEW_ERROR) if view_errors is None else np.maximum(view_errors, VIEW_ERROR)
     )

@@ -222,12 +222,13 @@ def _turned(light: Light, start: np.ndarray, seen: _Seen, cells: Cells, model: M
         return model.evaluate(pairs).mean(1) * irradiance
 
     direction, covariance = start, np.zeros((2, 2))
+    doubt = np.zeros(len(cells)) if cells.doubt is None else cells.doubt.mean(1) * seen.under(start)[1]
     for _ in range(ITERATIONS):
         frame = _across(direction)
         slopes, expected = _slopes(shading, direction, frame)
         use = (seen.under(direction)[0] > LIMIT) & (expected > 0.0)
         matrix = np.column_stack([slopes, expected])[use] / expected[use, None]
-        moved, covariance = _solved(matrix, radiance[use] / expected[use])
+        moved, covariance = _solved(matrix, radiance[use] / expected[use], doubt[use] / expected[use])
         direction = _unit(direction + frame.T @ moved)
     angle = float(np.arccos(np.clip(direction @ start, -1.0, 1.0)))
     return TurnedLight(light.id, direction, angle, float(np.sqrt(np.trace(covariance) / 2.0)))
@@ -241,8 +242,9 @@ def _slopes(
     return np.column_stack([(up - down) / (2.0 * STEP) for up, down in ends]), shading(direction)
 
 
-def _solved(matrix: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The two turns and their covariance; the third column of ``matrix`` is the scale."""
+def _solved(matrix: np.ndarray, target: np.ndarray, doubt: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The two turns and their covariance; the third column of ``matrix`` is the scale. ``doubt`` (n,) is the standard
+    error that all of ``target`` share, by stray light that nobody knows."""
     weight = np.ones(len(target))
     solution = np.zeros(matrix.shape[1])
     for _ in range(ITERATIONS):
@@ -252,7 +254,9 @@ def _solved(matrix: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndar
         scale = residual_scale(residual)
         weight = student_weights(residual / scale, PHOTO_FREEDOM)
     together = max(len(target) / INDEPENDENT, 1.0)  # residuals of a photo hang together
-    covariance = together * scale**2 * np.linalg.pinv((matrix * weight[:, None]).T @ matrix)
+    inverse = np.linalg.pinv((matrix * weight[:, None]).T @ matrix)
+    shared = inverse @ matrix.T @ (weight * doubt)
+    covariance = together * scale**2 * inverse + np.outer(shared, shared)
     return solution[:2] / solution[2], covariance[:2, :2]
 
 

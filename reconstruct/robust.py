@@ -33,6 +33,8 @@ def error_model(cells: Cells, stray: np.ndarray | None = None) -> np.ndarray:
         variance += (SYSTEMATIC * cells.value) ** 2 + (FLOOR * level(cells)) ** 2
     if stray is not None:
         variance += (STRAY_DOUBT * stray) ** 2
+    if cells.doubt is not None:
+        variance += cells.doubt**2
     return np.sqrt(variance)
 
 

@@ -20,7 +20,7 @@ from reconstruct.table import LEFT_OUT
 
 INSIDE = 1e-12  # sine of the distance from a facet's edges at which a direction is surely inside
 SCATTER = 0x2545F4914F6CDD1D  # odd, of well mixed bits: Vigna's
-_OUTLINE, _COVERED, _UNLIT, _GRAZING, _SHADOWED, _SATURATED, _INVALID = range(len(LEFT_OUT))
+_OUTLINE, _COVERED, _UNLIT, _GRAZING, _SHADOWED, _SATURATED, _INVALID, _ = range(len(LEFT_OUT))
 _COS, _SIN = float(np.cos(CANONICAL_AZIMUTH)), float(np.sin(CANONICAL_AZIMUTH))
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")

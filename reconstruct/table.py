@@ -38,9 +38,10 @@ LEFT_OUT = (
     "shadowed",  # by a mirror ball
     "saturated",
     "invalid",  # dust, a hot pixel, a renderer's firefly, beside a saturated one, below black
+    "stray",  # light of the surroundings, which nothing tells of, may spoil it (reconstruct.spoilt)
 )
 FORMAT = 1
-_SUMS = ("count", "weight", "value", "value2", "variance", "incident", "exit", "place")
+SUMS = ("count", "weight", "value", "value2", "variance", "incident", "exit", "place")
 
 
 def _no_pixels() -> np.ndarray:
@@ -157,7 +158,7 @@ def table_of_sums(
     group, facet_i, facet_r = split_keys(keys[starts], level)
     c = len(channels)
     parts = np.split(sums, np.cumsum([1, 1, c, c, c, 3, 3]), axis=1)
-    columns = {n: np.ascontiguousarray(p) for n, p in zip(_SUMS, parts, strict=True)}
+    columns = {n: np.ascontiguousarray(p) for n, p in zip(SUMS, parts, strict=True)}
     columns["count"], columns["weight"] = columns["count"][:, 0], columns["weight"][:, 0]
     return FacetTable(
         level, channels, groups, isotropic, group, facet_i, facet_r, **columns, left_out=left_out
@@ -204,7 +205,7 @@ def _one_after_another(
     """The sum of tables that share no group: nothing is added, and memory holds everything but twice."""
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(table, name) for table in tables])
-        for name in ("facet_i", "facet_r", *_SUMS)
+        for name in ("facet_i", "facet_r", *SUMS)
     }
     group = np.concatenate([place[table.group] for table, place in zip(tables, places, strict=True)])
     return replace(tables[0], groups=groups, group=group, left_out=left_out, **columns)
@@ -216,7 +217,7 @@ def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:
     place = np.full(len(table.groups), -1, np.int32)
     place[kept] = np.arange(len(kept), dtype=np.int32)
     rows = place[table.group] >= 0
-    arrays = {name: getattr(table, name)[rows] for name in ("facet_i", "facet_r", *_SUMS)}
+    arrays = {name: getattr(table, name)[rows] for name in ("facet_i", "facet_r", *SUMS)}
     left_out = table.left_out[kept] if len(table.left_out) == len(table.groups) else table.left_out
     return replace(
         table,
@@ -229,7 +230,7 @@ def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:
 
 def _stacked(table: FacetTable) -> np.ndarray:
     """The table's sums as rows (n, 11 + 3 c). Inverse of the split in :func:`table_of_sums`."""
-    columns = [getattr(table, name) for name in _SUMS]
+    columns = [getattr(table, name) for name in SUMS]
     return np.hstack([c[:, None] if c.ndim == 1 else c for c in columns])
 
 
@@ -275,6 +276,8 @@ def load_table(path: Path) -> FacetTable:
             path, f"is not a facet table of format {FORMAT}: lacks {missing or 'the format number'}"
         )
     arrays.pop("format")
+    lacking = len(LEFT_OUT) - arrays["left_out"].shape[1]  # reasons that later versions count
+    arrays["left_out"] = np.pad(arrays["left_out"], ((0, 0), (0, lacking)))
     scalars: dict[str, Any] = {
         "level": int(arrays.pop("level")),
         "isotropic": bool(arrays.pop("isotropic")),

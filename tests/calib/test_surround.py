@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.backdrop import backdrop
 from calib.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
-from calib.surround import FAR, NEAR, completed, measure_surround
+from calib.surround import FAR, NEAR, completed, measure_surround, near_shown
 from capture.photoset import MirrorBall, Plane, Sphere
 from capture.radiance import RadianceImage
 from tests.calib.drawn import looking_at, plane_points, radiance
@@ -165,3 +166,50 @@ def test_a_flat_sample_has_no_surround():
     whole = replace(setup(SIDES[:1]), sample=Plane(np.array([[0.0, 0], [9, 0], [9, 9]])))
     assert measure_surround(whole, whole.views[0], photo(SIDES[0])) is None
     assert completed([None, None]) == (None, None)
+
+
+def test_what_any_photo_shows_near_the_sample_is_shown(measured):
+    """A camera above one side sees all but what the ball hides of cells near it; three sides leave the foot."""
+    single = [near_shown([one.radiance]) for one in measured]
+    together = near_shown([one.radiance for one in measured])
+    foot = np.pi / (2 * NEAR) ** 2  # the ball's own disc among the near cells
+    assert max(single) < together
+    assert 1.0 - 2.0 * foot < together < 1.0
+    assert near_shown([np.full_like(measured[0].radiance, np.nan), None]) == 0.0
+    assert near_shown([None]) == 0.0
+
+
+def backdrop_of(image: RadianceImage, *balls: MirrorBall) -> np.ndarray:
+    whole = setup(SIDES[:1])
+    bounds = (1, 1, SIZE[0] - 1, SIZE[1] - 1)
+
+    def read_at(pixels):
+        x, y = pixels.T
+        return image.value[y, x], image.valid[y, x]
+
+    return backdrop(whole, whole.views[0], read_at, bounds, balls)
+
+
+def test_a_backdrop_is_the_mean_of_what_is_seen_beside_the_balls():
+    ball = MirrorBall(np.array([-25.0, -5, 9]), 9.0)
+    image = photo(SIDES[0])
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    rays = CAMERA.world_rays(SIDES[0], np.column_stack([x.ravel(), y.ravel()]).astype(float))
+    even = np.full_like(image.value, 0.25)
+    for one in (SAMPLE, ball):
+        offset = one.center - SIDES[0].center
+        covered = np.linalg.norm(np.cross(rays, offset), axis=1).reshape(SIZE[::-1]) < one.radius
+        assert covered.sum() > 300
+        even[covered] = 7.0
+    np.testing.assert_allclose(backdrop_of(replace(image, value=even), ball), 0.25, rtol=1e-6)
+    assert (backdrop_of(replace(image, value=even)) > 0.25).all()  # the mirror ball, if nobody names it
+
+
+def test_a_clipped_backdrop_or_one_that_the_ball_fills_tells_nothing():
+    image = photo(SIDES[0])
+    blind = replace(image, valid=np.zeros_like(image.valid))
+    assert np.isnan(backdrop_of(blind)).all()
+    whole = setup(SIDES[:1])
+    whole = replace(whole, sample=Sphere(SAMPLE.center, 250.0))
+    found = backdrop(whole, whole.views[0], lambda pixels: pytest.fail("nothing to read"), (1, 1, 399, 299))
+    assert np.isnan(found).all()

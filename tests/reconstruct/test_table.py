@@ -152,6 +152,12 @@ def test_the_file_gives_the_table_back_in_the_same_bytes(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "b.npz"]
 
 
+def test_a_file_of_before_a_reason_was_counted_has_none_of_it(tmp_path):
+    table = table_of(samples(1), left_out=np.arange(1, len(LEFT_OUT) + 1))
+    save_table(replace(table, left_out=table.left_out[:, :-1]), tmp_path / "old.npz")
+    np.testing.assert_array_equal(load_table(tmp_path / "old.npz").left_out[0], [*range(1, len(LEFT_OUT)), 0])
+
+
 @pytest.mark.parametrize("damage", ["text", "cut", "other arrays", "absent"])
 def test_a_file_that_is_no_table_is_named(tmp_path, damage):
     path = tmp_path / "t.npz"

@@ -1,0 +1,77 @@
+"""A ball on a white table, photographed without a board: what the table throws on it is removed where lamps are
+measured, and where they are not the pixels that it may spoil are left out."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+import tomli_w
+
+from photogonio import pipeline
+from photogonio.evaluate import INNER, against
+from photogonio.pipeline import Result, process
+from photogonio.reflectances import load_known
+from photogonio.surroundings import LightAround
+from photogonio.truth import TRUTH
+from synthetic.hard import changed
+from synthetic.photoset import synthesize
+from synthetic.scene import load_scene
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def on_white(tmp_path_factory) -> Path:
+    """A plastic ball whose board is nearly as white as the table: 14 lamps in given places."""
+    scene = changed(
+        load_scene("example"),
+        brdf={"model": "plastic", "albedo": [0.55, 0.3, 0.12], "roughness": 0.25},
+        camera={"size": (420, 280), "focal": 945.0, "calibration": 0, "given": True},
+        board={"table": 0.8, "ink": 0.5},
+        lamp={"count": 14, "given": True},
+        render={"near": 2, "edge": 4},
+    )
+    return synthesize(scene, tmp_path_factory.mktemp("sets") / "white", 2)
+
+
+def without(rendered: Path, folder: Path, *keys: str) -> Path:
+    """The set with the camera's place in the manifest, and without tables of it."""
+    shutil.copytree(rendered, folder)
+    manifest = tomllib.loads((folder / "photoset.toml").read_text(encoding="utf-8"))
+    photos = json.loads((folder / TRUTH).read_text(encoding="utf-8"))["photos"]
+    place = next(photo for photo in photos if photo["role"] == "sample")
+    manifest["camera"] |= {"rotation": place["rotation"], "translation": place["translation"]}
+    for key in keys:
+        del manifest[key]
+    (folder / "photoset.toml").write_text(tomli_w.dumps(manifest), encoding="utf-8")
+    return folder
+
+
+def error(found: Result, folder: Path) -> float:
+    """Relative L2 below 70 degrees, worst channel."""
+    return float(against(found.brdf, load_known(folder / TRUTH), INNER).measures["relative_l2"].max())
+
+
+def test_the_table_under_the_ball_is_seen_without_a_board(on_white: Path, tmp_path: Path):
+    folder = without(on_white, tmp_path / "set", "board")
+    found = process(folder)
+    assert found.setup.scale == "absolute"
+    assert found.beside.known is not None and found.beside.unknown is None
+    assert error(found, folder) <= 0.03
+
+
+def test_where_lamps_are_proportions_spoilt_pixels_are_left_out(on_white: Path, tmp_path: Path, monkeypatch):
+    folder = without(on_white, tmp_path / "set", "board", "white_patch")
+    found = process(folder)
+    assert found.setup.scale == "relative"
+    assert found.beside.known is None and found.beside.spoilt.pixels > 0
+    monkeypatch.setattr(
+        pipeline, "told_around", lambda photoset, setup, table, around: (LightAround(None), table)
+    )
+    believed = process(folder)
+    assert error(found, folder) <= 0.03
+    assert error(believed, folder) >= 2.0 * error(found, folder)
