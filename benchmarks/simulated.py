@@ -12,6 +12,7 @@ import numpy as np
 
 from reconstruct.directions import canonical
 from reconstruct.facets import facet_index
+from reconstruct.measured import UNBINNED
 from reconstruct.table import FacetTable, accumulate, add_tables
 from synthetic.plan import spiral
 from synthetic.reflectance import Reflectance
@@ -27,7 +28,7 @@ class Plan:
     shape: str = "ball"  # "ball" | "plane"
     views: int = 18
     pixels: int = 6000  # of the sample, in each view
-    level: int = 3
+    level: int = 3  # of the facets; UNBINNED: every pixel by itself
     camera: str = "fixed"  # "fixed" | "moving"
     camera_distance: float = 20.0
     lamp_distance: float = 16.0
@@ -109,19 +110,42 @@ def _view(brdf, plan, name, camera, lamp, thought, scale, rng) -> FacetTable:
     value, variance = _measured(true, irradiance, scale, plan, rng)
     incident, exit = turned if plan.isotropic or plan.shape == "ball" else (toward, back)
     typical = np.median(irradiance * variance.mean(1))
-    return accumulate(
-        level=plan.level,
-        channels=CHANNELS[: value.shape[1]],
-        name=name,
-        isotropic=plan.isotropic or plan.shape == "ball",
-        facet_i=facet_index(incident, plan.level),
-        facet_r=facet_index(exit, plan.level),
-        incident=incident,
-        exit=exit,
-        place=point,
-        omega=irradiance / typical,
-        value=value,
-        variance=variance,
+    samples = {
+        "channels": CHANNELS[: value.shape[1]],
+        "name": name,
+        "isotropic": plan.isotropic or plan.shape == "ball",
+        "incident": incident,
+        "exit": exit,
+        "place": point,
+        "omega": irradiance / typical,
+        "value": value,
+        "variance": variance,
+    }
+    if plan.level == UNBINNED:
+        return _singly(**samples)
+    facet_i, facet_r = facet_index(incident, plan.level), facet_index(exit, plan.level)
+    return accumulate(level=plan.level, facet_i=facet_i, facet_r=facet_r, **samples)
+
+
+def _singly(*, channels, name, isotropic, incident, exit, place, omega, value, variance) -> FacetTable:
+    """What :func:`reconstruct.table.accumulate` makes of the same samples, none of them joined."""
+    rows, w = np.arange(len(omega), dtype=np.int32), omega[:, None]
+    return FacetTable(
+        level=UNBINNED,
+        channels=channels,
+        groups=(name,),
+        isotropic=isotropic,
+        group=np.zeros(len(omega), np.int32),
+        facet_i=rows,
+        facet_r=rows.copy(),
+        count=np.ones(len(omega)),
+        weight=omega,
+        value=w * value,
+        value2=w * value**2,
+        variance=w**2 * variance,
+        incident=w * incident,
+        exit=w * exit,
+        place=w * place,
     )
 
 

@@ -17,25 +17,8 @@ from photogonio.pipeline import Result, process
 from photogonio.reflectances import load_known
 from photogonio.surroundings import LightAround
 from photogonio.truth import TRUTH
-from synthetic.hard import changed
-from synthetic.photoset import synthesize
-from synthetic.scene import load_scene
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def on_white(tmp_path_factory) -> Path:
-    """A plastic ball whose board is nearly as white as the table: 14 lamps in given places."""
-    scene = changed(
-        load_scene("example"),
-        brdf={"model": "plastic", "albedo": [0.55, 0.3, 0.12], "roughness": 0.25},
-        camera={"size": (420, 280), "focal": 945.0, "calibration": 0, "given": True},
-        board={"table": 0.8, "ink": 0.5},
-        lamp={"count": 14, "given": True},
-        render={"near": 2, "edge": 4},
-    )
-    return synthesize(scene, tmp_path_factory.mktemp("sets") / "white", 2)
 
 
 def without(rendered: Path, folder: Path, *keys: str) -> Path:

@@ -1,0 +1,40 @@
+"""Photos reduced to a facet table, and a direct fit on single pixels of the same photos: the same answer."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from photogonio.bench import direct_table, open_bench
+from photogonio.pipeline import process, view_errors
+from reconstruct.cells import Cells
+from reconstruct.fit import fit_table
+
+pytestmark = pytest.mark.slow
+
+
+def test_table_and_single_pixels_agree_within_the_binning_error_and_their_own(on_white: Path):
+    found = process(on_white)
+    bench = open_bench(on_white, found.setup, found.table)
+    pixels = direct_table(bench, 8000)
+    assert pixels.count.max() == 1.0
+    direct = fit_table(pixels, view_errors=view_errors(found.setup, pixels), stray=bench.beside.known)
+    theta = np.radians(np.arange(2.5, 70.0, 5.0))
+    where = Cells.of_angles(
+        *(a.ravel() for a in np.meshgrid(theta, theta, np.radians(np.arange(0.0, 181.0, 10.0))))
+    )
+    weight = (np.sin(2.0 * where.theta_i) * np.sin(2.0 * where.theta_r))[:, None]
+
+    def size(values: np.ndarray) -> np.ndarray:
+        return np.sqrt((weight * values**2).sum(0))
+
+    binned, single = (
+        fit.brdf.evaluate(where.theta_i, where.phi_i, where.theta_r, where.phi_r)
+        for fit in (found.fit, direct)
+    )
+    reported = np.array(found.fit.diagnostics["binning error"])
+    own = [size(fit.standard_error(where)) / size(single) for fit in (found.fit, direct)]
+    assert (reported > 0.0).all()
+    assert (
+        size(binned - single) / size(single) < np.sqrt(reported**2 + 4.0 * (own[0] ** 2 + own[1] ** 2))
+    ).all()
