@@ -7,6 +7,7 @@ import pytest
 
 from capture.errors import InputError
 from synthetic.hard import changed, hard_case, hard_names
+from synthetic.manifest import manifest_of
 from synthetic.plan import camera_of, lamp_intensity, look_at, plan, sample_center
 from synthetic.scene import built_in, load_scene
 from synthetic.world import brdf_of, world_of
@@ -157,3 +158,16 @@ def test_lamp_on_the_camera_stays_there():
     scene = load_scene("flash-ball")
     for shot in sample_shots(scene):
         assert shot.pose.apply(shot.lamps[0].place) == pytest.approx(scene.lamp.attached_at, abs=1e-9)
+
+
+def test_a_flat_sample_lies_where_its_offset_puts_it_and_the_manifest_knows_nothing():
+    scene = changed(load_scene("brushed-plane"), sample={"offset": (0.4, -0.3, 0.5)})
+    shots = plan(scene)
+    for shot in sample_shots(scene):
+        world = world_of(scene, shot)
+        assert world.heights[world.sample_sheet] == pytest.approx(scene.sample.height + 0.5)
+        outline = np.array(scene.sample.outline) + [0.4, -0.3]
+        np.testing.assert_allclose(world.outlines[world.sample_sheet], outline)
+    written = manifest_of(scene, camera_of(scene), shots)["sample"]
+    assert written["outline"] == [list(p) for p in scene.sample.outline]
+    assert written["height"] == scene.sample.height
