@@ -12,6 +12,8 @@ _FACETS = 160
 _GRID = 22  # nodes along the board's longer side
 _SMOOTH = 0.05  # of the distance from the ball: what changes little
 _F0 = 0.04  # of the glossy part
+_RINGS, _SPOKES = 16, 32  # nodes about a polished ball
+_FOOT, _OUT = 1.05, 30.0  # radii from its foot where they begin and end
 _BOARD = 0.35  # reflectance of a print, white and black together
 
 
@@ -34,12 +36,12 @@ def bounce_columns(points: np.ndarray, light: np.ndarray, center: np.ndarray, ra
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _between(planes, place, result):
-    """``planes`` (a, b, 2) on whole numbers, linearly interpolated at ``place`` (n, 2) within them."""
+    """``planes`` (a, b, p) on whole numbers, linearly interpolated at ``place`` (n, 2) within them."""
     across, along = planes.shape[0] - 2, planes.shape[1] - 2
     for k in range(len(place)):
         i, j = min(int(place[k, 0]), across), min(int(place[k, 1]), along)
         u, v = place[k, 0] - i, place[k, 1] - j
-        for p in range(2):
+        for p in range(planes.shape[2]):
             near = planes[i, j, p] + v * (planes[i, j + 1, p] - planes[i, j, p])
             far = planes[i + 1, j, p] + v * (planes[i + 1, j + 1, p] - planes[i + 1, j, p])
             result[k, p] = near + u * (far - near)
@@ -99,8 +101,36 @@ def _from_board(
     return _BOARD * (1 - normal[:, 2]) / 2 * direct(points, np.asarray(light, float)) * share
 
 
-def glossy_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
-    """From a mirror ball, (n,): the lamp's virtual images in the two principal sections (Coddington's equations)."""
+def polished_bounce(points: np.ndarray, light: np.ndarray, balls: np.ndarray) -> np.ndarray:
+    """From perfect mirror balls (k, 4: centre, radius) that stand on the board, (n,), nothing beyond 30 radii.
+
+    Times the cube of the distance it is smooth, and is interpolated between nodes in rings about each ball.
+    """
+    total = np.zeros(len(points))
+    rings = np.log(np.geomspace(_FOOT, _OUT, _RINGS))
+    spokes = 2 * np.pi * np.arange(_SPOKES + 1) / _SPOKES
+    ring, spoke = np.meshgrid(rings, spokes, indexing="ij")
+    flat = (np.exp(ring) * np.array([np.cos(spoke), np.sin(spoke)])).reshape(2, -1).T
+    for ball in balls:
+        center, radius = ball[:3], float(ball[3])
+        nodes = np.column_stack([center[:2] + radius * flat, np.full(len(flat), points[0, 2])])
+        cube = np.linalg.norm(nodes - center, axis=1) ** 3
+        plane = (cube * glossy_bounce(nodes, light, center, radius, f0=1.0)).reshape(*ring.shape, 1)
+        offset = points - center
+        away, turn = np.hypot(offset[:, 0], offset[:, 1]) / radius, np.arctan2(offset[:, 1], offset[:, 0])
+        outward = (np.log(np.clip(away, _FOOT, _OUT)) - rings[0]) / (rings[1] - rings[0])
+        place = np.column_stack([outward, np.mod(turn, 2 * np.pi) * _SPOKES / (2 * np.pi)])
+        found = np.empty((len(points), 1))
+        _between(plane, place, found)
+        total += np.where(away < _OUT, found[:, 0] / (offset**2).sum(1) ** 1.5, 0.0)
+    return total
+
+
+def glossy_bounce(
+    points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float, f0: float = _F0
+) -> np.ndarray:
+    """From a mirror ball of reflectance ``f0`` at normal incidence, (n,): the lamp's virtual images in the two
+    principal sections (Coddington's equations)."""
     place = mirrored_point(center, radius, points, light)
     normal = (place - center) / radius
     path = points - place
@@ -112,7 +142,7 @@ def glossy_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, rad
     tangential = 1 / (1 / reach + 2 / (radius * cosine))
     sagittal = 1 / (1 / reach + 2 * cosine / radius)
     spread = tangential * sagittal / ((tangential + far) * (sagittal + far) * reach**2)
-    mirror = _F0 + (1 - _F0) * (1 - cosine) ** 5
+    mirror = f0 + (1 - f0) * (1 - cosine) ** 5
     return np.where(seen, mirror * spread * -path[:, 2] / far, 0.0)
 
 

@@ -25,7 +25,7 @@ from calib.bundle import (
 )
 from calib.camera import Camera, Pose
 from calib.lamps import Lamp, block_name
-from calib.shading import LOCAL, SHARED, Scene, ShadingFit
+from calib.shading import BALL, LOCAL, SHARED, Scene, ShadingFit
 from calib.sight import FIXED_POSE, Sight
 from capture.photoset import PhotoSet, Sphere
 
@@ -129,10 +129,11 @@ def all_terms(
 
 
 def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> Term:
-    """What one view's shading says of lamp, sample and print, its own values eliminated."""
+    """What one view's shading says of lamp, sample, print and polished balls, its own values eliminated."""
     has_sample = "sample" in values
     own = slice(3, LOCAL)
-    kept = np.r_[0:3, (LOCAL if has_sample else LOCAL + 4) : LOCAL + SHARED]
+    kept = np.r_[0:3, (LOCAL if has_sample else LOCAL + BALL) : len(fit.normal)]
+    balls = [f"ball {k}" for k in range((len(fit.normal) - LOCAL - SHARED) // BALL)]
     cross = np.linalg.solve(fit.normal[own, own], fit.normal[own][:, kept])
     normal = fit.normal[np.ix_(kept, kept)] - fit.normal[kept][:, own] @ cross
     slope = fit.gradient[kept] - cross.T @ fit.gradient[own]
@@ -141,6 +142,7 @@ def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> T
         pose = block_pose(values[sight.pose_block]).inverse()
         light = replace(light, turn=pose.rotation, shift=pose.translation)
     parts = [light] + ([Part("sample", slice(0, 4))] if has_sample else []) + [Part("lamp", slice(0, 2))]
+    parts += [Part(ball, slice(0, BALL)) for ball in balls]
     at = np.concatenate([fit.place] + [values[p.block][p.where] for p in parts[1:]])
     return quadratic_term(parts, at, normal, slope)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from calib.board import board_size
 from calib.camera import Camera
+from calib.closeup import close_paper
 from calib.highlights import Highlight, ball_box, find_highlight
 from calib.looking import Progress, Reader
 from calib.paper import sample_paper
@@ -137,7 +138,17 @@ def _paper(photoset: PhotoSet, reader: Reader, camera: Camera, sight: Sight) -> 
         return None
     level = samples.value.mean(axis=1)
     noise = samples.variance.mean(axis=1) / samples.variance.shape[1]
-    return Reading(samples, level, np.maximum(noise, (local_noise(samples, level) * level) ** 2))
+    close = close_paper(
+        board,
+        lambda pixels: reader.near(sight.view, pixels),
+        camera,
+        sight.pose,
+        sample=photoset.sample,
+        balls=photoset.mirror_balls,
+        patches=photoset.white_patches,
+    )
+    noise = np.maximum(noise, (local_noise(samples, level) * level) ** 2)
+    return Reading(samples, level, noise, close=close)
 
 
 def is_dark(reading: Reading) -> bool:

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numba
 import numpy as np
+
+# of the lamp's radius: the width of each of three lines that stand for its disc, and how far the outer two lie from
+# the middle, so that the disc's variance is kept
+_SMOOTH = 0.25
+_APART = math.sqrt(2 * (0.25 - _SMOOTH**2))
+_TAIL = 3.5  # standard deviations of a line beyond which nothing is left of it
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -12,45 +20,66 @@ def lit_fraction(
 ) -> np.ndarray:
     """The share (n,) of a lamp's disc that ``balls`` (k, 4: centre, radius) leave visible from ``points`` (n, 3).
 
-    A ball is much larger in angle than the lamp, so its limb cuts the disc along a straight line. ``blur`` (length at
-    the points) widens the edge as a lens does.
+    ``blur`` (length on the board) is the radius of an even disc over which each point is taken, as a lens does.
     """
-    result = np.ones(len(points))
+    result = np.empty(len(points))
     for k in range(len(points)):
-        lx, ly, lz = light[0] - points[k, 0], light[1] - points[k, 1], light[2] - points[k, 2]
-        squared = lx * lx + ly * ly + lz * lz
-        for j in range(len(balls)):
-            bx, by, bz = balls[j, 0] - points[k, 0], balls[j, 1] - points[k, 1], balls[j, 2] - points[k, 2]
-            # where the way to the light passes the ball by more than the lamp's radius and the blur, its disc does
-            reach, along = balls[j, 3] + lamp_radius + blur, lx * bx + ly * by + lz * bz
-            if (bx * bx + by * by + bz * bz - reach * reach) * squared > along * along:
-                continue
-            far = np.sqrt(squared)
-            near = max(np.sqrt(bx * bx + by * by + bz * bz), balls[j, 3] * (1 + 1e-9))
-            cosine = along / (far * near)
-            if cosine <= 0 or near >= far:
-                continue
-            disc = np.sqrt((lamp_radius / far) ** 2 + (blur / near) ** 2)
-            sine = balls[j, 3] / near
-            if cosine < np.sqrt(1 - sine * sine) * (1 - 0.5 * disc * disc) - sine * disc:
-                continue  # beyond the ball's limb by more than the disc: no need of the angles
-            edge = (np.arccos(min(cosine, 1.0)) - np.arcsin(sine)) / disc
-            if edge >= 1:
-                continue
-            if edge <= -1:
-                result[k] = 0.0
-                break
-            result[k] *= 0.5 + (edge * np.sqrt(1 - edge * edge) + np.arcsin(edge)) / np.pi
+        result[k] = _share(points[k], light, lamp_radius, balls, blur * blur / 4, 0.0, blur * blur / 4)
     return result
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def lit_board(points, light, tone, lamp_radius, balls, blur, bare, shaded):
-    """``tone`` (n,) times the direct light on the board's plane: ``bare`` (n,), and ``shaded`` (n,) by ``balls``."""
-    straight, share = direct(points, light), lit_fraction(points, light, lamp_radius, balls, blur)
+def lit_board(points, light, tone, lamp_radius, balls, spread, bare, shaded):
+    """``tone`` (n,) times the direct light on the board's plane: ``bare`` (n,), and ``shaded`` (n,) by ``balls``.
+
+    ``spread`` (n, 3): covariance xx, xy, yy of what a point stands for on the board, length units squared.
+    """
+    straight = direct(points, light)
     for k in range(len(points)):
         bare[k] = tone[k] * straight[k]
-        shaded[k] = bare[k] * share[k]
+        around = spread[k]
+        shaded[k] = bare[k] * _share(points[k], light, lamp_radius, balls, around[0], around[1], around[2])
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _share(point, light, lamp_radius, balls, xx, xy, yy):
+    """Of one point and what lies about it with covariance xx, xy, yy.
+
+    A ball is much larger in angle than the lamp, so its limb cuts the disc along a straight line. Across it the disc is
+    a sum of three normal distributions (Gauss's rule for its chords), which blur widens.
+    """
+    result, wide = 1.0, 9.0 * np.sqrt(xx + yy)
+    lx, ly, lz = light[0] - point[0], light[1] - point[1], light[2] - point[2]
+    squared = lx * lx + ly * ly + lz * lz
+    for j in range(len(balls)):
+        bx, by, bz = balls[j, 0] - point[0], balls[j, 1] - point[1], balls[j, 2] - point[2]
+        # where the way to the light passes the ball by more than the lamp's radius and the blur, its disc does
+        reach, along = balls[j, 3] + 1.5 * lamp_radius + wide, lx * bx + ly * by + lz * bz
+        if (bx * bx + by * by + bz * bz - reach * reach) * squared > along * along:
+            continue
+        far = np.sqrt(squared)
+        near = max(np.sqrt(bx * bx + by * by + bz * bz), balls[j, 3] * (1 + 1e-9))
+        cosine = along / (far * near)
+        if cosine <= 0 or near >= far:
+            continue
+        sine = balls[j, 3] / near
+        apart, limb = np.arccos(min(cosine, 1.0)), np.arcsin(sine)
+        # how the angle between limb and lamp changes with the point, along x and y
+        turn = np.sqrt(max(1 - cosine * cosine, 1e-12))
+        to_lamp, to_ball = (1 / near - cosine / far) / turn, (1 / far - cosine / near) / turn
+        to_ball = (to_ball - sine / np.sqrt(1 - sine * sine) / near) / near
+        u, v = lx / far * to_lamp + bx * to_ball, ly / far * to_lamp + by * to_ball
+        disc, blur = lamp_radius / far, u * u * xx + 2 * u * v * xy + v * v * yy
+        width = np.sqrt(_SMOOTH * _SMOOTH * disc * disc + blur)
+        outer, over = _APART * disc, apart - limb
+        if over >= outer + _TAIL * width:
+            continue
+        if over <= -outer - _TAIL * width:
+            return 0.0
+        root = 1 / (math.sqrt(2.0) * width)
+        sides = math.erf((over - outer) * root) + math.erf((over + outer) * root)
+        result *= 0.5 + 0.25 * math.erf(over * root) + 0.125 * sides
+    return result
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -16,6 +16,8 @@ from capture.radiance import RadianceImage
 
 _CLEAR_WHITE = 2.3  # pixels of the photo between a sample and the next printed edge
 _CLEAR_BLACK = 3.3  # the same for black print, which little stray white lights up
+# what blurs a sample, variances in pixels squared: a lens, about, a pixel's own width, and reading between four
+_LENS, _PIXEL, _BETWEEN = 0.25, 1 / 12, 1 / 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,13 +29,19 @@ class PaperSamples:
     value: np.ndarray  # (n, c) radiance
     variance: np.ndarray  # (n, c)
     square: np.ndarray  # (n,) int, the square of the board a sample lies in: errors within one go together
+    spread: np.ndarray | None = None  # (n, 3) as of :func:`spread_of`; None: points
 
     def __len__(self) -> int:
         return len(self.points)
 
     def keep(self, mask: np.ndarray) -> PaperSamples:
         return PaperSamples(
-            self.points[mask], self.white[mask], self.value[mask], self.variance[mask], self.square[mask]
+            self.points[mask],
+            self.white[mask],
+            self.value[mask],
+            self.variance[mask],
+            self.square[mask],
+            None if self.spread is None else self.spread[mask],
         )
 
 
@@ -75,19 +83,34 @@ def sample_paper(
     value, variance, lit = _between(read, pixels - corners)
     column, row = (points[:, :2] // square_pitch(board)).astype(int).T
     square = column + (column.max(initial=0) + 1) * row
-    return PaperSamples(points, white, value, variance, square).keep(lit)
+    spread = spread_of(camera, pose, points, _LENS + _PIXEL + _BETWEEN)
+    return PaperSamples(points, white, value, variance, square, spread).keep(lit)
 
 
 def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pixels (n, 2) of board points and pixels per length in the most foreshortened direction (n,)."""
-    step = 1e-3 * float(np.ptp(points[:, :2], axis=0).max())
-    pixels = camera.project(pose, points)
-    right = (camera.project(pose, points + np.array([step, 0, 0])) - pixels) / step
-    up = (camera.project(pose, points + np.array([0, step, 0])) - pixels) / step
+    pixels, right, up = _projected(camera, pose, points)
     total = (right**2).sum(1) + (up**2).sum(1)
     area = right[:, 0] * up[:, 1] - right[:, 1] * up[:, 0]
     least = total / 2 - np.sqrt(np.maximum(total**2 / 4 - area**2, 0.0))
     return pixels, np.sqrt(np.maximum(least, 0.0))
+
+
+def spread_of(camera: Camera, pose: Pose, points: np.ndarray, variance: float = _LENS + _PIXEL) -> np.ndarray:
+    """Covariance xx, xy, yy (n, 3) on the board of what a pixel at each of ``points`` gathers, whose ``variance`` in
+    the picture is the same in all directions, pixels squared. By default that of lens and pixel."""
+    _, right, up = _projected(camera, pose, points)
+    xx, yy, xy = (right**2).sum(1), (up**2).sum(1), (right * up).sum(1)
+    return (variance / (xx * yy - xy**2))[:, None] * np.column_stack([yy, -xy, xx])
+
+
+def _projected(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pixels (n, 2) of board points and how they move with the point along x and along y, pixels per length."""
+    step = 1e-3 * float(np.ptp(points[:, :2], axis=0).max())
+    pixels = camera.project(pose, points)
+    right = (camera.project(pose, points + np.array([step, 0, 0])) - pixels) / step
+    up = (camera.project(pose, points + np.array([0, step, 0])) - pixels) / step
+    return pixels, right, up
 
 
 def _between(read: RadianceImage, part: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -146,5 +169,7 @@ def _behind_sheet(
     reach = height / eye[2]
     flat = points[:, :2] + reach * (eye[:2] - points[:, :2])
     polygon = outline.astype(np.float32).reshape(-1, 1, 2)
-    signed = np.array([cv2.pointPolygonTest(polygon, (float(u), float(v)), True) for u, v in flat])
-    return signed > -margin
+    behind = ((flat > outline.min(0) - margin) & (flat < outline.max(0) + margin)).all(1)
+    signed = [cv2.pointPolygonTest(polygon, (float(u), float(v)), True) for u, v in flat[behind]]
+    behind[behind] = np.array(signed) > -margin
+    return behind

@@ -10,21 +10,35 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.bounce import bounce_columns
+from calib.bounce import bounce_columns, polished_bounce
+from calib.closeup import INK, Close
 from calib.occlusion import direct, lit_board, lit_fraction
 from calib.paper import PaperSamples
 
-LOCAL = 9  # x, y, z, log strength of white, diffuse bounce, glossy bounce, even light, slopes along x and y
+# x, y, z, log strength of white, diffuse and glossy bounce, even light, slopes along x and y, reflectance of polished
+# balls
+LOCAL = 10
 EVEN = 6  # which of them is light that comes from everywhere
-SHARED = 6  # sample x, y, z and radius, log lamp radius, log of black over white
+# sample x, y, z and radius, log lamp radius, log of black over white; polished balls' values follow
+SHARED = 6
+BALL = 4  # x, y, z and radius
 _FLOOR = 0.003  # relative error of the model at one place
 _SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
+_CLOSE_FLOOR = 0.04  # the same close to a polished ball, whose edge of shadow is small
+_CLOSE_LIT = 0.15  # the same in full light there: a polished ball throws light around it
+# of how uneven a pixel's print is: a shadow's edge may leave its white side or its black one lit
+_UNEVEN = 0.6
+_GLARE = 0.002  # of white print's radiance: what reaches black print among it
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
-_PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0])  # of the local values after the first four
+_THROWN = [4, 5, 9]  # those of light that balls throw
+_PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0, 0.5])  # of the local values after the first four
 _IS_EVEN = np.arange(4, LOCAL) == EVEN
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even light looks like a nearer lamp
+# least and most of what balls throw, for its error
+_PLAUSIBLE = np.array([[0.15, 0.5, 0.0], [0.6, 2.0, 1.0]])
+_POLISHED = 0.5  # of the last: chrome, steel, a silvered ball
 _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not modelled
 _EVEN_ANY = 0.3  # the last where nothing is taken for granted
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
@@ -32,7 +46,8 @@ _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may 
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
 _MIDDLE = 2000  # samples, about, that tell a median
-_MOVING = (0, 1, 2, *range(LOCAL, LOCAL + SHARED - 1))  # values whose derivatives need differences
+# values whose derivatives need differences, and all of polished balls
+_MOVING = (0, 1, 2, *range(LOCAL, LOCAL + SHARED - 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,20 +66,26 @@ class Scene:
     sample: Ball | None  # a plane sample throws no light and no shadow on the board
     lamp_radius: float
     black: float  # radiance of black print over white
-    blur: float  # of a shadow's edge by lens and pixels, length on the board
+    blur: float  # of a shadow's edge by lens and pixels, length on the board, where no sample tells its own
+    soft: float = 0.0  # by which fits widen it besides
 
     def moved(self, shared: np.ndarray) -> Scene:
-        """The scene with ``shared`` (SHARED,) in place of its own values."""
+        """The scene with ``shared`` (SHARED + BALL k,) in place of its own values."""
         sample = None if self.sample is None else Ball(shared[:3], float(shared[3]))
         return replace(
-            self, sample=sample, lamp_radius=float(np.exp(shared[4])), black=float(np.exp(shared[5]))
+            self,
+            polished=tuple(Ball(b[:3], float(b[3])) for b in shared[SHARED:].reshape(-1, BALL)),
+            sample=sample,
+            lamp_radius=float(np.exp(shared[4])),
+            black=float(np.exp(shared[5])),
         )
 
     @property
     def shared(self) -> np.ndarray:
-        """(SHARED,) values that all views have in common; inverse of :meth:`moved`."""
+        """(SHARED + BALL k,) values that all views have in common, of k polished balls; inverse of :meth:`moved`."""
         sphere = [0.0, 0.0, 0.0, 1.0] if self.sample is None else [*self.sample.center, self.sample.radius]
-        return np.array([*sphere, np.log(self.lamp_radius), np.log(self.black)])
+        polished = [value for b in self.polished for value in (*b.center, b.radius)]
+        return np.array([*sphere, np.log(self.lamp_radius), np.log(self.black), *polished])
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +99,7 @@ class Reading:
         0.0,
         0.0,
     )  # white paper's radiance without the lamp, where known, and its error
+    close: Close | None = None  # paper close to polished balls
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +107,8 @@ class ShadingFit:
     """One view's shading: the lamp, and what it says about it and what it shares with the other views."""
 
     local: np.ndarray  # (LOCAL,)
-    normal: np.ndarray  # (LOCAL + SHARED,) * 2 information matrix, deflated for errors common to a square
-    gradient: np.ndarray  # (LOCAL + SHARED,) of half the weighted squares, likewise
+    normal: np.ndarray  # (LOCAL + shared,) * 2 information matrix, deflated for errors common to a square
+    gradient: np.ndarray  # (LOCAL + shared,) of half the weighted squares, likewise
     rms: float  # relative to the direct light, of the samples believed
     believed: float  # share of the samples
     cost: float  # mean robust loss
@@ -108,7 +130,7 @@ class _Weighing:
 
     sigma: np.ndarray  # (n,)
     bound: float  # Tukey's, in sigmas
-    thrown: np.ndarray  # (n, 2) the sample's bounce; so smooth in the values that it is held
+    thrown: np.ndarray  # (n, 3) the balls' bounce; so smooth in the values that it is held
     place: np.ndarray  # (3,) of the lamp that it was worked out for
     expected: np.ndarray  # (LOCAL - 4,) the local values after the first four, where nothing tells them
     prior: np.ndarray  # (LOCAL - 4,) their standard errors
@@ -122,47 +144,66 @@ def _table(scene: Scene) -> np.ndarray:
 
 def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
     """Share of the lamp visible from board points (n, 3), (n,)."""
-    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, _table(scene), scene.blur)
+    blur = float(np.hypot(scene.blur, scene.soft))
+    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, _table(scene), blur)
 
 
 @dataclass(frozen=True, slots=True)
 class _Board:
-    """What of a view's paper stays while its lamp is sought."""
+    """What of a view's paper stays while its lamp is sought; what is close to polished balls comes last."""
 
     reading: Reading
+    points: np.ndarray  # (n, 3)
+    white: np.ndarray  # (n,) share of white print
+    level: np.ndarray  # (n,) radiance
+    noise: np.ndarray  # (n,) its variance
+    square: np.ndarray  # (n,) int
+    spread: np.ndarray  # (n, 3) covariance xx, xy, yy of what a sample stands for on the board
+    floor: np.ndarray  # (2, n) relative error of the model in full light and in shadow
     across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
     crowd: float  # samples of a square
 
     @classmethod
     def of(cls, reading: Reading) -> _Board:
-        flat = np.ascontiguousarray(reading.samples.points[:, :2].T)
-        low, high = flat.min(1, keepdims=True), flat.max(1, keepdims=True)
-        crowd = len(reading.level) / max(len(np.unique(reading.samples.square)), 1)
-        return cls(reading, (2 * flat - low - high) / (high - low), crowd)
+        samples, close = reading.samples, reading.close
+        flat = samples.points[:, :2]
+        low, high = flat.min(0)[:, None], flat.max(0)[:, None]
+        crowd = len(reading.level) / max(len(np.unique(samples.square)), 1)
+        spread = np.zeros((len(samples), 3)) if samples.spread is None else samples.spread
+        white = samples.white.astype(float)
+        own = [samples.points, white, reading.level, reading.noise, samples.square, spread]
+        floor = np.repeat([[_FLOOR], [_SHADOW_FLOOR]], len(reading.level), axis=1)
+        if close is not None:
+            more = [close.points, close.white, close.level, close.noise, close.square, close.spread]
+            own = [np.concatenate(both) for both in zip(own, more, strict=True)]
+            floor = np.concatenate([floor, _close_floor(close)], axis=1)
+        across = (2 * np.ascontiguousarray(own[0][:, :2].T) - low - high) / (high - low)
+        return cls(reading, *own, floor, across, crowd)
 
     def light(self, values: np.ndarray, scene: Scene) -> _Light:
-        """At ``values`` (LOCAL + SHARED,)."""
+        """At ``values`` (LOCAL + shared,)."""
         scene = scene.moved(values[LOCAL:])
-        tone = np.where(self.reading.samples.white, 1.0, scene.black) * np.exp(values[3])
+        tone = (scene.black + (1.0 - scene.black) * self.white) * np.exp(values[3])
         bare, shaded = np.empty((2, len(tone)))
+        spread = self.spread + np.array([1.0, 0.0, 1.0]) * scene.soft**2 / 4
         lit_board(
-            self.reading.samples.points,
-            values[:3].copy(),
-            tone,
-            scene.lamp_radius,
-            _table(scene),
-            scene.blur,
-            bare,
-            shaded,
+            self.points, values[:3].copy(), tone, scene.lamp_radius, _table(scene), spread, bare, shaded
         )
-        return _Light(tone, bare, shaded, self.tilt(values), _middle(bare, tone))
+        own = slice(len(self.reading.level))
+        return _Light(tone, bare, shaded, self.tilt(values), _middle(bare[own], tone[own]))
 
     def tilt(self, values: np.ndarray) -> np.ndarray:
         return 1 + values[7] * self.across[0] + values[8] * self.across[1]
 
     def residual(self, light: _Light, values: np.ndarray, weighing: _Weighing) -> np.ndarray:
         """(n,) in standard errors."""
-        return (self.reading.level - light.radiance(values, weighing.thrown)) / weighing.sigma
+        return (self.level - light.radiance(values, weighing.thrown)) / weighing.sigma
+
+
+def _close_floor(close: Close) -> np.ndarray:
+    """Relative error (2, n) of the model in full light and in shadow, close to polished balls."""
+    glare = _GLARE * (1.0 - close.white) / np.maximum(close.white, INK)
+    return np.stack([_CLOSE_LIT + glare, _CLOSE_FLOOR + glare + _UNEVEN * close.uneven])
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +217,7 @@ class _Light:
     even: float  # direct light in the middle of the samples, before the print
 
     def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
-        return self.shaded * self.tilt + self.tone * (thrown @ values[4:6] + values[EVEN] * self.even)
+        return self.shaded * self.tilt + self.tone * (thrown @ values[_THROWN] + values[EVEN] * self.even)
 
 
 def _middle(above: np.ndarray, below: np.ndarray) -> float:
@@ -191,23 +232,35 @@ def _weigh(
     """The errors, and the residual (n,) in them. ``last``, of the same shared values, has the bounce where the lamp
     has hardly moved since."""
     reading, now = board.reading, scene.moved(values[LOCAL:])
-    thrown, place = np.zeros((len(reading.level), 2)), values[:3].copy()
+    place = values[:3].copy()
     if last is not None and np.linalg.norm(place - last.place) < _HELD * np.linalg.norm(place):
         thrown, place = last.thrown, last.place
-    elif now.sample is not None:
-        thrown = bounce_columns(reading.samples.points, place, now.sample.center, now.sample.radius)
-    floor = np.where(light.shaded < 0.99 * light.bare, _SHADOW_FLOOR, _FLOOR) * light.bare
-    indirect = light.tone * (thrown @ np.clip(values[4:6], _PRIOR[:2] / 2, 2 * _PRIOR[:2]))
-    sigma = np.sqrt(reading.noise + floor**2 + board.crowd * (_BOUNCE_ERROR * indirect) ** 2)
-    slope = _SLOPE + _SLOPE_BOUNCE * _middle(indirect, np.maximum(light.bare, 1e-300))
-    prior = np.concatenate([_PRIOR_SIGMA, [slope, slope]])
+    else:
+        thrown = _thrown(board.points, place, now)
+    floor = np.where(light.shaded < 0.99 * light.bare, board.floor[1], board.floor[0]) * light.bare
+    indirect = light.tone * (thrown @ np.clip(values[_THROWN], *_PLAUSIBLE))
+    sigma = np.sqrt(board.noise + floor**2 + board.crowd * (_BOUNCE_ERROR * indirect) ** 2)
+    own = slice(len(reading.level))
+    slope = _SLOPE + _SLOPE_BOUNCE * _middle(indirect[own], np.maximum(light.bare[own], 1e-300))
+    prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
     beside = np.array(reading.beside) / (np.exp(values[3]) * light.even)
     expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
-    residual = (reading.level - light.radiance(values, thrown)) / sigma
+    residual = (board.level - light.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
     return _Weighing(sigma, bound, thrown, place, expected, prior), residual
+
+
+def _thrown(points: np.ndarray, place: np.ndarray, scene: Scene) -> np.ndarray:
+    """Irradiance (n, 3) by what balls throw of the light of a lamp of unit strength at ``place``: the sample a white
+    diffuse and a glossy one, the polished ones perfect mirrors."""
+    thrown = np.zeros((len(points), 3))
+    if scene.sample is not None:
+        thrown[:, :2] = bounce_columns(points, place, scene.sample.center, scene.sample.radius)
+    if scene.polished:
+        thrown[:, 2] = polished_bounce(points, place, _table(replace(scene, sample=None)))
+    return thrown
 
 
 def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
@@ -317,7 +370,7 @@ def _derivatives(
 ) -> np.ndarray:
     """d radiance / d values, (count, n): by differences where lamp and shadows move, else as the model says."""
     design = np.empty((count, len(light.tone)))
-    for k in [k for k in _MOVING if k < count]:
+    for k in [k for k in (*_MOVING, *range(LOCAL + SHARED, count)) if k < count]:
         step = _STEP * (np.linalg.norm(values[:3]) if k < 3 else 1.0)
         moved = values.copy()
         moved[k] += step
@@ -327,20 +380,22 @@ def _derivatives(
             design[k] += light.tone * (values[EVEN] * (there.even - light.even) / step)
     base = light.radiance(values, weighing.thrown)
     design[3] = base
-    design[4:6] = light.tone * weighing.thrown.T
+    design[_THROWN] = light.tone * weighing.thrown.T
     design[EVEN] = light.tone * light.even
     design[7:9] = light.shaded * board.across
     if count > LOCAL:
-        design[LOCAL + SHARED - 1] = np.where(board.reading.samples.white, 0.0, base)
+        ink = np.exp(values[LOCAL + SHARED - 1]) * (1.0 - board.white) * np.exp(values[3])
+        design[LOCAL + SHARED - 1] = base * ink / light.tone
     return design
 
 
 def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> ShadingFit:
     weighing, residual = _weigh(board, values, scene, light)
-    normal, slope, score = _normal(board, values, scene, light, weighing, residual, LOCAL + SHARED)
-    inflation = _inflation(normal[:4, :4], score[:4] * residual, board.reading.samples.square)
-    inlier = np.abs(residual) < 0.7 * weighing.bound
-    relative = (residual * weighing.sigma / np.maximum(light.bare, 1e-300))[inlier]
+    normal, slope, score = _normal(board, values, scene, light, weighing, residual, len(values))
+    inflation = _inflation(normal[:4, :4], score[:4] * residual, board.square)
+    own = slice(len(board.reading.level))
+    inlier = np.abs(residual[own]) < 0.7 * weighing.bound
+    relative = (residual * weighing.sigma / np.maximum(light.bare, 1e-300))[own][inlier]
     rms = float(np.sqrt(np.mean(relative**2))) if inlier.any() else float("nan")
     cost = _cost(residual, values, weighing) / len(residual)
     even = _even_alone(values, normal[:LOCAL, :LOCAL], slope[:LOCAL], weighing)

@@ -36,7 +36,7 @@ def thinned(reading: Reading, count: int) -> Reading:
     mask = np.zeros(len(reading.level), bool)
     mask[::step] = True
     samples = reading.samples.keep(mask)
-    return replace(reading, samples=samples, level=reading.level[mask], noise=reading.noise[mask])
+    return replace(reading, samples=samples, level=reading.level[mask], noise=reading.noise[mask], close=None)
 
 
 def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
@@ -85,7 +85,7 @@ def first_fit(
     show a better one elsewhere before all that is done: much bounce makes even the right place fit badly."""
     alone = _by_lamp_alone(reading, scene)
     coarse, fine = thinned(alone, _COARSE), thinned(alone, _MIDDLING)
-    soft = replace(scene, lamp_radius=2 * scene.lamp_radius, blur=_SOFT * diagonal)
+    soft = replace(scene, lamp_radius=2 * scene.lamp_radius, soft=_SOFT * diagonal)
 
     def fitted(place: np.ndarray) -> tuple[float, ShadingFit]:
         """Shadows first with wide edges, which reach farther, then as they are."""

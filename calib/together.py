@@ -96,8 +96,7 @@ def _present(scene: Scene, values: Values) -> Scene:
     """The scene at the present values."""
     sphere = values["sample"] if scene.sample is not None else scene.shared[:4]
     balls = [values[f"ball {k}"] for k in range(len(scene.polished))]
-    polished = tuple(Ball(b[:3], float(b[3])) for b in balls)
-    return replace(scene.moved(np.concatenate([sphere, values["lamp"]])), polished=polished)
+    return scene.moved(np.concatenate([sphere, values["lamp"], *balls]))
 
 
 def _by_highlights(

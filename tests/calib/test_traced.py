@@ -67,7 +67,8 @@ def test_focal_lengths(setup, truth):
 
 
 def test_no_lamp_over_the_plane_is_lost():
-    """One is seen in no mirror ball: the board's light alone places it, with the sheet's own bounce in it."""
+    """One is seen in no mirror ball: the board's light alone places it, with the sheet's own bounce in it. Highlights
+    of balls 17 pixels wide tell a lamp to a degree; the edges of their shadows on the print tell it to a tenth."""
     photoset = load_photoset(SHARED / "traced-green-plane")
     reader = prepare(photoset)
     found = calibrate(photoset, lambda _, view: reader.read(view))
@@ -77,5 +78,6 @@ def test_no_lamp_over_the_plane_is_lost():
     true = light[[files.index(v.name) for v in found.views]] - middle
     off = degrees_apart(np.array([v.light.place for v in found.views]) - middle, true)
     assert len(found.views) == len(files)
-    assert np.median(off) <= 0.2
-    assert off.max() < 1.2
+    assert np.median(off) <= 0.15
+    assert np.quantile(off, 0.95) <= 0.4
+    assert off.max() < 0.6
