@@ -9,6 +9,7 @@ bounded for light from every direction, which is what conservation of energy say
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,13 +20,16 @@ from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells
 from reconstruct.integrals import directional_albedo, exit_integral
 from reconstruct.physics import HIGHEST, TRIFLE, Physical, held_pairs, least_distance, root_of
+from reconstruct.rows import cores
 from reconstruct.valleys import (
     Directions,
+    Surface,
     directions,
     expansion,
     followed,
     lowest_directions,
     lowest_pairs,
+    moved_by,
     pairs,
     values,
 )
@@ -77,13 +81,17 @@ def enforced_turning(brdf: Brdf, covariance: np.ndarray) -> Physical | None:
     value, albedo = [values(brdf, grid) for grid in _grids(brdf.order)], _Albedo.of(brdf)
     coefficients = brdf.coefficients.copy()
     active, squared, least, largest = 0, 0.0, np.inf, -np.inf
-    for c, spread in enumerate(covariance):
-        found = _nearest(
-            _Channel.of(brdf, c, len(spread), [one[c] for one in value], albedo), root_of(spread)
-        )
+
+    def nearest(c: int) -> _Found | None:
+        own = _Channel.of(brdf, c, len(covariance[c]), [one[c] for one in value], albedo)
+        return _nearest(own, root_of(covariance[c]))
+
+    with ThreadPoolExecutor(cores()) as pool:  # channels know nothing of one another
+        every = list(pool.map(nearest, range(len(covariance))))
+    for c, found in enumerate(every):
         if found is None:
             return None
-        coefficients[: len(spread), c] += found.change
+        coefficients[: len(covariance[c]), c] += found.change
         active, squared = active + found.active, squared + found.squared
         least, largest = min(least, found.plain.least), max(largest, found.plain.albedo)
     return Physical(coefficients, least, largest, active, float(np.sqrt(squared / max(active, 1))))
@@ -175,13 +183,13 @@ class _Channel:
     ) -> tuple[np.ndarray, float]:
         """The deepest valleys (n, 4) of f with ``change``, and the least f; ``value`` (d, d) is without it."""
         if change.any():
-            value = (
-                value + expansion(self.brdf.symmetry, self.brdf.modes[: self.modes], change[:, None], grid)[0]
-            )
+            plain, own = value, self.brdf.modes[: self.modes]
+            value = expansion(self.brdf.symmetry, own, change[:, None], grid)[0]
+            value += plain
         start = lowest_pairs(value, grid, -FOLLOWED * self.size, self.brdf.symmetry == "reciprocal")
         start = start[: VALLEYS // zernike_count(self.brdf.order)]
         moves = MOVES * np.tile(grid.steps, 2)
-        where, lowest = followed(lambda at: moved.evaluate(*at.T)[:, 0], start, moves, HIGHEST)
+        where, lowest = followed(Surface.of(moved, HIGHEST), start, moves, HIGHEST)
         least = float(min(lowest.min(initial=np.inf), value.min()))
         return _deepest(where, lowest, -FOLLOWED * self.size), least
 
@@ -193,7 +201,12 @@ class _Channel:
 
         value = left(np.column_stack([fine.theta, fine.phi]))
         start = lowest_directions(value, fine, -FOLLOWED)
-        where, lowest = followed(left, start, np.diag(fine.steps), HIGHEST)
+
+        def beside(place: np.ndarray, moves: np.ndarray) -> np.ndarray:
+            tried = moved_by(place, moves, HIGHEST)
+            return left(tried.reshape(-1, 2)).reshape(tried.shape[:2])
+
+        where, lowest = followed(beside, start, np.diag(fine.steps), HIGHEST)
         where = _deepest(where, lowest, -FOLLOWED)
         rows = -zernike_sequence(self.basis.order, *where.T).T @ self.outgoing
         room = 1.0 - self.albedo.at(self.brdf, *where.T)[:, 0]

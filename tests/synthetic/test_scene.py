@@ -166,7 +166,7 @@ def test_a_flat_sample_lies_where_its_offset_puts_it_and_the_manifest_knows_noth
     for shot in sample_shots(scene):
         world = world_of(scene, shot)
         assert world.heights[world.sample_sheet] == pytest.approx(scene.sample.height + 0.5)
-        outline = np.array(scene.sample.outline) + [0.4, -0.3]
+        outline = np.array(scene.sample.outline) + np.array([0.4, -0.3])
         np.testing.assert_allclose(world.outlines[world.sample_sheet], outline)
     written = manifest_of(scene, camera_of(scene), shots)["sample"]
     assert written["outline"] == [list(p) for p in scene.sample.outline]
