@@ -11,7 +11,7 @@ from calib.highlights import Highlight
 from calib.notes import Notes
 from calib.setup import ViewSetup
 from calib.shading import EVEN, ShadingFit
-from calib.sight import Sight
+from calib.sight import Sight, start_over
 
 _BESIDE = 0.015  # of the lamp's light: light from elsewhere that is told, and
 _SURE_BESIDE = 5.0  # standard errors at which it is
@@ -48,10 +48,9 @@ def light_beside(shading: dict[str, ShadingFit]) -> Beside | None:
 
 
 def expect(sights: Sequence[Sight], highlights: Sequence[list[Highlight]], beside: Beside) -> None:
-    """Let the shading of all photos reckon with it from the start, with the ``highlights`` that were seen at first:
-    shading that did not know may have taken some for something else."""
-    for sight, seen in zip(sights, highlights, strict=True):
-        sight.highlights, sight.shading = list(seen), None
+    """Let the shading of all photos reckon with it from the start."""
+    start_over(sights, highlights)
+    for sight in sights:
         if sight.reading is not None:
             sight.reading = replace(sight.reading, beside=(beside.level, beside.error))
 

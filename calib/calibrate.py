@@ -12,6 +12,7 @@ from calib.account import (
     marks,
     sample_in_picture,
 )
+from calib.beam import beam_of, note_beam
 from calib.beside import ambient_irradiance, expect, light_beside, note_beside
 from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
@@ -27,7 +28,7 @@ from calib.observe import observe
 from calib.patch import patches_box
 from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Light, Setup, ViewSetup
-from calib.sight import FIXED_POSE, POSE, Sight, channel_names, hand_over
+from calib.sight import FIXED_POSE, POSE, Sight, channel_names, hand_over, start_over
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
@@ -61,15 +62,21 @@ def calibrate(
     sights = usable(photoset, sights, notes)
     seen = [list(sight.highlights) for sight in sights]
     settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
+    beam, narrow = beam_of(settled), 0.0
+    if beam is not None and beam.told:
+        start_over(sights, seen)
+        narrow = beam.narrow
+        settled = settled_from(photoset, reader, model, camera, boards, sights, tell, narrow)
     beside = light_beside(settled.shading)
     if beside is not None and beside.told:
         expect(sights, seen, beside)
-        settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
+        settled = settled_from(photoset, reader, model, camera, boards, sights, tell, narrow)
     views, scale = _views(photoset, reader, settled, sights, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     ambient = ambient_irradiance(views, sights) if beside is not None and beside.told else None
     note_beside(beside, ambient, notes)
+    note_beam(settled, beam, notes)
     account(photoset, settled, sights, notes)
     kept = {view.name for view in views}
     notes.warnings += ghost_warnings(reader, settled.camera, photoset.sample, sights, kept)
@@ -127,10 +134,12 @@ def settled_from(
     boards: list[Posed],
     sights: list[Sight],
     tell: Progress,
+    narrow: float = 0.0,
 ) -> Settled:
-    """Everything settled together, from what the sights hold: corners, highlights, limbs and paper."""
+    """Everything settled together, from what the sights hold: corners, highlights, limbs and paper. ``narrow``: the
+    power of the cosine with which the lamps are known to shine, about."""
     sample = start_sample(camera, sights, photoset.sample)
-    scene = start_scene(photoset, camera, sights, sample)
+    scene = start_scene(photoset, camera, sights, sample, narrow)
     groups: dict[str, list[Sight]] = {}
     for sight in sights:
         groups.setdefault(sight.light, []).append(sight)

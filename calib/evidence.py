@@ -36,6 +36,7 @@ _SAMPLE_RADIUS = 0.004
 _STANDS = 0.002  # of its radius: how well a ball that stands on the paper touches it
 _LIMB_BIAS = 0.1  # pixels
 _LAMP_SIZE = 0.7  # of the logarithm of the lamp's radius
+BEAM_HELD, _BEAM = 0.05, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
 _BLACK = 0.3  # of the logarithm of black print over white
 
 Posed = tuple[str, Corners, Pose]  # block's name, corners and pose of one calibration photo
@@ -62,7 +63,7 @@ def first_values(
         values["sample"] = sample
     values["limb offset"] = np.zeros(1)
     if scene is not None:
-        values["lamp"] = np.array([np.log(scene.lamp_radius), np.log(scene.black)])
+        values["lamp"] = np.array([np.log(scene.lamp_radius), np.log(scene.black), scene.narrow])
     return values
 
 
@@ -111,8 +112,10 @@ def all_terms(
     values: Values,
     fits: dict[str, ShadingFit],
     scale: float,
+    beam: bool = False,
 ) -> list[tuple[Term, bool]]:
-    """Every term, with whether its loss is robust; the corners' come first, one a photo."""
+    """Every term, with whether its loss is robust; the corners' come first, one a photo. ``beam``: lamps may shine
+    less beside their axis."""
     terms = corner_terms(model, boards, sights)
     seen = sightings(sights, lamps, scale)
     if seen:
@@ -125,7 +128,7 @@ def all_terms(
         if s.view.name in fits:
             terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
     terms.append((camera_term(model), False))
-    return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values)
+    return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values, beam)
 
 
 def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> Term:
@@ -141,7 +144,7 @@ def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> T
     if lamp.attached:
         pose = block_pose(values[sight.pose_block]).inverse()
         light = replace(light, turn=pose.rotation, shift=pose.translation)
-    parts = [light] + ([Part("sample", slice(0, 4))] if has_sample else []) + [Part("lamp", slice(0, 2))]
+    parts = [light] + ([Part("sample", slice(0, 4))] if has_sample else []) + [Part("lamp", slice(0, 3))]
     parts += [Part(ball, slice(0, BALL)) for ball in balls]
     at = np.concatenate([fit.place] + [values[p.block][p.where] for p in parts[1:]])
     return quadratic_term(parts, at, normal, slope)
@@ -162,10 +165,11 @@ def _expectations(photoset: PhotoSet, values: Values) -> list[tuple[Term, bool]]
     return terms
 
 
-def _lamp_expectations(lamps: dict[str, Lamp], values: Values) -> list[tuple[Term, bool]]:
+def _lamp_expectations(lamps: dict[str, Lamp], values: Values, beam: bool) -> list[tuple[Term, bool]]:
     terms: list[tuple[Term, bool]] = []
     if "lamp" in values:
-        terms.append((prior_term("lamp", values["lamp"], np.array([_LAMP_SIZE, _BLACK])), False))
+        mean, spread = np.append(values["lamp"][:2], 0.0), _BEAM if beam else BEAM_HELD
+        terms.append((prior_term("lamp", mean, np.array([_LAMP_SIZE, _BLACK, spread])), False))
     for name, lamp in lamps.items():
         block = block_name(name)
         if lamp.fixed:

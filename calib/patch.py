@@ -13,7 +13,7 @@ from calib.masks import fill
 from calib.occlusion import direct, lit_fraction
 from calib.paper import behind_ball
 from calib.setup import Light
-from calib.shading import Reading, Scene
+from calib.shading import Reading, Scene, log_cosine
 from capture.photoset import WhitePatch
 from capture.radiance import RadianceImage
 
@@ -70,6 +70,7 @@ def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[
     balls = scene.polished + (() if scene.sample is None else (scene.sample,))
     table = np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
     share = lit_fraction(points, light.place, scene.lamp_radius, table, scene.blur)
+    shape *= np.exp(scene.narrow * log_cosine(points, light.place, scene.aim))[:, None]
     extra = amounts[2:] * stray.even
     if scene.sample is not None:
         ball = scene.sample

@@ -19,8 +19,10 @@ from calib.paper import PaperSamples
 # balls
 LOCAL = 10
 EVEN = 6  # which of them is light that comes from everywhere
-# sample x, y, z and radius, log lamp radius, log of black over white; polished balls' values follow
-SHARED = 6
+# sample x, y, z and radius, log lamp radius, log of black over white, how narrow the lamp's beam is; polished balls'
+# values follow
+SHARED = 7
+_BLACK, _NARROW = LOCAL + 5, LOCAL + 6  # places among all values
 BALL = 4  # x, y, z and radius
 _FLOOR = 0.003  # relative error of the model at one place
 _SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
@@ -43,11 +45,12 @@ _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not model
 _EVEN_ANY = 0.3  # the last where nothing is taken for granted
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
+_SLOPE_BEAM = 0.02  # for each power of the cosine: a beam whose axis passes by the sample by some degrees
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
 _MIDDLE = 2000  # samples, about, that tell a median
 # values whose derivatives need differences, and all of polished balls
-_MOVING = (0, 1, 2, *range(LOCAL, LOCAL + SHARED - 1))
+_MOVING = (0, 1, 2, *range(LOCAL, LOCAL + 5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +71,8 @@ class Scene:
     black: float  # radiance of black print over white
     blur: float  # of a shadow's edge by lens and pixels, length on the board, where no sample tells its own
     soft: float = 0.0  # by which fits widen it besides
+    narrow: float = 0.0  # power of the cosine with which the lamp's light falls off beside its axis
+    aim: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where that axis points
 
     def moved(self, shared: np.ndarray) -> Scene:
         """The scene with ``shared`` (SHARED + BALL k,) in place of its own values."""
@@ -78,6 +83,7 @@ class Scene:
             sample=sample,
             lamp_radius=float(np.exp(shared[4])),
             black=float(np.exp(shared[5])),
+            narrow=float(shared[6]),
         )
 
     @property
@@ -85,7 +91,7 @@ class Scene:
         """(SHARED + BALL k,) values that all views have in common, of k polished balls; inverse of :meth:`moved`."""
         sphere = [0.0, 0.0, 0.0, 1.0] if self.sample is None else [*self.sample.center, self.sample.radius]
         polished = [value for b in self.polished for value in (*b.center, b.radius)]
-        return np.array([*sphere, np.log(self.lamp_radius), np.log(self.black), *polished])
+        return np.array([*sphere, np.log(self.lamp_radius), np.log(self.black), self.narrow, *polished])
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,6 +195,8 @@ class _Board:
         lit_board(
             self.points, values[:3].copy(), tone, scene.lamp_radius, _table(scene), spread, bare, shaded
         )
+        beam = np.exp(scene.narrow * log_cosine(self.points, values[:3], scene.aim))
+        bare, shaded = beam * bare, beam * shaded
         own = slice(len(self.reading.level))
         return _Light(tone, bare, shaded, self.tilt(values), _middle(bare[own], tone[own]))
 
@@ -220,6 +228,13 @@ class _Light:
         return self.shaded * self.tilt + self.tone * (thrown @ values[_THROWN] + values[EVEN] * self.even)
 
 
+def log_cosine(points: np.ndarray, place: np.ndarray, aim: tuple[float, float, float]) -> np.ndarray:
+    """Logarithm (n,) of the cosine between a lamp's axis, which points from ``place`` at ``aim``, and its rays."""
+    axis, ray = np.asarray(aim) - place, points - place
+    cosine = ray @ axis / (np.linalg.norm(axis) * np.linalg.norm(ray, axis=1))
+    return np.log(np.maximum(cosine, 0.05))
+
+
 def _middle(above: np.ndarray, below: np.ndarray) -> float:
     """Median of a ratio, of enough samples to tell it."""
     step = max(1, len(above) // _MIDDLE)
@@ -241,7 +256,8 @@ def _weigh(
     indirect = light.tone * (thrown @ np.clip(values[_THROWN], *_PLAUSIBLE))
     sigma = np.sqrt(board.noise + floor**2 + board.crowd * (_BOUNCE_ERROR * indirect) ** 2)
     own = slice(len(reading.level))
-    slope = _SLOPE + _SLOPE_BOUNCE * _middle(indirect[own], np.maximum(light.bare[own], 1e-300))
+    slope = _SLOPE + _SLOPE_BEAM * min(max(now.narrow, 0.0), 2.0)
+    slope += _SLOPE_BOUNCE * _middle(indirect[own], np.maximum(light.bare[own], 1e-300))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
@@ -384,8 +400,9 @@ def _derivatives(
     design[EVEN] = light.tone * light.even
     design[7:9] = light.shaded * board.across
     if count > LOCAL:
-        ink = np.exp(values[LOCAL + SHARED - 1]) * (1.0 - board.white) * np.exp(values[3])
-        design[LOCAL + SHARED - 1] = base * ink / light.tone
+        ink = np.exp(values[_BLACK]) * (1.0 - board.white) * np.exp(values[3])
+        design[_BLACK] = base * ink / light.tone
+        design[_NARROW] = light.shaded * light.tilt * log_cosine(board.points, values[:3], scene.aim)
     return design
 
 

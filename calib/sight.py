@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -49,6 +50,13 @@ def hand_over(sights: list[Sight], kept: list[Sight]) -> None:
         heir = next((k for k in kept if k.pose_block == sight.pose_block and not k.probe), None)
         if sight.limb is not None and heir is not None and all(k is not sight for k in kept):
             heir.limb, sight.limb = sight.limb, None
+
+
+def start_over(sights: Sequence[Sight], highlights: Sequence[list[Highlight]]) -> None:
+    """Sights as they were before lamps were sought, with the ``highlights`` that were seen at first: shading that did
+    not know all of the light may have taken some for something else."""
+    for sight, seen in zip(sights, highlights, strict=True):
+        sight.highlights, sight.shading = list(seen), None
 
 
 def light_entry(photoset: PhotoSet, view: View) -> LightEntry | None:

@@ -62,7 +62,7 @@ def settle(
     """Rounds of: fit every view's shading; adjust all together; look at the highlights again."""
     values = first_values(photoset, model, camera, boards, sights, lamps, scene, sample)
     fixed = fixed_blocks(photoset, lamps)
-    scale = 1.0
+    scale, beam = 1.0, scene is not None and scene.narrow != 0.0
     asked: dict[str, np.ndarray] = {}  # where views' fits were last tried from besides
     for round_, steps in enumerate(_STEPS):
         fits: dict[str, ShadingFit] = {}
@@ -71,7 +71,8 @@ def settle(
             new = {k: v for k, v in shown.items() if k not in asked or _apart(v, asked[k])}
             fits, tried = _shade(reader, sights, values, lamps, scene, steps, new)
             asked |= {name: shown[name] for name in tried}
-        done = adjust(values, all_terms(photoset, model, boards, sights, lamps, values, fits, scale), fixed)
+        terms = all_terms(photoset, model, boards, sights, lamps, values, fits, scale, beam)
+        done = adjust(values, terms, fixed)
         values = done.values
         for sight in sights:
             sight.pose = block_pose(values[sight.pose_block])
@@ -86,7 +87,7 @@ def settle(
         lamps,
         _misses(model, values, sights, lamps),
         fits,
-        None if scene is None else _present(scene, values),
+        None if scene is None else replace(_present(scene, values), **({} if beam else {"narrow": 0.0})),
         _corner_rms(done, photos),
         scale,
     )
@@ -251,9 +252,10 @@ def start_sample(camera: Camera, sights: list[Sight], sample: object) -> np.ndar
 
 
 def start_scene(
-    photoset: PhotoSet, camera: Camera, sights: list[Sight], sample: np.ndarray | None
+    photoset: PhotoSet, camera: Camera, sights: list[Sight], sample: np.ndarray | None, narrow: float = 0.0
 ) -> Scene | None:
-    """The things on the board as shading sees them; None where no photo shows enough paper."""
+    """The things on the board as shading sees them, in lamps' light that is ``narrow``; None where no photo shows
+    enough paper."""
     first = next((s for s in sights if s.reading is not None), None)
     if first is None or photoset.board is None:
         return None
@@ -266,4 +268,14 @@ def start_scene(
         float(np.median(given)) if given else _LAMP_SIZE * float(np.hypot(*size)),
         black_over_white([s.reading for s in sights if s.reading is not None]),
         _EDGE_BLUR / scale,
+        narrow=narrow,
+        aim=_aimed_at(photoset, sample),
     )
+
+
+def _aimed_at(photoset: PhotoSet, sample: np.ndarray | None) -> tuple[float, ...]:
+    """Where lamps look: the middle of the sample."""
+    if sample is not None:
+        return tuple(sample[:3].tolist())
+    plane = photoset.sample
+    return (*np.mean(plane.outline, axis=0).tolist(), float(plane.height))

@@ -66,6 +66,21 @@ def test_strength_comes_back_from_a_patch(light):
     assert (np.abs(found.value - expected) < 2 * found.error).all()
 
 
+def test_strength_is_what_a_narrow_lamp_sends_along_its_axis():
+    """A lamp that points beside the patch lights it less, by the cosine squared at each pixel."""
+    aim, power = np.array([40.0, 60.0, 0.0]), 2.0
+    x, y = plane_points(CAMERA, POSE, HEIGHT)
+    ray, axis = np.stack([x, y, np.full_like(x, HEIGHT)], axis=-1) - NEAR.place, aim - NEAR.place
+    cosine = (ray @ axis / np.linalg.norm(ray, axis=-1) / np.linalg.norm(axis)).mean(0)
+    image = photo(NEAR)
+    dimmed = replace(image, value=(image.value * cosine[..., None] ** power).astype(np.float32))
+    stray = Stray(Scene((), None, 1.0, 0.05, 0.0, narrow=power, aim=tuple(aim)), np.zeros(3), 0.0)
+    expected = STRENGTH * np.array(PATCH.reflectance) / np.pi
+    np.testing.assert_allclose(read(dimmed, NEAR, stray).value, expected, rtol=5e-4)
+    ignored = read(dimmed, NEAR)
+    assert ignored.value is None or (ignored.value < 0.95 * expected).all()
+
+
 def test_the_light_across_the_patch_is_uneven_enough_to_need_falloff_and_angle():
     image = photo(NEAR)
     wrong = replace(NEAR, place=NEAR.place + np.array([0.0, 0, 30.0]))
