@@ -27,6 +27,8 @@ STANDARD = {".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr"}
 JPEG = {".jpg", ".jpeg"}
 INTEGERS = {"uint8": np.uint8, "uint16": np.uint16}
 FLOATS = {"half", "float", "double"}
+UNCHANGED = cv2.IMREAD_UNCHANGED
+AS_RGB = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
 HEAD = 4096  # bytes at a file's start that tell most files apart
 FULL_SCALE = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0, np.dtype(np.float32): 1.0}
 
@@ -75,14 +77,15 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
     suffix = path.suffix.lower()
     if suffix not in STANDARD:
         return read_raw(path, demosaic)
-    wrong = fault(read_bytes(path)) if suffix == ".png" or suffix in JPEG else None
+    data = read_bytes(path) if suffix == ".png" or suffix in JPEG else None
+    wrong = None if data is None else fault(data)
     if wrong:
         raise InputError(path, wrong)
     with open_oiio(path) as file:
         spec = file.spec()
         kept = colour_channels(spec)
         if str(spec.format) in INTEGERS and spec.nchannels in (1, 3) and suffix != ".exr":
-            pixels = decode_opencv(path)
+            pixels = decode_opencv(path, data, spec.nchannels)
         else:
             pixels = decode_oiio(path, file)[..., kept]
     if pixels.shape != (spec.height, spec.width, len(kept)):
@@ -138,10 +141,14 @@ def colour_channels(spec: oiio.ImageSpec) -> list[int]:
     return [k for k in range(spec.nchannels) if k not in (spec.alpha_channel, spec.z_channel)]
 
 
-def decode_opencv(path: Path) -> np.ndarray:
+def decode_opencv(path: Path, data: bytes | None, channels: int) -> np.ndarray:
+    """A file of one or three channels, or its ``data``: PNG and JPEG, which OpenCV can give in the order R, G, B."""
     level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
-        pixels = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        if data is None:
+            pixels = cv2.imread(str(path), UNCHANGED)
+        else:
+            pixels = cv2.imdecode(np.frombuffer(data, np.uint8), AS_RGB if channels == 3 else UNCHANGED)
     finally:
         cv2.utils.logging.setLogLevel(level)
     if pixels is None:
@@ -149,7 +156,8 @@ def decode_opencv(path: Path) -> np.ndarray:
             return decode_oiio(path, file)
     if pixels.ndim == 2:
         return pixels[..., None]
-    return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB) if pixels.shape[2] == 3 else pixels
+    swap = data is None and pixels.shape[2] == 3
+    return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB) if swap else pixels
 
 
 def decode_oiio(path: Path, file: oiio.ImageInput) -> np.ndarray:

@@ -11,6 +11,7 @@ the quantile in place of their likelihood.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ QUANTILE = 0.2
 LEAST_BLOCKS = 40  # in a bin of levels
 BINS = 24
 ROUNDS = 3
+AT_ONCE = 2  # photos: numpy releases the interpreter
 TOLERATED = 0.1  # relative excess of a bin beyond its error
 TINY = 1e-30
 MAXIMUM_LEVEL = 0.9  # of white: above it clipping narrows the noise
@@ -130,12 +132,14 @@ def fit_noise(bins: Blocks) -> tuple[float, float]:
 def estimate_noise(photos: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> NoiseModel | None:
     """From several photos of one camera: (signal (h, w, c), quantisation variance (h, w, c), usable (h, w)).
 
-    None if too few blocks are usable. What quantisation explains is taken off.
+    None if too few blocks are usable. What quantisation explains is taken off. Photos are looked at side by side.
     """
     channels = photos[0][0].shape[2]
     reads, slopes = np.zeros(channels), np.zeros(channels)
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        found = list(pool.map(lambda photo: photo_blocks(*photo), photos))
     for c in range(channels):
-        blocks = gather([(signal[..., c], codes[..., c], usable) for signal, codes, usable in photos])
+        blocks = joined([one[c] for one in found])
         if len(blocks.level) < LEAST_BLOCKS:
             return None
         expected = np.ones_like(blocks.level)
@@ -146,14 +150,18 @@ def estimate_noise(photos: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) 
     return NoiseModel(reads, slopes, "estimated")
 
 
-def gather(planes: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Blocks:
-    """All usable blocks of one channel: (signal, quantisation variance, usable), (h, w) each."""
-    level, variance, quantisation = [], [], []
-    for signal, codes, usable in planes:
-        good = usable & (signal < MAXIMUM_LEVEL)
-        found = block_statistics(signal, good)
-        level.append(found[0])
-        variance.append(found[1])
-        quantisation.append(block_statistics(codes, good)[0])
-    level, variance, quantisation = map(np.concatenate, (level, variance, quantisation))
-    return Blocks(level, variance, quantisation, np.ones(len(level)))
+def photo_blocks(signal: np.ndarray, quantisation: np.ndarray, usable: np.ndarray) -> list[Blocks]:
+    """All usable blocks of a photo, (h, w, c) twice and (h, w), by channel."""
+    found = []
+    for c in range(signal.shape[2]):
+        good = usable & (signal[..., c] < MAXIMUM_LEVEL)
+        level, variance = block_statistics(signal[..., c], good)
+        codes = block_statistics(quantisation[..., c], good)[0]
+        found.append(Blocks(level, variance, codes, np.ones(len(level))))
+    return found
+
+
+def joined(parts: Sequence[Blocks]) -> Blocks:
+    """The blocks of several photos, one after another."""
+    names = ("level", "variance", "quantisation", "count")
+    return Blocks(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

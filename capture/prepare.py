@@ -228,12 +228,15 @@ def assumed_noise(channels: int) -> NoiseModel:
 
 def noise_of(sensor: Sensor, images: Sequence[Image]) -> NoiseModel:
     """Estimated from the photos; assumed where they are too small or too full to tell."""
-    photos = []
-    for image in images:
+
+    def signal(image: Image) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         value, quantisation = linear_signal(image, image.pixels, sensor)
         usable = ~grown(saturated(image.pixels, sensor.clip, image.saturated))
         if image.pixels.dtype.kind == "u":
             for c in range(image.pixels.shape[2]):
                 usable &= image.pixels[..., c] > 0  # cut off at 0, noise looks smaller
-        photos.append((value, np.broadcast_to(quantisation, value.shape), usable))
+        return value, np.broadcast_to(quantisation, value.shape), usable
+
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        photos = list(pool.map(signal, images))
     return estimate_noise(photos) or assumed_noise(len(images[0].channels))

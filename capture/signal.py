@@ -177,6 +177,8 @@ def linear_signal(image: Image, pixels: np.ndarray, sensor: Sensor) -> tuple[np.
         value = pixels.astype(np.float32)
         value *= np.float32(line.scale)
         value += np.float32(line.offset)
+        if line.step == 0.0:
+            return value, np.float32(line.floor)
         return value, np.float32(line.floor) + np.square(value * np.float32(line.step))
     if pixels.dtype.kind == "u":
         return look_up(pixels, *encoding.lookup(int(image.full_scale), channels))
