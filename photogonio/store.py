@@ -20,7 +20,8 @@ import reconstruct
 from calib.setup import Setup, load_setup, save_setup
 from capture.errors import InputError
 from capture.photoset import MANIFEST, PhotoSet
-from photogonio.provenance import hash_files
+from photogonio.hashes import remembered_hashes
+from photogonio.provenance import hash_file
 from reconstruct.table import FacetTable, load_table, save_table
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
@@ -126,11 +127,15 @@ class KeptSetup:
             return cls(None, "", {})
         files = sorted({photo.file for photo in photoset.photos})
         try:
-            found = hash_files([photoset.folder / name for name in (MANIFEST, *files)], workers=workers)
+            folder = photoset.folder.resolve()
+            manifest = hash_file(folder / MANIFEST)
+            found = remembered_hashes(
+                store, key_of("hashes", str(folder)), [folder / name for name in files], workers=workers
+            )
         except OSError:
             return cls(None, "", {})  # whoever reads the file will say what is wrong with it
-        hashes = {name: found[photoset.folder / name] for name in files}
-        key = key_of("setup", code_key(), found[photoset.folder / MANIFEST], hashes)
+        hashes = {name: found[folder / name] for name in files}
+        key = key_of("setup", code_key(), manifest, hashes)
         return cls(store, key, hashes)
 
     def load(self) -> Setup | None:
