@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from reconstruct.angles import pair_angles
 from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
@@ -32,8 +32,11 @@ def channel_colour(channels: Sequence[str], k: int) -> str:
 def coverage_figure(table: FacetTable) -> Figure:
     """Where the samples lie: the exit hemisphere (equal-area, relative to the light) by incidence."""
     theta_i, theta_r, dphi = pair_angles(table.incident, table.exit)
-    figure = Figure(figsize=(9.6, 2.5), layout="constrained")
-    axes = figure.subplots(1, len(_BANDS) - 1, subplot_kw={"projection": "polar"})
+    figure = Figure(
+        figsize=(9.6, 2.5)
+    )  # margins by hand: a layout that is worked out draws everything once more
+    margins = {"left": 0.01, "right": 0.99, "bottom": 0.29, "top": 0.9, "wspace": 0.1}
+    axes = figure.subplots(1, len(_BANDS) - 1, subplot_kw={"projection": "polar"}, gridspec_kw=margins)
     fine = table.level >= 3
     radius = np.sqrt(np.linspace(0, 1, 13 if fine else 9))
     azimuth = np.linspace(-np.pi, np.pi, 49 if fine else 25)
@@ -51,7 +54,9 @@ def coverage_figure(table: FacetTable) -> Figure:
     for ax, total, (low, high) in zip(axes, sums, _band_pairs(), strict=True):
         mesh = ax.pcolormesh(azimuth, radius, np.where(total > 0, total, np.nan).T, norm=norm, cmap="viridis")
         _dress_disk(ax, low, high)
-    figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.4, aspect=40, label="samples")
+    bar = figure.add_axes((0.3, 0.215, 0.4, 0.03))
+    plain = FuncFormatter(lambda value, _: f"{value:,.0f}")  # powers as formulae take fonts of their own
+    figure.colorbar(mesh, cax=bar, orientation="horizontal", label="samples", format=plain)
     return figure
 
 
@@ -96,8 +101,10 @@ def scatter_figure(
     labels: tuple[str, str] = ("observed f, 1/sr", "fitted f, 1/sr"),
 ) -> Figure:
     """Fitted (n, c) against observed (n, c), a panel a channel, with the correlation (the seed's fig. 3)."""
-    figure = Figure(figsize=(3.2 * max(2, len(channels)), 3.4), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(1, len(channels)))
+    width = 3.2 * max(2, len(channels))
+    figure = Figure(figsize=(width, 3.4))
+    margins = {"left": 0.75 / width, "right": 1.0 - 0.12 / width, "bottom": 0.15, "top": 0.9, "wspace": 0.24}
+    axes = np.atleast_1d(figure.subplots(1, len(channels), gridspec_kw=margins))
     for k, ax in enumerate(axes):
         x, y = observed[:, k], fitted[:, k]
         keep = np.isfinite(x) & np.isfinite(y)
@@ -140,7 +147,9 @@ def lobes_figure(
 
     Beyond ``valid`` (radians, of the exit angle) the curves are dashed: not seen, or hardly.
     """
-    figure = figure or Figure(figsize=(9.6, 2.7), layout="constrained")
+    if figure is None:
+        figure = Figure(figsize=(9.6, 2.7))
+        figure.subplots_adjust(left=0.05, right=0.99, bottom=0.02, top=0.9, wspace=0.04)
     axes = figure.subplots(1, len(_LOBE_ANGLES))
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     seen = np.abs(theta) <= valid
