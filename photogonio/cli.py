@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from capture.errors import InputError
 from photogonio.arguments import build_parser
+from photogonio.memory import keep_freed
 from photogonio.outputs import to_json
 from photogonio.progress import Reporter
 
@@ -37,6 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(args: argparse.Namespace, reporter: Reporter) -> int:
+    keep_freed()
     command = import_module(f"photogonio.commands.{args.command}")
     try:
         numbers = command.run(args, reporter)

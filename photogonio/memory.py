@@ -1,8 +1,13 @@
-"""The process's peak memory, where the system tells."""
+"""The process's memory: its peak, where the system tells, and what becomes of what is freed."""
 
 from __future__ import annotations
 
+import ctypes
+import sys
 from pathlib import Path
+
+_M_TRIM_THRESHOLD, _M_MMAP_MAX, _M_ARENA_MAX = -1, -4, -8  # malloc.h of glibc
+_MOST = 2**31 - 1
 
 _RESET, _STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")
 
@@ -23,3 +28,20 @@ def peak_megabytes() -> float:
         return float("nan")
     peaks = [int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM")]
     return peaks[0] if peaks else float("nan")
+
+
+def keep_freed() -> bool:
+    """Freed memory stays with this process, to be taken again; whether the C library could be told so.
+
+    A photo's arrays are taken and freed many times over. glibc gives each back to the system at once, which then clears
+    every page anew: a third of the time that it took to decode a TIFF, half of that of an EXR. For programs, not for
+    libraries: the setting holds for all that runs in the process.
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    try:
+        mallopt = ctypes.CDLL(None).mallopt  # musl has none
+    except (AttributeError, OSError):
+        return False
+    settings = ((_M_MMAP_MAX, 0), (_M_TRIM_THRESHOLD, _MOST), (_M_ARENA_MAX, 1))
+    return all(mallopt(name, value) == 1 for name, value in settings)
