@@ -31,7 +31,7 @@ from calib.looking import Reader, Seen
 from calib.notes import Notes
 from calib.observe import is_dark
 from calib.pose import fit_pose
-from calib.shading import Ball, fit_shading
+from calib.shading import Ball, Reading, fit_shading
 from calib.sight import FIXED_POSE, start_over
 from calib.viewpoints import Photos, check_camera, find_poses, fitted_camera, scale_corners
 from capture.errors import InputError
@@ -237,6 +237,16 @@ def test_a_photo_in_which_no_lamp_was_on(brightness, dark):
     level = brightness * reading.level / np.quantile(reading.level, 0.9)
     level = np.maximum(level + drawn.rng.normal(size=len(level)), 0)
     assert is_dark(replace(reading, level=level, noise=np.ones_like(level))) == dark
+
+
+@pytest.mark.parametrize("white", [1.0, 20.0])
+def test_a_lit_photo_of_little_white_is_not_dark(white):
+    """Black print at 1 standard error of a sample; of 30 samples one is white: it alone tells."""
+    drawn = Drawn(3)
+    samples = draw_paper(drawn.world, 0, drawn.rng).samples
+    samples = replace(samples, white=np.arange(len(samples)) % 30 == 0)
+    level = np.where(samples.white, white, 1.0) + drawn.rng.normal(size=len(samples))
+    assert is_dark(Reading(samples, level, np.ones(len(samples)))) == (white < 3)
 
 
 def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():
