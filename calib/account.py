@@ -20,6 +20,7 @@ _BALL_ASTRAY = 3.0  # expected errors of the manifest at which a ball's move is 
 _IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed
 _TILTED = np.radians(0.7)
 _SURE_TILT = 5.0  # standard errors at which a tilt is told
+_CONTRADICTED = 3.0  # times their errors, by which highlights miss all lamps; path-traced sets: 0.4 to 1.2
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
@@ -152,6 +153,12 @@ def _balls(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: Not
             notes.warnings.append(
                 f"mirror ball {k + 1} (at {place}) contradicts the others: its highlights miss by {rms[k]:.1f} px"
             )
+    if settled.highlight_scale > _CONTRADICTED:
+        notes.warnings.append(
+            "what the mirror balls show and how the paper is lit contradict each other, by "
+            f"{settled.highlight_scale:.0f} times what their errors allow: lights are uncertain. A lens that darkens "
+            "the corners does it (vignetting), and so do mirror balls that are not where the manifest says"
+        )
     if told:
         notes.residuals["mirror_balls"] = told
         notes.residuals["highlight_error_scale"] = settled.highlight_scale

@@ -170,8 +170,8 @@ def _sight(
     photoset: PhotoSet, camera: Camera, one: Seen, common: tuple[Pose, float] | None, notes: Notes
 ) -> Sight | None:
     name = light_id(photoset, one.view)
-    if common is not None:
-        corners = _agreeing(camera, common[0], one, notes)
+    if common is not None and not _moved(camera, common[0], one, notes):
+        corners = _agreeing(camera, common[0], one)
         return Sight(one.view, name, corners, common[0], FIXED_POSE, common[1], rejected=_rest(one, corners))
     fit = fit_pose(camera, one.corners) if one.corners is not None else None
     if fit is None or one.corners is None:
@@ -204,17 +204,31 @@ def _common_pose(photoset: PhotoSet, camera: Camera, seen: list[Seen]) -> tuple[
     return None if fit is None else (fit.pose, fit.rms)
 
 
-def _agreeing(camera: Camera, pose: Pose, one: Seen, notes: Notes) -> Corners | None:
-    """A photo's corners where a fixed camera must see them; a photo in which most lie elsewhere is named."""
+def _moved(camera: Camera, pose: Pose, one: Seen, notes: Notes) -> bool:
+    """Whether most of a photo's corners agree on another pose than the fixed camera's; such a photo is named."""
+    if one.corners is None or len(one.corners) < FEWEST_CORNERS:
+        return False
+    miss = _misses(camera, pose, one.corners)
+    if np.mean(miss > _ASTRAY) <= _MOVED or fit_pose(camera, one.corners) is None:
+        return False
+    notes.warnings.append(
+        f"{one.view.name}: the board is {np.median(miss):.1f} px off where the fixed camera sees it in the others; "
+        "something moved, so this photo has a pose of its own"
+    )
+    return True
+
+
+def _agreeing(camera: Camera, pose: Pose, one: Seen) -> Corners | None:
+    """A photo's corners where a fixed camera must see them."""
     if one.corners is None or len(one.corners) == 0:
         return None
-    miss = np.linalg.norm(camera.project(pose, one.corners.points) - one.corners.pixels, axis=1)
-    if np.mean(miss > _ASTRAY) > _MOVED and len(miss) >= FEWEST_CORNERS:
-        notes.warnings.append(
-            f"{one.view.name}: the board is {np.median(miss):.1f} px off where the fixed camera sees it in the others"
-        )
-    kept = one.corners.keep(miss < _ASTRAY)
+    kept = one.corners.keep(_misses(camera, pose, one.corners) < _ASTRAY)
     return kept if len(kept) else None
+
+
+def _misses(camera: Camera, pose: Pose, corners: Corners) -> np.ndarray:
+    """(n,) pixels between corners and where ``pose`` puts them."""
+    return np.linalg.norm(camera.project(pose, corners.points) - corners.pixels, axis=1)
 
 
 def check_camera(

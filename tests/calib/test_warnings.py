@@ -178,9 +178,24 @@ def test_a_still_camera_that_moved():
     drawn = Drawn(9, fixed=True)
     assert drawn.world.views[0] is drawn.world.views[1]
     drawn.samples[4] = replace(drawn.samples[4], pixels=drawn.samples[4].pixels + np.array([5.0, 0]))
-    _, _, _, sights = drawn.camera()
+    camera, _, _, sights = drawn.camera()
     assert drawn.said("s4: the board is 5.0 px off")
-    assert all(s.pose_block == FIXED_POSE for s in sights)
+    moved = [s.view.name for s in sights if s.pose_block != FIXED_POSE]
+    assert moved == ["s4"]
+    corners = sights[4].corners
+    assert corners is not None
+    shift = camera.project(sights[4].pose, corners.points) - camera.project(sights[0].pose, corners.points)
+    # both poses are fitted to two dozen corners or more, drawn to tenths of a pixel
+    np.testing.assert_allclose(shift.mean(0), [5.0, 0.0], atol=0.3)
+
+
+@pytest.mark.parametrize(("times", "said"), [(1.2, False), (8.5, True)])
+def test_mirror_balls_and_paper_that_contradict_each_other_are_told(times, said):
+    drawn = Drawn(12)
+    found, sights = drawn.settled()
+    drawn.notes.warnings.clear()
+    account(drawn.photoset, replace(found, highlight_scale=times), sights, drawn.notes)
+    assert any("contradict each other" in w for w in drawn.notes.warnings) == said
 
 
 def test_a_sample_ball_that_stands_elsewhere():
