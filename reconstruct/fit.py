@@ -33,6 +33,11 @@ from reconstruct.uncertainty import Uncertainty, uncertainty_of
 
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
+HIGHER_AUTO_TABLE = (
+    16,
+    20,
+    24,
+)  # on, while the one before predicts best: for glosses that are no lobe of ours
 HIGHEST_AUTO_TURNING = 4  # of a surface that is not isotropic: 120 modes
 MOST_MODES = 1300  # of those asked for
 MOST_CELLS = (
@@ -195,9 +200,20 @@ def _select(
     weight = independence(cells) * again.weight / (work.deviation * again.scale) ** 2
     common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
+    tolerated, thrifty = _tolerated(cells, work.deviation * again.scale), crosses(cells)
     tried = try_all(cells, weight, symmetry, _orders(options, cells, symmetry), wanted, common)
-    tolerated = _tolerated(cells, work.deviation * again.scale)
-    return tried, *choose(tried, tolerated, thrifty=crosses(cells))
+    chosen, best = choose(tried, tolerated, thrifty=thrifty)
+    for order in HIGHER_AUTO_TABLE if _may_be_finer(options, cells, symmetry) else ():
+        tried += try_all(cells, weight, symmetry, (order,), wanted, common)
+        chosen, best = choose(tried, tolerated, thrifty=thrifty)
+        if best.order < order:
+            break
+    return tried, chosen, best
+
+
+def _may_be_finer(options: FitOptions, cells: Cells, symmetry: str) -> bool:
+    """Whether orders beyond the usual ones may be tried: of measured rows, of an isotropic surface."""
+    return options.order is None and not cells.binned and symmetry == "isotropic"
 
 
 def _tolerated(cells: Cells, deviation: np.ndarray) -> float:

@@ -12,11 +12,11 @@ from reconstruct.angles import pair_angles
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells, cells_of
 from reconstruct.fit import FitOptions, fit_table
-from reconstruct.measured import read_samples, samples_table
+from reconstruct.measured import Samples, read_samples, samples_table
 from reconstruct.microfacet import CORRELATED_SCHLICK
 from reconstruct.model import LobeSet, Model
 from reconstruct.physics import held_pairs
-from synthetic.brdf import angle_grid, make_brdf, on_grid
+from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "nist-ptfe"
 PLAN = Plan(views=16, pixels=4000, level=3)
@@ -148,6 +148,25 @@ def test_published_coefficients_lie_within_the_standard_errors():
     ]
     assert len(z) >= 30
     assert np.mean(np.abs(z) < 2.0) >= 0.9
+
+
+def test_a_goniometer_s_gloss_that_is_no_lobe_of_ours_gets_the_modes_it_needs():
+    """A cosine to the power of 20 about the mirror direction holds harmonics up to degree 20."""
+    step = np.radians(10.0)
+    theta_i, theta_r, phi_r = (
+        angle.ravel()
+        for angle in np.meshgrid(
+            step / 2 + step * np.arange(8), step * np.arange(9), 1.5 * step * np.arange(13)
+        )
+    )
+    incident, exit = directions(theta_i, np.zeros_like(phi_r)), directions(theta_r, phi_r)
+    truth = make_brdf("phong", {"power": 20.0})
+    true = truth(incident, exit)
+    noisy = true * (1.0 + 0.01 * np.random.default_rng(0).normal(size=true.shape))
+    rows = Samples(theta_i, np.zeros_like(phi_r), theta_r, phi_r, noisy, None, ("R", "G", "B"))
+    auto, twelve = (fit_table(samples_table(rows), FitOptions(order=order)).brdf for order in (None, 12))
+    assert auto.order > 12
+    assert relative_error(auto, truth).max() <= 0.3 * relative_error(twelve, truth).min()
 
 
 def test_cells_without_a_number_are_refused_in_words():
