@@ -36,7 +36,7 @@ _SAMPLE_RADIUS = 0.004
 _STANDS = 0.002  # of its radius: how well a ball that stands on the paper touches it
 _LIMB_BIAS = 0.1  # pixels
 _LAMP_SIZE = 0.7  # of the logarithm of the lamp's radius
-BEAM_HELD, _BEAM = 0.05, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
+BEAM_HELD, _BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
 _BLACK = 0.3  # of the logarithm of black print over white
 
 Posed = tuple[str, Corners, Pose]  # block's name, corners and pose of one calibration photo

@@ -10,10 +10,10 @@ import numpy as np
 from calib.bounce import bounce_on_patch
 from calib.camera import Camera, Pose
 from calib.masks import fill
-from calib.occlusion import direct, lit_fraction
+from calib.occlusion import direct, lit_fraction, log_cosine
 from calib.paper import behind_ball
 from calib.setup import Light
-from calib.shading import Reading, Scene, log_cosine
+from calib.shading import Reading, Scene
 from capture.photoset import WhitePatch
 from capture.radiance import RadianceImage
 
@@ -70,7 +70,7 @@ def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[
     balls = scene.polished + (() if scene.sample is None else (scene.sample,))
     table = np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
     share = lit_fraction(points, light.place, scene.lamp_radius, table, scene.blur)
-    shape *= np.exp(scene.narrow * log_cosine(points, light.place, scene.aim))[:, None]
+    shape *= np.exp(scene.narrow * log_cosine(points, light.place, np.array(scene.aim)))[:, None]
     extra = amounts[2:] * stray.even
     if scene.sample is not None:
         ball = scene.sample

@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.bounce import bounce_columns, polished_bounce
 from calib.closeup import INK, Close
-from calib.occlusion import direct, lit_board, lit_fraction
+from calib.occlusion import direct, lit_board, lit_fraction, log_cosine
 from calib.paper import PaperSamples
 
 # x, y, z, log strength of white, diffuse and glossy bounce, even light, slopes along x and y, reflectance of polished
@@ -195,8 +195,9 @@ class _Board:
         lit_board(
             self.points, values[:3].copy(), tone, scene.lamp_radius, _table(scene), spread, bare, shaded
         )
-        beam = np.exp(scene.narrow * log_cosine(self.points, values[:3], scene.aim))
-        bare, shaded = beam * bare, beam * shaded
+        if scene.narrow:
+            beam = np.exp(scene.narrow * log_cosine(self.points, values[:3], np.array(scene.aim)))
+            bare, shaded = beam * bare, beam * shaded
         own = slice(len(self.reading.level))
         return _Light(tone, bare, shaded, self.tilt(values), _middle(bare[own], tone[own]))
 
@@ -226,13 +227,6 @@ class _Light:
 
     def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
         return self.shaded * self.tilt + self.tone * (thrown @ values[_THROWN] + values[EVEN] * self.even)
-
-
-def log_cosine(points: np.ndarray, place: np.ndarray, aim: tuple[float, float, float]) -> np.ndarray:
-    """Logarithm (n,) of the cosine between a lamp's axis, which points from ``place`` at ``aim``, and its rays."""
-    axis, ray = np.asarray(aim) - place, points - place
-    cosine = ray @ axis / (np.linalg.norm(axis) * np.linalg.norm(ray, axis=1))
-    return np.log(np.maximum(cosine, 0.05))
 
 
 def _middle(above: np.ndarray, below: np.ndarray) -> float:
@@ -402,7 +396,9 @@ def _derivatives(
     if count > LOCAL:
         ink = np.exp(values[_BLACK]) * (1.0 - board.white) * np.exp(values[3])
         design[_BLACK] = base * ink / light.tone
-        design[_NARROW] = light.shaded * light.tilt * log_cosine(board.points, values[:3], scene.aim)
+        design[_NARROW] = (
+            light.shaded * light.tilt * log_cosine(board.points, values[:3], np.array(scene.aim))
+        )
     return design
 
 
