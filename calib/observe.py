@@ -152,13 +152,14 @@ def _paper(photoset: PhotoSet, reader: Reader, camera: Camera, sight: Sight) -> 
 
 
 def is_dark(reading: Reading) -> bool:
-    """Whether not even the brightest tenth of the white paper stands out of the noise: a lamp that failed, a lens cap.
+    """Whether nothing stands out of the noise, of neither the white print's brightest tenth nor all paper's: a lamp
+    that failed, a lens cap.
 
-    Black print says nothing: seen at a slant a board yields ten black samples for each white one.
+    Either alone may mislead: seen at a slant a board yields ten black samples for each white one, and in a small
+    picture the few white ones may all lie in a shadow.
     """
-    white = reading.samples.white
-    told = white if white.any() else np.ones_like(white)
-    return float(np.mean((reading.level > _DARK * np.sqrt(reading.noise))[told])) < 0.1
+    lit, white = reading.level > _DARK * np.sqrt(reading.noise), reading.samples.white
+    return all(float(np.mean(one)) < 0.1 for one in (lit, lit[white]) if len(one))
 
 
 def _sample_limb(

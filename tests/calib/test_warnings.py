@@ -264,6 +264,14 @@ def test_a_lit_photo_of_little_white_is_not_dark(white):
     assert is_dark(Reading(samples, level, np.ones(len(samples)))) == (white < 3)
 
 
+def test_a_lit_photo_whose_white_lies_in_shadow_is_not_dark():
+    drawn = Drawn(3)
+    samples = draw_paper(drawn.world, 0, drawn.rng).samples
+    samples = replace(samples, white=np.arange(len(samples)) < 6)
+    level = np.where(samples.white, 0.0, 20.0) + drawn.rng.normal(size=len(samples))
+    assert not is_dark(Reading(samples, level, np.ones(len(samples))))
+
+
 def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():
     drawn = Drawn(3, fixed=True)
     *_, sights = drawn.camera()
