@@ -18,7 +18,7 @@ from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable
 
 ON_GROUND = 0.1  # of a ball's radius: how far its foot may be from the frame's z = 0, and stand there
-LEAST_SHOWN = 0.2  # share of what lies near the sample that some photo must show; the rest is taken as what is nearest
+LEAST_SHOWN = 0.2  # share of what lies near the sample that photos must show; the rest is as the nearest
 
 PhotoAround = Callable[[RadianceReader, Setup, ViewSetup, View], np.ndarray]
 

@@ -33,11 +33,7 @@ from reconstruct.uncertainty import Uncertainty, uncertainty_of
 
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
-HIGHER_AUTO_TABLE = (
-    16,
-    20,
-    24,
-)  # on, while the one before predicts best: for glosses that are no lobe of ours
+HIGHER_AUTO_TABLE = (16, 20, 24)  # on, while the one before predicts best: for odd glosses
 HIGHEST_AUTO_TURNING = 4  # of a surface that is not isotropic: 120 modes
 MOST_MODES = 1300  # of those asked for
 MOST_CELLS = (

@@ -49,6 +49,17 @@ def test_the_check_sees_imports_inside_functions():
     assert "synthetic.brdf" in imported(tree)
 
 
+def test_every_module_has_its_place_on_the_map():
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rooms = {line.split("`")[1].strip("/"): line for line in text.splitlines() if line.startswith("| `")}
+    modules = [
+        path for room in ROOMS for path in (ROOT / room).glob("*.py") if path.stem.strip("_") == path.stem
+    ]
+    assert [
+        str(path.relative_to(ROOT)) for path in modules if f"`{path.stem}`" not in rooms[path.parent.name]
+    ] == []
+
+
 def test_synthetic_uses_no_solver():
     for path in sorted((ROOT / "synthetic").rglob("*.py")):
         modules = {".".join(name.split(".")[:2]) for name in imported(ast.parse(path.read_text()))}
