@@ -53,6 +53,12 @@ def table_of(setup: Setup, albedo: float = ALBEDO) -> FacetTable:
     )  # fmt: skip
 
 
+def alike(table: FacetTable, brightness: float) -> UnknownStray:
+    """A ground as bright in every view."""
+    lights = dict(zip(table.groups, LIGHTS, strict=True))
+    return UnknownStray(SAMPLE, lights, dict.fromkeys(table.groups, brightness), True)
+
+
 def thrown(normal: np.ndarray, radiance: float) -> np.ndarray:
     """Irradiance (n,) of a ground of even ``radiance``: midpoint sum over 500 x 720 directions below the horizon."""
     z = -(np.arange(500) + 0.5) / 500
@@ -114,9 +120,7 @@ def test_proportions_bound_the_brightness_by_a_sample_that_is_no_whiter_than_whi
 def test_what_stands_out_is_left_out_and_counted():
     setup = setup_of()
     table = table_of(setup)
-    unknown = UnknownStray(
-        SAMPLE, dict(zip(table.groups, LIGHTS, strict=True)), dict.fromkeys(table.groups, 0.1), True
-    )
+    unknown = alike(table, 0.1)
     kept, spoilt = without_spoilt(table, unknown)
     share = unknown.shares(table.place / table.weight[:, None], table.group, table.groups)
     assert spoilt.beyond == pytest.approx(spoilt.typical + TOLERANCE)
@@ -132,9 +136,7 @@ def test_what_stands_out_is_left_out_and_counted():
 def test_never_more_than_the_worst_quarter_is_left_out():
     setup = setup_of()
     table = table_of(setup)
-    unknown = UnknownStray(
-        SAMPLE, dict(zip(table.groups, LIGHTS, strict=True)), dict.fromkeys(table.groups, 1.0), True
-    )
+    unknown = alike(table, 1.0)
     _, spoilt = without_spoilt(table, unknown)
     assert spoilt.beyond > spoilt.typical + TOLERANCE
     assert spoilt.pixels == pytest.approx(MOST * spoilt.of, abs=10)
@@ -154,9 +156,7 @@ def test_cells_are_believed_the_less_the_more_stray_light_they_may_hold():
     setup = setup_of()
     table = table_of(setup)
     cells = cells_of(table)
-    unknown = UnknownStray(
-        SAMPLE, dict(zip(table.groups, LIGHTS, strict=True)), dict.fromkeys(table.groups, 0.1), True
-    )
+    unknown = alike(table, 0.1)
     share = unknown.shares(cells.place, cells.group, cells.groups)
     doubt = unknown(cells)
     np.testing.assert_allclose(doubt[:, 0], share / np.sqrt(12.0) * ALBEDO / np.pi, rtol=1e-12)
