@@ -8,24 +8,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
-from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TURN_BOUNDS, TYPICAL_F0, Family
+from reconstruct.microfacet import TYPICAL_F0, Family
 from reconstruct.model import LobeSet, Model
+from reconstruct.profile import TOLERANCE, Profile, descend
 from reconstruct.robust import freedom_of, independence, level, residual_scale, student_cost, student_weights
 from reconstruct.select import Prior
-from reconstruct.solve import Common, Factors, FoldedDesign, Statistics, solve
+from reconstruct.solve import Common
 
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
 TURNS = ((1.0, 1.0), (1.6, 1.0), (1.0, 1.6), (0.625, 1.0), (1.0, 0.625))  # stretch and skew
 ROUNDS = 4  # of reweighting
 SEARCH_CELLS = 3000  # more do not move the shapes
 COARSE, FINE = 0.15, 0.03  # first steps of the search, in logarithms of the shapes
-TOLERANCE = 1e-3  # of the logarithms
-DIFFERENCE = 1e-5  # of a logarithm, for slopes
-LEAST_CURVATURE = 1e-6  # of the largest: a shape that hardly matters
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,96 +110,6 @@ def starting_shape(family: Family, roughness: float, turn: tuple[float, float] =
     return np.array([start[name] for name in family.shape_names])
 
 
-class Profile:
-    """The linear part of a fit as a function of the lobes' shapes alone."""
-
-    def __init__(
-        self,
-        cells: Cells,
-        design: np.ndarray,
-        weight: np.ndarray,
-        penalty: np.ndarray,
-        common: Common | None = None,
-    ):
-        """``design`` (n, m) of the modes at ``cells``, ``weight`` (n, c), ``penalty`` (c, m) of their squares."""
-        self._cells, self._design, self._weight, self._common = cells, design, weight, common
-        self._penalty = penalty
-        self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int), common)
-        self._factors = Factors(self._folded.modes_gram, penalty)
-
-    def cost(self, lobes: LobeSet) -> float:
-        """Least penalised weighted sum of squares with these shapes."""
-        return self._cost(*self._solve(lobes)[:2])
-
-    def slopes(self, lobes: LobeSet) -> tuple[float, np.ndarray, np.ndarray]:
-        """:meth:`cost`, its derivatives (p,) by the logarithms of the shapes, and those of Gauss and Newton's second
-        derivatives (p,) with the linear coefficients held.
-
-        At the least, what the linear coefficients do with the shapes changes nothing, to first order.
-        """
-        statistics, solution, fixed, columns = self._solve(lobes)
-        modes, own = solution[0, :, : statistics.modes].T, solution[0, :, statistics.modes :].T
-        said = fixed[:, None] + columns @ own
-        residual = self._cells.value - said - self._design @ modes
-        if self._common is not None:
-            residual -= self._common.shared(residual, self._weight)
-        pull, logs = self._weight * residual, lobes.flat()
-        first, second = np.empty_like(logs), np.empty_like(logs)
-        for p in range(len(logs)):
-            ahead = logs.copy()
-            ahead[p] += DIFFERENCE
-            slope = (_said(lobes.with_flat(ahead), self._cells, own) - said) / DIFFERENCE
-            first[p] = -2.0 * np.vdot(pull, slope)
-            second[p] = 2.0 * np.vdot(self._weight * slope, slope)
-        return self._cost(statistics, solution), first, second
-
-    def model_parts(self, lobes: LobeSet) -> tuple[np.ndarray, LobeSet, np.ndarray]:
-        """Mode coefficients (m, c), the lobes and their coefficients (q, c): the rest of a :class:`Model`."""
-        statistics, solution = self._solve(lobes)[:2]
-        return solution[0, :, : statistics.modes].T, lobes, solution[0, :, statistics.modes :].T
-
-    def _solve(self, lobes: LobeSet) -> tuple[Statistics, np.ndarray, np.ndarray, np.ndarray]:
-        """Sums and their solution, and the lobes' fixed part and columns."""
-        fixed, columns = lobes.columns(self._cells)
-        statistics = self._folded.statistics(self._cells.value - fixed[:, None], columns)
-        return statistics, solve(statistics, self._factors, lobes.upper_bounds()), fixed, columns
-
-    def _cost(self, statistics: Statistics, solution: np.ndarray) -> float:
-        modes = solution[0, :, : statistics.modes]
-        return float(statistics.residual(solution).sum() + np.sum(self._penalty * modes**2))
-
-
-def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TOLERANCE) -> LobeSet:
-    """The shapes of least cost near those of ``lobes``, first tried ``step`` apart in their logarithms, to within
-    ``tolerance`` of those."""
-    if not lobes.families:
-        return lobes
-    low, high = np.array(_bounds(lobes)).T
-    start = np.clip(lobes.flat(), low + step, high - step)
-    at_start = profile.slopes(lobes.with_flat(start))
-    second = at_start[2]
-    size = np.sqrt(np.maximum(second, max(LEAST_CURVATURE * second.max(), np.finfo(float).tiny)))
-
-    def scaled(y: np.ndarray) -> tuple[float, np.ndarray]:
-        cost, first, _ = profile.slopes(lobes.with_flat(start + y / size)) if y.any() else at_start
-        return cost, first / size
-
-    found = minimize(
-        scaled,
-        np.zeros_like(start),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=list(zip((low - start) * size, (high - start) * size, strict=True)),
-        options={"ftol": 1e-9, "gtol": 1e-3 * tolerance * size.min()},
-    )
-    return lobes.with_flat(start + found.x / size)
-
-
-def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
-    fixed, columns = lobes.columns(cells)
-    return fixed[:, None] + columns @ coefficients
-
-
 def _best_start(profile: Profile, start: LobeSet, free: int) -> LobeSet:
     kept = start.shapes[: len(start.shapes) - free]
     anew = start.families[len(kept) :]
@@ -212,11 +119,6 @@ def _best_start(profile: Profile, start: LobeSet, free: int) -> LobeSet:
             new = tuple(starting_shape(family, roughness, turn) for family in anew)
             trials.append(LobeSet(start.families, kept + new))
     return min(trials, key=profile.cost)
-
-
-def _bounds(lobes: LobeSet) -> list[tuple[float, float]]:
-    limits = {"roughness": ROUGHNESS_BOUNDS, "f0": F0_BOUNDS, "stretch": TURN_BOUNDS, "skew": TURN_BOUNDS}
-    return [tuple(np.log(limits[name])) for family in lobes.families for name in family.shape_names]
 
 
 def _predict(cells: Cells, design: np.ndarray, model: Model) -> np.ndarray:

@@ -204,6 +204,22 @@ class FoldedDesign:
             self._take_away_shared(target, columns, *parts)
         return Statistics(self._gram, *parts, np.diff(self._bounds))
 
+    def own_products(self, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sums over all cells of ``rows`` (k, n, c), which are each channel's own, with the modes and lobe ``columns``
+        (n, q), (c, m + q, k), and with one another, (c, k, k)."""
+        rows = np.ascontiguousarray(np.transpose(rows[:, self._rows], (0, 2, 1)))
+        weighed, columns = rows * self._weight, _by_channel(columns[self._rows])
+        flat = weighed.reshape(-1, weighed.shape[-1])
+        across = np.concatenate([flat @ self._design, flat @ columns.T], axis=-1)
+        across = np.transpose(across.reshape(*rows.shape[:2], -1), (1, 2, 0))
+        own = np.swapaxes(weighed, 0, 1) @ np.transpose(rows, (1, 2, 0))
+        if self._common:
+            along = self._along(rows)
+            every = np.concatenate([self._modes_along, self._along(columns)], axis=1)
+            across = across - every @ np.swapaxes(along, 1, 2)
+            own -= along @ np.swapaxes(along, 1, 2)
+        return across, own
+
     def _take_away_shared(self, target, columns, across, lobes_gram, moment, square) -> None:
         lobes, values = self._along(columns), self._along(target[None])
         across -= self._products(self._modes_along, lobes)

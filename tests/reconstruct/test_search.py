@@ -7,8 +7,8 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.microfacet import families, lobe_columns
 from reconstruct.model import LobeSet
-from reconstruct.robust import independence, level
-from reconstruct.search import Profile, search_lobes, starting_shape
+from reconstruct.robust import independence
+from reconstruct.search import search_lobes, starting_shape
 from reconstruct.select import Prior
 
 PRIOR = Prior(0.1, 1.0)
@@ -40,24 +40,6 @@ def test_the_shape_that_made_the_data_is_found_from_afar(family, roughness):
     # 3000 values of 0.3 %: the search's own tolerance, 1e-3 of the logarithm, is what remains
     np.testing.assert_allclose(fitted.model.lobes.shapes[0], shape, rtol=5e-3)
     assert fitted.scale == pytest.approx(1.0, rel=0.05)
-
-
-def test_the_cost_is_that_of_penalised_least_squares():
-    family = families(absolute=True)[0]
-    cells, deviation = observed(family, np.array([0.2]), np.array([[0.05, 0.1]]))
-    basis = Basis("isotropic", 3)
-    design, weight = basis.design(cells), 1.0 / deviation**2
-    penalty = PRIOR.precision(basis.degree(), level(cells))
-    lobes = start_of(family, 0.27)
-    fixed, columns = lobes.columns(cells)
-    full, direct = np.hstack([design, columns]), 0.0
-    for c in range(2):
-        root = np.sqrt(weight[:, c, None])
-        prior = np.hstack([np.diag(np.sqrt(penalty[c])), np.zeros((len(penalty[c]), 1))])
-        rows, right = np.vstack([root * full, prior]), root[:, 0] * (cells.value[:, c] - fixed)
-        right = np.r_[right, np.zeros(len(prior))]
-        direct += np.sum((rows @ np.linalg.lstsq(rows, right)[0] - right) ** 2)
-    assert Profile(cells, design, weight, penalty).cost(lobes) == pytest.approx(direct, rel=1e-6)
 
 
 def test_outliers_do_not_move_the_shape():

@@ -1,0 +1,164 @@
+"""Least squares as a function of the lobes' shapes alone, and the way down it: variable projection.
+
+The linear coefficients are solved for at any shapes (Golub and Pereyra 1973); slopes are those of the residual with
+what the linear coefficients take of them removed (Kaufman 1975), which makes the steps of Gauss and Newton few even
+where two shapes can hardly be told apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.cells import Cells
+from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TURN_BOUNDS
+from reconstruct.model import LobeSet
+from reconstruct.solve import RIDGE, Common, Factors, FoldedDesign, Statistics, solve
+
+TOLERANCE = 1e-3  # of the logarithms
+DIFFERENCE = 1e-5  # of a logarithm, for slopes
+SETTLED = 1e-3  # of the cost, a weighted sum of squares: a thirtieth of a standard error
+STEPS = 30  # of a descent, at most
+FARTHEST = 1.0  # of a logarithm in one step
+_DAMPING = (1e-3, 1e8)  # at first, relative to the diagonal, and where a descent gives up
+_BOUNDS = {"roughness": ROUGHNESS_BOUNDS, "f0": F0_BOUNDS, "stretch": TURN_BOUNDS, "skew": TURN_BOUNDS}
+
+
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """The cost at some shapes, and how it falls; all by the logarithms of the shapes."""
+
+    cost: float
+    first: np.ndarray  # (p,) derivatives
+    second: np.ndarray  # (p, p) those of Gauss and Newton
+
+
+class Profile:
+    """The linear part of a fit as a function of the lobes' shapes alone."""
+
+    def __init__(
+        self,
+        cells: Cells,
+        design: np.ndarray,
+        weight: np.ndarray,
+        penalty: np.ndarray,
+        common: Common | None = None,
+    ):
+        """``design`` (n, m) of the modes at ``cells``, ``weight`` (n, c), ``penalty`` (c, m) of their squares."""
+        self._cells, self._design, self._weight, self._common = cells, design, weight, common
+        self._penalty = penalty
+        self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int), common)
+        self._factors = Factors(self._folded.modes_gram, penalty)
+
+    def cost(self, lobes: LobeSet) -> float:
+        """Least penalised weighted sum of squares with these shapes."""
+        return self._cost(*self._solve(lobes)[:2])
+
+    def slope(self, lobes: LobeSet) -> Slope:
+        """:meth:`cost` and its derivatives.
+
+        At the least, what the linear coefficients do with the shapes changes nothing, to first order.
+        """
+        statistics, solution, fixed, columns = self._solve(lobes)
+        modes, own = solution[0, :, : statistics.modes].T, solution[0, :, statistics.modes :].T
+        said = fixed[:, None] + columns @ own
+        residual = self._cells.value - said - self._design @ modes
+        if self._common is not None:
+            residual -= self._common.shared(residual, self._weight)
+        pull, logs = self._weight * residual, lobes.flat()
+        slopes = np.empty((len(logs), *said.shape))
+        for p in range(len(logs)):
+            ahead = logs.copy()
+            ahead[p] += DIFFERENCE
+            slopes[p] = (_said(lobes.with_flat(ahead), self._cells, own) - said) / DIFFERENCE
+        first = -2.0 * np.tensordot(slopes, pull, 2)
+        second = 2.0 * self._projected(statistics, solution, slopes, columns, lobes.upper_bounds())
+        return Slope(self._cost(statistics, solution), first, second)
+
+    def model_parts(self, lobes: LobeSet) -> tuple[np.ndarray, LobeSet, np.ndarray]:
+        """Mode coefficients (m, c), the lobes and their coefficients (q, c): the rest of a model."""
+        statistics, solution = self._solve(lobes)[:2]
+        return solution[0, :, : statistics.modes].T, lobes, solution[0, :, statistics.modes :].T
+
+    def _solve(self, lobes: LobeSet) -> tuple[Statistics, np.ndarray, np.ndarray, np.ndarray]:
+        """Sums and their solution, and the lobes' fixed part and columns."""
+        fixed, columns = lobes.columns(self._cells)
+        statistics = self._folded.statistics(self._cells.value - fixed[:, None], columns)
+        return statistics, solve(statistics, self._factors, lobes.upper_bounds()), fixed, columns
+
+    def _cost(self, statistics: Statistics, solution: np.ndarray) -> float:
+        modes = solution[0, :, : statistics.modes]
+        return float(statistics.residual(solution).sum() + np.sum(self._penalty * modes**2))
+
+    def _projected(
+        self,
+        statistics: Statistics,
+        solution: np.ndarray,
+        slopes: np.ndarray,
+        columns: np.ndarray,
+        upper: np.ndarray,
+    ) -> np.ndarray:
+        """(p, p) products of ``slopes`` (p, n, c) without what modes and lobes ``columns`` take of them; a lobe whose
+        coefficient is at a bound takes nothing."""
+        across, gram = self._folded.own_products(slopes, columns)
+        own = solution[0, :, statistics.modes :]
+        held = np.zeros(across.shape[:2], bool)
+        held[:, statistics.modes :] = (own <= 0.0) | (own >= upper)
+        taken = statistics.gram[0].copy()
+        every = np.arange(taken.shape[-1])
+        taken[:, every[: statistics.modes], every[: statistics.modes]] += self._penalty
+        taken[held[:, :, None] | held[:, None, :]] = 0.0
+        diagonal = taken[:, every, every]
+        taken[:, every, every] = np.where(held, 1.0, diagonal + RIDGE * diagonal.mean(1, keepdims=True))
+        across = np.where(held[..., None], 0.0, across)
+        return (gram - np.swapaxes(across, 1, 2) @ np.linalg.solve(taken, across)).sum(0)
+
+
+def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TOLERANCE) -> LobeSet:
+    """The shapes of least cost near those of ``lobes``, kept ``step`` off their bounds at first, to within
+    ``tolerance`` of their logarithms, or to where the cost hardly falls: Levenberg and Marquardt's steps."""
+    if not lobes.families:
+        return lobes
+    low, high = np.array(_bounds(lobes)).T
+    place = np.clip(lobes.flat(), low + step, high - step)
+    here, damping = profile.slope(lobes.with_flat(place)), _DAMPING[0]
+    for _ in range(STEPS):
+        there = np.clip(place + _step(here, place, low, high, damping), low, high)
+        move = there - place
+        expected = -(here.first @ move) - 0.5 * move @ here.second @ move
+        if np.abs(move).max() < tolerance or expected < SETTLED:
+            place = there if expected > 0.0 else place
+            break
+        tried = profile.slope(lobes.with_flat(there))
+        if tried.cost < here.cost:
+            good = (here.cost - tried.cost) / expected
+            place, here, damping = there, tried, damping * (0.1 if good > 0.25 else 2.0)
+        else:
+            damping *= 10.0
+        if damping > _DAMPING[1]:
+            break
+    return lobes.with_flat(place)
+
+
+def _step(here: Slope, place: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float) -> np.ndarray:
+    """Toward the least of the quadratic model, damped; shapes at a bound that would pass it stay."""
+    step = np.zeros_like(place)
+    free = ~(((place <= low) & (here.first > 0.0)) | ((place >= high) & (here.first < 0.0)))
+    if not free.any():
+        return step
+    second = here.second[np.ix_(free, free)]
+    diagonal = np.diag(second)
+    least = max(1e-6 * diagonal.max(), np.finfo(float).tiny)
+    damped = second + damping * np.diag(np.maximum(diagonal, least))
+    step[free] = -np.linalg.solve(damped, here.first[free])
+    return step * min(1.0, FARTHEST / max(np.abs(step).max(), np.finfo(float).tiny))
+
+
+def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
+    fixed, columns = lobes.columns(cells)
+    return fixed[:, None] + columns @ coefficients
+
+
+def _bounds(lobes: LobeSet) -> list[tuple[float, float]]:
+    return [tuple(np.log(_BOUNDS[name])) for family in lobes.families for name in family.shape_names]
