@@ -6,7 +6,7 @@ from the top left). OpenCV's board frame has y down the page and z into it; it i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -14,7 +14,9 @@ import numpy as np
 from capture.errors import InputError
 from capture.photoset import MANIFEST, Board
 
+FEWEST_CORNERS = 6  # that tell where the camera was
 _ENOUGH_MARKERS = 2  # a homography from fewer is not trusted for the search window
+_PLAIN = 32.0  # pixels of all sides of markers in a smaller picture, in which others are then found as well
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,12 +108,17 @@ def find_corners(board: Board, image: np.ndarray, fine: np.ndarray) -> Corners:
     ``image`` (h, w) uint8 is searched for markers; ``fine`` (h, w) float32, linear in light, places the corners to a
     fraction of a pixel. Few or no corners is not an error here.
     """
-    parameters = cv2.aruco.DetectorParameters()
-    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    return placed_corners(board, searched_corners(board, image), fine)
+
+
+def searched_corners(board: Board, image: np.ndarray) -> Corners:
+    """The same to a pixel, as the search for markers leaves them."""
     made = opencv_board(board)
     if board.kind == "charuco":
         found, ids, quads, marks = _find_charuco(made, image)
     else:
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         detector = cv2.aruco.ArucoDetector(dictionary(board.dictionary), parameters)
         quads, marks, rejected = detector.detectMarkers(image)
         if marks is not None and len(marks) >= _ENOUGH_MARKERS:
@@ -120,8 +127,25 @@ def find_corners(board: Board, image: np.ndarray, fine: np.ndarray) -> Corners:
     points = board_points(board)[ids]
     quads = np.array([np.asarray(q, float).reshape(4, 2) for q in quads]).reshape(-1, 4, 2)
     marks = np.zeros(0, int) if marks is None else np.asarray(marks).reshape(-1).astype(int)
-    pixels, sigma = _refine(board, fine, points, found)
-    return Corners(ids, points, pixels, sigma, marks, quads)
+    return Corners(ids, points, found, np.full(len(ids), 0.5), marks, quads)
+
+
+def corners_of_half(board: Board, image: np.ndarray) -> Corners | None:
+    """The corners to a pixel or two from a picture of half the size (h, w); None if it may not show all."""
+    if board.kind != "charuco":  # of others, what is not found is not looked for again
+        return None
+    found = searched_corners(board, image)
+    sides = np.linalg.norm(found.marker_pixels - np.roll(found.marker_pixels, 1, axis=1), axis=2)
+    if len(found) < FEWEST_CORNERS or sides.min() < _PLAIN:
+        return None
+    doubled, quads = (2 * part + 0.5 for part in (found.pixels, found.marker_pixels))
+    return replace(found, pixels=doubled, marker_pixels=quads)
+
+
+def placed_corners(board: Board, corners: Corners, fine: np.ndarray) -> Corners:
+    """Corners to a fraction of a pixel, of those from a search; ``fine`` (h, w) float32 is linear in light."""
+    pixels, sigma = _refine(board, fine, corners.points, corners.pixels)
+    return replace(corners, pixels=pixels, sigma=sigma)
 
 
 def _find_charuco(
@@ -167,6 +191,24 @@ def _refine(
         far = np.hypot(*(moved - found[chosen]).T) > 1.5
         pixels[chosen] = np.where(far[:, None], found[chosen], moved)
     return pixels, 0.15 / np.sqrt(half)
+
+
+def expected_places(points: np.ndarray, corners: Corners) -> np.ndarray:
+    """Where corners ``points`` (n, 3) of a flat board are about, (n, 2) pixels: those found where they are, others by a
+    homography, off as far as it is at the nearest that was found. Far outside where that cannot be told."""
+    if len(corners) < 4:
+        return np.full((len(points), 2), -1e6)
+    matrix, _ = cv2.findHomography(corners.points[:, :2], corners.pixels)
+    if matrix is None:
+        return np.full((len(points), 2), -1e6)
+    places, there = (_mapped(matrix, flat[:, :2]) for flat in (points, corners.points))
+    away = ((points[:, None, :2] - corners.points[None, :, :2]) ** 2).sum(2)
+    return places + (corners.pixels - there)[away.argmin(1)]
+
+
+def _mapped(homography: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    lifted = np.column_stack([flat, np.ones(len(flat))]) @ homography.T
+    return lifted[:, :2] / lifted[:, 2:]
 
 
 def _clear_margin(board: Board) -> float:

@@ -10,26 +10,45 @@ from threading import Lock
 import numpy as np
 
 from calib.abreast import Found, Item, abreast
-from calib.board import Corners, board_points, find_corners
+from calib.board import (
+    Corners,
+    board_points,
+    corners_of_half,
+    expected_places,
+    find_corners,
+    placed_corners,
+)
 from calib.camera import Camera
 from calib.masks import things_mask
 from calib.misprint import judging_photos, misplaced_markers, misprint_warning
 from calib.pattern import Print, draw_print
 from calib.pose import fit_pose
-from calib.register import refined_corners
-from calib.tone import detection_image, fine_image, finite, gray, without_fireflies
+from calib.register import Around, refined_corners
+from calib.tone import (
+    detection_image,
+    fine_about,
+    fine_image,
+    finite,
+    gray,
+    halved,
+    without_fireflies,
+)
 from capture.errors import InputError
-from capture.photoset import PhotoSet, View
+from capture.photoset import Board, PhotoSet, View
 from capture.radiance import RadianceImage
-from capture.signal import Region, Windows
+from capture.signal import Region, Windows, cut
 
 ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
-ReadLevel = Callable[[View], tuple[np.ndarray, np.ndarray]]  # gray (h, w) float32, not saturated (h, w) bool
+# gray (h, w) float32 and not saturated (h, w) bool, of a region or everywhere
+ReadLevel = Callable[[View, Region | None], tuple[np.ndarray, np.ndarray]]
 ReadPart = Callable[[View, Region | Windows], RadianceImage]
 Progress = Callable[[str, int, int], None]
 
 _CACHE_BYTES = 250_000_000  # a few small photos; large ones are read again
 _GROW = 3  # pixels kept clear around whatever stands on the board
+_LARGE = 6_000_000  # pixels of a photo whose markers are large enough in one of half the size, mostly
+_KEPT = 40  # photos of a role, a megabyte each, of which the pixels about the corners are kept for the second look
+_ABOUT = 16  # pixels around a corner that placing it takes: its window, and two for what moves it
 
 
 class Reader:
@@ -71,13 +90,16 @@ class Reader:
         self._keep(view.name, image)
         return image
 
-    def level(self, view: View) -> tuple[np.ndarray, np.ndarray] | None:
-        """Gray radiance (h, w) and the pixels that may be used (h, w) bool; None if the view cannot be read."""
+    def level(self, view: View, region: Region | None = None) -> tuple[np.ndarray, np.ndarray] | None:
+        """Gray radiance (h, w) and the pixels that may be used (h, w) bool, of a region or everywhere; None if the view
+        cannot be read."""
         if self._read_level is None or view.name in self.failed or view.name in self._kept:
             image = self(view)
-            return None if image is None else (gray(image), ~image.saturated & finite(image))
+            if image is None:
+                return None
+            return cut(gray(image), region), cut(~image.saturated & finite(image), region)
         try:
-            return self._read_level(view)
+            return self._read_level(view, region)
         except InputError as error:
             self.failed[view.name] = str(error)
             return None
@@ -130,28 +152,48 @@ class Seen:
     view: View
     corners: Corners | None  # None: no board in this set
     size: tuple[int, int]
+    around: Around | None = None  # the photo about all corners, until they are placed for good
 
 
 def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str) -> list[Seen]:
     """Find the board in each view that can be read."""
     seen = []
-    for k, one in enumerate(reader.abreast(lambda view: _look_at(reader, view), views)):
+    tasks = [(view, k < _KEPT) for k, view in enumerate(views)]
+    for k, one in enumerate(reader.abreast(lambda task: _look_at(reader, *task), tasks)):
         if one is not None:
             seen.append(one)
         progress(label, k + 1, len(views))
     return seen
 
 
-def _look_at(reader: Reader, view: View) -> Seen | None:
+def _look_at(reader: Reader, view: View, keep: bool) -> Seen | None:
     shown = reader.level(view)
     if shown is None:
         return None
     height, width = shown[0].shape
-    corners = None
-    if reader.photoset.board is not None:
-        level = without_fireflies(shown[0])
-        corners = find_corners(reader.photoset.board, detection_image(level), fine_image(level))
-    return Seen(view, corners, (width, height))
+    board = reader.photoset.board
+    if board is None:
+        return Seen(view, None, (width, height))
+    corners = _corners(board, shown[0])
+    if not keep or not _has_print(board):
+        return Seen(view, corners, (width, height))
+    around = Around.of(*shown, expected_places(board_points(board), corners))
+    return Seen(view, corners, (width, height), around)
+
+
+def _corners(board: Board, level: np.ndarray) -> Corners:
+    """The corners in a photo (h, w); those of a large one are looked for in one of half the size, if it shows them."""
+    if level.size > _LARGE:
+        small = without_fireflies(halved(level))
+        found = corners_of_half(board, detection_image(small))
+        if found is not None:
+            return placed_corners(board, found, fine_about(level, found.pixels, _ABOUT))
+    calm = without_fireflies(level)
+    return find_corners(board, detection_image(calm), fine_image(calm))
+
+
+def _has_print(board: Board) -> bool:
+    return board.kind == "charuco" and draw_print(board) is not None
 
 
 def look_closer(
@@ -167,7 +209,7 @@ def look_closer(
     ``warn`` is told.
     """
     board = reader.photoset.board
-    pattern = draw_print(board) if board is not None and board.kind == "charuco" else None
+    pattern = draw_print(board) if board is not None and _has_print(board) else None
     if board is None or pattern is None:
         return seen
     judges = judging_photos([0 if one.corners is None else len(one.corners) for one in seen])
@@ -180,11 +222,11 @@ def look_closer(
     pairs = [(found[k][0], found[k][-1]) for k in judges]
     off = misplaced_markers(board, [(a, b) for a, b in pairs if a is not None and b is not None])
     if off is None:
-        return [replace(one, corners=placed[0]) for one, placed in zip(seen, found, strict=True)]
+        return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, found, strict=True)]
     if warn is not None:
         warn(misprint_warning(off))
     again = reader.abreast(lambda one: _closer(reader, pattern, camera, one, (True,)), seen)
-    return [replace(one, corners=placed[0]) for one, placed in zip(seen, again, strict=True)]
+    return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, again, strict=True)]
 
 
 def _closer(
@@ -196,15 +238,23 @@ def _closer(
     fit = fit_pose(camera, one.corners) if one.corners is not None else None
     if fit is None or one.corners is None:
         return unchanged
-    shown = reader.level(one.view)
-    if shown is None:
-        return unchanged
-    level, usable = shown
-    if one.view.photos[0].role != "calibration":
-        usable = usable & ~things_mask(reader.photoset, camera, fit.pose, usable.shape, _GROW)
     board = reader.photoset.board
     every, square = board_points(board), float(board.square_length)
+    around = _around(reader, one, camera.project(fit.pose, every))
+    if around is None:
+        return unchanged
+    if one.view.photos[0].role != "calibration":
+        width, height = one.size
+        around = around.without(things_mask(reader.photoset, camera, fit.pose, (height, width), _GROW))
     return [
-        refined_corners(pattern, camera, fit.pose, level, usable, every, square, one.corners, bare=bare)
+        refined_corners(pattern, camera, fit.pose, around, every, square, one.corners, bare=bare)
         for bare in ways
     ]
+
+
+def _around(reader: Reader, one: Seen, places: np.ndarray) -> Around | None:
+    """The photo about ``places`` (n, 2), from the first look if it was close enough, else read again."""
+    if one.around is not None and one.around.holds(places):
+        return one.around
+    shown = reader.level(one.view)
+    return None if shown is None else Around.of(*shown, places)

@@ -36,4 +36,8 @@ def things_mask(
         flat = np.asarray(flat, float)
         wide = flat.mean(0) + (1 + loose) * (flat - flat.mean(0))
         fill(mask, camera.project(pose, np.column_stack([wide, np.full(len(wide), height)])))
-    return cv2.dilate(mask, np.ones((2 * grow + 1, 2 * grow + 1), np.uint8)) > 0
+    x, y, width, height = cv2.boundingRect(mask)
+    if width and height:
+        part = np.s_[max(y - grow, 0) : y + height + grow, max(x - grow, 0) : x + width + grow]
+        mask[part] = cv2.dilate(mask[part], np.ones((2 * grow + 1, 2 * grow + 1), np.uint8))
+    return mask.view(bool)

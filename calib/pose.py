@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from calib.board import Corners
+from calib.board import FEWEST_CORNERS, Corners
 from calib.camera import Camera, Pose
 
-FEWEST_CORNERS = 6
 _OUTLIER_SIGMA = 4.0
 _OUTLIER_PIXELS = 0.75  # corners nearer than this are kept however good the others are
 

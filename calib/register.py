@@ -5,13 +5,13 @@ average out; light that changes over the patch, blur and a little occlusion are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from calib.board import Corners
 from calib.camera import Camera, Pose
+from calib.laid_over import find_shifts
 from calib.paper import project_with_scale
 from calib.pattern import Print
 
@@ -19,35 +19,53 @@ _REACH = 0.62  # of a square: the window's half width
 _LARGEST = 14  # pixels of half window; larger ones are not needed
 _SMALLEST = 6
 _NEAREST = 4  # pixels between a corner and the picture's edge
-_FINE = 3  # samples of the pattern across a pixel
-_TUKEY = 4.0
-_EDGE_ERROR = 0.04  # of the contrast: pixels on an edge are drawn no better than that
-_FEWEST_INLIERS = 0.7
-_FEWEST_KNOWN = 0.6  # share of a window that the print fills, and of that what is usable
-_WORST_FIT = 0.12  # residual over contrast
-_WORST_SIGMA = 0.12  # pixels
-_LINEAR = 0.25  # pixels: a smaller step needs no new drawing
-_BOLDEST_MOVE = 1.2  # pixels
-_CORRELATED = 1.5  # neighbouring pixels share blur: the standard error is larger by so much
+_ASTRAY = 10  # pixels by which a corner may be off the place about which a photo was kept
 
 
 @dataclass(frozen=True, slots=True)
-class _Patch:
-    """One window: the pattern and what to fit it to."""
+class Around:
+    """A photo close to the board's corners, all that placing them takes."""
 
-    level: np.ndarray  # (n,) photo
-    usable: np.ndarray  # (n,) bool
-    u: np.ndarray  # (n,) offsets from the window's middle, pixels
-    v: np.ndarray
+    size: tuple[int, int]  # of the photo, width and height
+    first: np.ndarray  # (n, 2) int column and row of each window's first pixel
+    level: np.ndarray  # (n, s, s) float32, linear; NaN where it may not be used and beyond the photo
+
+    @classmethod
+    def of(cls, level: np.ndarray, usable: np.ndarray, places: np.ndarray) -> Around:
+        """The pixels of a photo (h, w) about ``places`` (n, 2), the corners' as far as they are known."""
+        height, width = level.shape
+        reach = _LARGEST + _ASTRAY
+        first = np.round(np.clip(places, -1e6, 1e6)).astype(int) - reach
+        step = np.arange(2 * reach + 1)
+        y, x = first[:, 1, None, None] + step[:, None], first[:, 0, None, None] + step
+        there = np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)
+        kept = (y >= 0) & (y < height) & (x >= 0) & (x < width) & usable[there]
+        return cls((width, height), first, np.where(kept, level[there], np.float32(np.nan)))
+
+    def without(self, mask: np.ndarray) -> Around:
+        """Not to be used where ``mask`` (h, w) is set."""
+        height, width = mask.shape
+        step = np.arange(self.level.shape[1])
+        y = np.clip(self.first[:, 1, None, None] + step[:, None], 0, height - 1)
+        x = np.clip(self.first[:, 0, None, None] + step, 0, width - 1)
+        return replace(self, level=np.where(mask[y, x], np.float32(np.nan), self.level))
+
+    def holds(self, pixels: np.ndarray) -> bool:
+        """Whether all corners that lie in the picture at ``pixels`` (n, 2) have their windows here."""
+        off = np.abs(np.round(pixels) - self.first - self.level.shape[1] // 2).max(1)
+        return bool((off <= _ASTRAY)[_inside(pixels, self.size)].all())
+
+
+def _inside(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    middle = np.round(pixels)
+    return (middle > _NEAREST).all(1) & (middle < np.array(size) - _NEAREST).all(1)
 
 
 def register(
     print_: Print,
     camera: Camera,
     pose: Pose,
-    level: np.ndarray,
-    usable: np.ndarray,
-    numbers: np.ndarray,
+    around: Around,
     points: np.ndarray,
     square: float,
     *,
@@ -55,132 +73,42 @@ def register(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which of ``points`` (n, 3) on the board are seen clearly (n,) bool, where (n, 2), and how surely (n,).
 
-    ``level`` (h, w) float32 is linear; pixels that are not ``usable`` take no part. ``bare`` leaves the
-    markers out: the edges of the squares alone place a corner.
+    ``around`` is the photo about each of them. ``bare`` leaves the markers out: the edges of the squares alone place
+    a corner.
     """
     pixels, scale = project_with_scale(camera, pose, points)
-    found = np.zeros(len(points), bool)
+    chosen = np.flatnonzero(_inside(pixels, around.size))
     sigma = np.full(len(points), np.inf)
-    height, width = level.shape
-    for k in range(len(points)):
-        half = int(np.clip(_REACH * square * scale[k], _SMALLEST, _LARGEST))
-        middle = np.round(pixels[k]).astype(int)
-        if not (_NEAREST < middle[0] < width - _NEAREST and _NEAREST < middle[1] < height - _NEAREST):
-            continue
-        result = _fit(print_, camera, pose, level, usable, middle, half, bare)
-        if result is not None:
-            shift, sigma[k] = result
-            pixels[k] = pixels[k] + shift
-            found[k] = True
-    return found, pixels, sigma
-
-
-def _fit(
-    print_: Print,
-    camera: Camera,
-    pose: Pose,
-    level: np.ndarray,
-    usable: np.ndarray,
-    middle: np.ndarray,
-    half: int,
-    bare: bool,
-) -> tuple[np.ndarray, float] | None:
-    """Shift (2,) of the photo against the drawn pattern and its standard error; None if they do not agree."""
-    v, u = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
-    flat = _to_board(camera, pose, middle, half)
-    patch = _Patch(
-        _window(level, middle, half).astype(float), _window(usable, middle, half), u.ravel(), v.ravel()
-    )
-    place = _quadratic(patch.u / half, patch.v / half) @ flat
-    known = print_.on_print(place)
-    if known.mean() < _FEWEST_KNOWN:
-        return None
-    if bare:
-        known = print_.beside_markers(place)
-    shift = np.zeros(2)
-    for _ in range(3):
-        solved = _solve(_draw(print_, flat, half, shift), known, patch, half)
-        if solved is None or np.hypot(*(shift + solved[0])) > _BOLDEST_MOVE:
-            return None
-        shift = shift + solved[0]
-        if np.hypot(*solved[0]) < _LINEAR:
-            break
-    return (shift, solved[1]) if solved[1] < _WORST_SIGMA else None
-
-
-def _window(plane: np.ndarray, middle: np.ndarray, half: int) -> np.ndarray:
-    """The square about ``middle`` of a plane (h, w), row after row; 0 beyond the plane."""
-    (left, top), (height, width), size = middle - half, plane.shape, 2 * half + 1
-    if left >= 0 and top >= 0 and left + size <= width and top + size <= height:
-        return plane[top : top + size, left : left + size].ravel()
-    part = plane[max(top, 0) : top + size, max(left, 0) : left + size]
-    before = max(-top, 0), max(-left, 0)
-    after = size - before[0] - part.shape[0], size - before[1] - part.shape[1]
-    return np.pad(part, list(zip(before, after, strict=True))).ravel()
-
-
-def _to_board(camera: Camera, pose: Pose, middle: np.ndarray, half: int) -> np.ndarray:
-    """Quadratic map (6, 2) from pixel offsets over ``half`` to board x, y around ``middle``."""
-    v, u = np.mgrid[-1:1:5j, -1:1:5j]
-    rays = camera.world_rays(pose, middle + half * np.column_stack([u.ravel(), v.ravel()]))
-    eye = pose.center
-    place = eye[:2] - (eye[2] / rays[:, 2])[:, None] * rays[:, :2]
-    return np.linalg.lstsq(_quadratic(u.ravel(), v.ravel()), place, rcond=None)[0]
-
-
-def _quadratic(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return np.column_stack([np.ones(u.size), u, v, u * u, u * v, v * v])
-
-
-def _draw(print_: Print, flat: np.ndarray, half: int, shift: np.ndarray) -> np.ndarray:
-    """The pattern with box pixels and a slight blur, moved by ``shift``, one pixel wider than the window."""
-    count = (2 * half + 1 + 2) * _FINE  # a pixel more on each side, for the gradients
-    step = (np.arange(count) + 0.5) / _FINE - half - 1.5
-    u, v = np.meshgrid(step, step)
-    place = _quadratic((u.ravel() - shift[0]) / half, (v.ravel() - shift[1]) / half) @ flat
-    tone = print_.tone_at(place).reshape(count, count)
-    size = count // _FINE
-    tone = cv2.GaussianBlur(tone, (0, 0), 0.5 * _FINE, borderType=cv2.BORDER_REPLICATE)
-    return cv2.resize(tone, (size, size), interpolation=cv2.INTER_AREA)
-
-
-def _solve(drawn: np.ndarray, known: np.ndarray, patch: _Patch, half: int) -> tuple[np.ndarray, float] | None:
-    """One linear step: gain, offset, their slopes, blur and shift, with Tukey's weights."""
-    pattern = drawn[1:-1, 1:-1].ravel()
-    right = (drawn[1:-1, 2:] - drawn[1:-1, :-2]).ravel() / 2
-    down = (drawn[2:, 1:-1] - drawn[:-2, 1:-1]).ravel() / 2
-    bend = (drawn[1:-1, 2:] + drawn[1:-1, :-2] + drawn[2:, 1:-1] + drawn[:-2, 1:-1]).ravel() - 4 * pattern
-    u, v = patch.u / half, patch.v / half
-    design = np.column_stack([pattern, np.ones(u.size), u, v, pattern * u, pattern * v, bend, right, down])
-    chosen = known & patch.usable
-    if chosen.sum() < _FEWEST_KNOWN * known.sum():
-        return None
-    design, level = design[chosen], patch.level[chosen]
-    weight = np.ones(len(level))
-    for _ in range(4):
-        weighted = design.T * weight
-        normal = weighted @ design + 1e-9 * np.eye(9)
-        values = np.linalg.solve(normal, weighted @ level)
-        residual = level - design @ values
-        spread = max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
-        weight = (
-            np.clip(1 - (residual / (_TUKEY * max(spread, _EDGE_ERROR * abs(values[0])))) ** 2, 0, None) ** 2
+    if len(chosen):
+        half = np.clip(_REACH * square * scale[chosen], _SMALLEST, _LARGEST).astype(int)
+        middle = np.round(pixels[chosen]).astype(int)
+        flat, shift, sure = (
+            _to_board(camera, pose, middle, half),
+            np.empty((len(half), 2)),
+            np.empty(len(half)),
         )
-    gain = values[0]
-    inlier = weight > 0.1
-    scatter = float(np.sqrt((weight * residual**2).sum() / max(weight.sum() - 9, 1)))
-    if gain <= 0 or inlier.mean() < _FEWEST_INLIERS or scatter > _WORST_FIT * gain:
-        return None
-    error = _CORRELATED * scatter * np.sqrt(np.diag(np.linalg.inv(normal))[7:]) / gain
-    return -values[7:] / gain, float(np.hypot(*error) / np.sqrt(2))
+        level, middle = around.level[chosen], middle - around.first[chosen]
+        find_shifts(print_.tone, print_.bare, bare, print_.scale, flat, level, middle, half, shift, sure)
+        pixels[chosen] += np.where(np.isfinite(sure)[:, None], shift, 0.0)
+        sigma[chosen] = sure
+    return np.isfinite(sigma), pixels, sigma
+
+
+def _to_board(camera: Camera, pose: Pose, middle: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Quadratic maps (n, 2, 6) from pixel offsets over ``half`` (n,) to board x, y around ``middle`` (n, 2)."""
+    v, u = (part.ravel() for part in np.mgrid[-1:1:5j, -1:1:5j])
+    around = middle[:, None] + half[:, None, None] * np.column_stack([u, v])
+    rays, eye = camera.world_rays(pose, around.reshape(-1, 2)), pose.center
+    place = (eye[:2] - (eye[2] / rays[:, 2])[:, None] * rays[:, :2]).reshape(len(half), -1, 2)
+    design = np.column_stack([np.ones(u.size), u, v, u * u, u * v, v * v])
+    return np.ascontiguousarray(np.einsum("qk,nkx->nxq", np.linalg.pinv(design), place))
 
 
 def refined_corners(
     print_: Print,
     camera: Camera,
     pose: Pose,
-    level: np.ndarray,
-    usable: np.ndarray,
+    around: Around,
     every: np.ndarray,
     square: float,
     corners: Corners,
@@ -191,9 +119,7 @@ def refined_corners(
 
     If fewer than two thirds of those found before come through, the old ones are returned.
     """
-    found, pixels, sigma = register(
-        print_, camera, pose, level, usable, np.arange(len(every)), every, square, bare=bare
-    )
+    found, pixels, sigma = register(print_, camera, pose, around, every, square, bare=bare)
     kept = np.flatnonzero(found)
     if len(kept) < max(6, 2 * len(corners) // 3):
         return corners

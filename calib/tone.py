@@ -10,7 +10,7 @@ from capture import pointwise
 from capture.radiance import RadianceImage
 
 _BRIGHT = 98.0  # percentile taken as white: highlights and a white patch should not darken the board
-_JUDGED = 1_000_000  # pixels, about, that tell a large picture's percentiles
+_JUDGED = 250_000  # pixels, about, that tell a large picture's percentiles
 
 
 def gray(image: RadianceImage) -> np.ndarray:
@@ -48,6 +48,33 @@ def fine_image(level: np.ndarray) -> np.ndarray:
     fine = np.empty(level.shape, np.float32)
     white = np.float32(_percentile(level, 99.5) or 1.0)
     pointwise.bounded(np.ascontiguousarray(level, np.float32), white, fine)
+    return fine
+
+
+def halved(level: np.ndarray) -> np.ndarray:
+    """Means of two by two pixels, (h // 2, w // 2) float32; an odd row or column at the end is left out."""
+    height, width = level.shape
+    small = np.empty((height // 2, width // 2), np.float32)
+    pointwise.halved(np.ascontiguousarray(level, np.float32), small)
+    return small
+
+
+def fine_about(level: np.ndarray, places: np.ndarray, reach: int) -> np.ndarray:
+    """:func:`fine_image` of a picture without fireflies, within ``reach`` pixels of ``places`` (n, 2) alone; 0
+    elsewhere."""
+    level = np.ascontiguousarray(level, np.float32)
+    fine, (height, width) = np.zeros_like(level), level.shape
+    floor, white = 1e-3 * _percentile(level, 99.0), np.float32(_percentile(level, 99.5) or 1.0)
+    for x, y in np.round(places).astype(int):
+        part = np.s_[
+            max(y - reach, 0) : min(y + reach + 1, height), max(x - reach, 0) : min(x + reach + 1, width)
+        ]
+        about = np.ascontiguousarray(level[part])
+        if about.size:
+            calm, here = np.empty((2, *about.shape), np.float32)
+            pointwise.calmed(about, np.float32(floor), calm)
+            pointwise.bounded(calm, white, here)
+            fine[part] = here
     return fine
 
 

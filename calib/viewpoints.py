@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.board import Corners
+from calib.board import FEWEST_CORNERS, Corners
 from calib.bundle import Model
 from calib.camera import Camera, Pose
 from calib.checks import bad_photos, board_shape, view_warnings
@@ -14,7 +14,7 @@ from calib.evidence import Posed
 from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from calib.looking import Progress, Reader, Seen, look, look_closer
 from calib.notes import Notes
-from calib.pose import FEWEST_CORNERS, fit_pose, joined
+from calib.pose import fit_pose, joined
 from calib.sight import FIXED_POSE, POSE, Sight, light_id
 from capture.errors import InputError
 from capture.images import copies

@@ -141,6 +141,16 @@ def calmed(level, floor, result):
 
 
 @_jit
+def halved(level, result):
+    """Means of two by two pixels of (h, w), (h / 2, w / 2)."""
+    for y in range(len(result)):
+        above, below, row = level[2 * y], level[2 * y + 1], result[y]
+        for x in range(np.uint64(len(row))):
+            left, right = np.uint64(2) * x, np.uint64(2) * x + np.uint64(1)
+            row[x] = np.float32(0.25) * (above[left] + above[right] + below[left] + below[right])
+
+
+@_jit
 def bounded(level, white, result):
     """level / white between 0 and 1; (h, w) each."""
     for y in range(len(level)):

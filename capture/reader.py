@@ -96,27 +96,31 @@ class RadianceReader:
         read = self.read(view, Windows(pixels))
         return read.value[MIDDLE::WINDOW, MIDDLE], read.valid[MIDDLE::WINDOW, MIDDLE]
 
-    def read_level(self, view: View) -> tuple[np.ndarray, np.ndarray]:
-        """Mean over channels (h, w) float32 of a view's radiance, and where it is not saturated (h, w) bool.
+    def read_level(self, view: View, region: Region | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Mean over channels (h, w) float32 of the radiance of a view or its region, and where it is not saturated
+        (h, w) bool.
 
         What it takes to find things in a photo, at a fraction of the cost of :meth:`read`: in one pass where the
         photo stands alone, else a band of rows at a time.
         """
-        width, height = self.size
-        rows, reader = height, self
+        left, top, right, bottom = region or (0, 0, *self.size)
+        rows, reader = bottom - top, self
         if len(view.photos) == 1:  # of a bracket, the exposures' steps take the whole photos
             photo = view.photos[0]
             image, factor = self.image(photo), self.factor(photo)
             alone = self.dark is None and self.gain is None and not self.ambient
-            found = mean_level(image, self.sensor, factor) if alone else None
+            found = mean_level(image, self.sensor, factor, region) if alone else None
             if found is not None:
                 return found
             rows, reader = BAND, replace(self, decode=lambda path, demosaic: image)
-        level, usable = np.empty((height, width), np.float32), np.empty((height, width), bool)
-        for top in range(0, height, rows):
-            part = reader._lit(view, (0, top, width, min(top + rows, height)))
-            pointwise.mean_level(np.ascontiguousarray(part.value), level[top : top + rows])
-            usable[top : top + rows] = ~part.saturated
+        level, usable = (
+            np.empty((bottom - top, right - left), np.float32),
+            np.empty((bottom - top, right - left), bool),
+        )
+        for first in range(top, bottom, rows):
+            part = reader._lit(view, (left, first, right, min(first + rows, bottom)))
+            pointwise.mean_level(np.ascontiguousarray(part.value), level[first - top : first - top + rows])
+            usable[first - top : first - top + rows] = ~part.saturated
         return level, usable
 
     def exposed(self, view: View, roi: Region | Windows | None = None) -> RadianceImage:

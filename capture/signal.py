@@ -135,10 +135,12 @@ def line_signal(
     return value.reshape(y1 - y0, x1 - x0, channels), variance.reshape(y1 - y0, x1 - x0, channels)
 
 
-def mean_level(image: Image, sensor: Sensor, factor: float) -> tuple[np.ndarray, np.ndarray] | None:
-    """Mean over channels (h, w) float32 of a photo's signal over ``factor``, and where it is not saturated (h, w)
-    bool, in one pass; None where the codes of floats are a curve."""
-    pixels, line = np.ascontiguousarray(image.pixels), straight(image, sensor)
+def mean_level(
+    image: Image, sensor: Sensor, factor: float, region: Region | None = None
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Mean over channels (h, w) of the signal of a photo, or a region of it, over ``factor``, and where it is not
+    saturated (h, w) bool, in one pass; None where the codes of floats are a curve."""
+    pixels, line = np.ascontiguousarray(cut(image.pixels, region)), straight(image, sensor)
     integers = pixels.dtype.kind == "u"
     if line is None and not integers:
         return None
@@ -154,7 +156,7 @@ def mean_level(image: Image, sensor: Sensor, factor: float) -> tuple[np.ndarray,
         values = sensor.encoding.lookup(int(image.full_scale), pixels.shape[2])[0]
         pointwise.table_level(pixels, values / np.float32(factor * pixels.shape[2]), clip, level, usable)
     if image.saturated is not None:
-        usable &= ~image.saturated
+        usable &= ~cut(image.saturated, region)
     return level, usable
 
 
