@@ -43,17 +43,29 @@ class Close:
     uneven: np.ndarray  # (n,) how much the print varies within a pixel's blur, relative
 
 
-def close_paper(
+@dataclass(frozen=True, slots=True)
+class ClosePlaces:
+    """Which pixels these are, of the camera at one place."""
+
+    pixels: np.ndarray  # (n, 2) int
+    points: np.ndarray  # (n, 3) world
+    white: np.ndarray  # (n,)
+    doubt: np.ndarray  # (n,) relative error of the drawing
+    square: np.ndarray  # (n,) int
+    spread: np.ndarray  # (n, 3)
+    uneven: np.ndarray  # (n,)
+
+
+def close_places(
     board: Board,
-    near: Callable[[np.ndarray], RadianceImage | None],
     camera: Camera,
     pose: Pose,
     *,
     sample: Sphere | Plane,
     balls: tuple[MirrorBall, ...],
     patches: tuple[WhitePatch, ...],
-) -> Close | None:
-    """What one photo shows of it; None if that is too little. ``near`` as for :func:`calib.paper.sample_paper`."""
+) -> ClosePlaces | None:
+    """Where the print close to balls can be drawn well enough; None if that is too little."""
     print_ = draw_print(board)
     if print_ is None or not balls or board.kind == "markers":  # around loose markers nothing is known
         return None
@@ -64,25 +76,33 @@ def close_paper(
     if len(points) < _FEWEST:
         return None
     white, doubt, uneven, whole = _drawn(print_, camera, pose, pixels, points)
-    read = near(pixels)
-    if read is None:
-        return None
-    level, variance, usable = _gray(read, len(points))
-    usable &= whole & (doubt < _WORST)
-    if usable.sum() < _FEWEST:
-        return None
     column, row = (points[:, :2] // square_pitch(board)).astype(int).T
     square = column + (column.max(initial=0) + 1) * row
-    noise = variance + (doubt * level) ** 2
-    points = points[usable]
+    good = whole & (doubt < _WORST)
+    if good.sum() < _FEWEST:
+        return None
+    points = points[good]
+    spread = spread_of(camera, pose, points)
+    return ClosePlaces(pixels[good], points, white[good], doubt[good], square[good], spread, uneven[good])
+
+
+def close_paper(places: ClosePlaces, near: Callable[[np.ndarray], RadianceImage | None]) -> Close | None:
+    """What one photo shows there; None if that is too little. ``near`` as for :func:`calib.paper.sample_paper`."""
+    read = near(places.pixels)
+    if read is None:
+        return None
+    level, variance, usable = _gray(read, len(places.points))
+    if usable.sum() < _FEWEST:
+        return None
+    noise = variance + (places.doubt * level) ** 2
     return Close(
-        points,
-        white[usable],
+        places.points[usable],
+        places.white[usable],
         level[usable],
         noise[usable],
-        square[usable],
-        spread_of(camera, pose, points),
-        uneven[usable],
+        places.square[usable],
+        places.spread[usable],
+        places.uneven[usable],
     )
 
 

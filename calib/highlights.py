@@ -52,24 +52,24 @@ def find_highlight(
     number: int,
     near: np.ndarray | None = None,
     within: float = 5.0,
+    shown: np.ndarray | None = None,
 ) -> Highlight | None:
     """The brightest small blob inside the ball's outline that a lamp above the board can cause; None if there is
     none. Reflections of the board, the patch and the sample are larger, dimmer, or mirror rays that go down.
 
-    With ``near`` (2,) only pixels ``within`` so many of it are searched.
+    With ``near`` (2,) only pixels ``within`` so many of it are searched. ``shown`` is :func:`lamp_pixels`, where known.
     """
-    limb = outline(camera, pose, ball.center, ball.radius * _INSIDE)
     x0, y0, x1, y1 = box = ball_box(camera, pose, ball)
     if x1 - x0 < 6 or y1 - y0 < 6:
         return None
     part = _cut(image, box)
     level, saturated = gray(part), part.saturated
-    inside = _polygon_mask(limb - [x0, y0], level.shape)
-    upward = _sees_upward(camera, pose, ball, (x0, y0), level.shape)
-    allowed = inside & upward
+    inside = _polygon_mask(_inner(camera, pose, ball) - [x0, y0], level.shape)
     if near is not None:
         y, x = np.mgrid[y0:y1, x0:x1]
         allowed = inside & (np.hypot(x - near[0], y - near[1]) < within)
+    else:
+        allowed = lamp_pixels(camera, pose, ball) if shown is None else shown
     best = _brightest_blob(level, saturated, allowed, float(inside.sum()))
     if best is None:
         return None
@@ -77,9 +77,23 @@ def find_highlight(
     return Highlight(number, pixel + np.array([x0, y0]), sigma, peak, area, clipped)
 
 
+def lamp_pixels(camera: Camera, pose: Pose, ball: MirrorBall) -> np.ndarray:
+    """Pixels (h, w) bool of :func:`ball_box` in which the ball may show a lamp."""
+    x0, y0, x1, y1 = ball_box(camera, pose, ball)
+    shape = max(y1 - y0, 0), max(x1 - x0, 0)
+    if not all(shape):
+        return np.zeros(shape, bool)
+    inside = _polygon_mask(_inner(camera, pose, ball) - [x0, y0], shape)
+    return inside & _sees_upward(camera, pose, ball, (x0, y0), shape)
+
+
+def _inner(camera: Camera, pose: Pose, ball: MirrorBall) -> np.ndarray:
+    return outline(camera, pose, ball.center, ball.radius * _INSIDE)
+
+
 def ball_box(camera: Camera, pose: Pose, ball: MirrorBall) -> tuple[int, int, int, int]:
     """Columns and rows ``[x0, x1) x [y0, y1)`` of the picture where a ball's highlight is looked for."""
-    limb = outline(camera, pose, ball.center, ball.radius * _INSIDE)
+    limb = _inner(camera, pose, ball)
     x0, y0 = np.floor(limb.min(0)).astype(int) - 4
     x1, y1 = np.ceil(limb.max(0)).astype(int) + 5
     width, height = camera.size

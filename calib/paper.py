@@ -45,9 +45,19 @@ class PaperSamples:
         )
 
 
-def sample_paper(
+@dataclass(frozen=True, slots=True)
+class PaperPlaces:
+    """Where paper is read, of the camera at one place."""
+
+    points: np.ndarray  # (n, 3) world
+    white: np.ndarray  # (n,) bool
+    pixels: np.ndarray  # (n, 2)
+    square: np.ndarray  # (n,) int
+    spread: np.ndarray  # (n, 3)
+
+
+def paper_places(
     board: Board,
-    near: Callable[[np.ndarray], RadianceImage | None],
     camera: Camera,
     pose: Pose,
     *,
@@ -55,11 +65,10 @@ def sample_paper(
     sample: Sphere | Plane,
     balls: tuple[MirrorBall, ...],
     patches: tuple[WhitePatch, ...],
-) -> PaperSamples | None:
-    """Radiance on a grid of pitch ``step`` over the board, where the print is even and nothing stands before it.
-
-    ``near`` reads the four pixels right of and below each of some pixels, as :meth:`calib.looking.Reader.near` does.
-    """
+    apart: float,
+) -> PaperPlaces | None:
+    """A grid of pitch ``step`` over the board, where the print is even, nothing stands before it, and balls are
+    ``apart`` of their radii away."""
     print_ = draw_print(board)
     if print_ is None:
         return None
@@ -75,16 +84,28 @@ def sample_paper(
         & (clear * scale > np.where(white, _CLEAR_WHITE, _CLEAR_BLACK))
         & ~covered(points, pose, sample, balls, patches, size.max() / 100)
     )
+    for ball in balls:
+        usable &= np.hypot(*(points[:, :2] - ball.center[:2]).T) > apart * ball.radius
     points, pixels, white = points[usable], pixels[usable], white[usable]
-    corners = np.floor(pixels).astype(int)
-    read = near(corners)
-    if read is None:
-        return None
-    value, variance, lit = _between(read, pixels - corners)
     column, row = (points[:, :2] // square_pitch(board)).astype(int).T
     square = column + (column.max(initial=0) + 1) * row
     spread = spread_of(camera, pose, points, _LENS + _PIXEL + _BETWEEN)
-    return PaperSamples(points, white, value, variance, square, spread).keep(lit)
+    return PaperPlaces(points, white, pixels, square, spread)
+
+
+def sample_paper(
+    places: PaperPlaces, near: Callable[[np.ndarray], RadianceImage | None]
+) -> PaperSamples | None:
+    """What one photo shows there.
+
+    ``near`` reads the four pixels right of and below each of some pixels, as :meth:`calib.looking.Reader.near` does.
+    """
+    corners = np.floor(places.pixels).astype(int)
+    read = near(corners)
+    if read is None:
+        return None
+    value, variance, lit = _between(read, places.pixels - corners)
+    return PaperSamples(places.points, places.white, value, variance, places.square, places.spread).keep(lit)
 
 
 def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -97,11 +97,12 @@ def plane_edges(
     plane: Plane,
     within: float,
     print_: Print | None = None,
+    origin: tuple[int, int] = (0, 0),
 ) -> Edges | None:
     """The edges of the outline in one photo, at most ``within`` pixels off; None if too few are clear.
 
-    ``level`` (h, w) float32 is linear radiance. Edges of the board's ``print_`` are stronger than a sample's: where
-    one may come within reach nothing is looked for.
+    ``level`` (h, w) float32 is linear radiance, its first pixel the photo's ``origin``. Edges of the board's ``print_``
+    are stronger than a sample's: where one may come within reach nothing is looked for.
     """
     places, ahead = [], []
     corners = _on(plane, plane.outline)
@@ -115,7 +116,7 @@ def plane_edges(
     pixels = camera.project(pose, where)
     along = camera.project(pose, np.concatenate(ahead)) - pixels
     normals = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1, keepdims=True)
-    found, sigma, clear = find_edges(level, usable, pixels, normals, within)
+    found, sigma, clear = find_edges(level, usable, pixels, normals, within, origin)
     if print_ is not None:
         rays = camera.world_rays(pose, pixels)
         behind = pose.center - (pose.center[2] / rays[:, 2])[:, None] * rays

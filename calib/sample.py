@@ -42,22 +42,28 @@ def find_limb(
     center: np.ndarray,
     radius: float,
     within: float,
+    origin: tuple[int, int] = (0, 0),
 ) -> Limb:
     """Edges across the expected limb, at most ``within`` pixels off it.
 
-    ``level`` (h, w) float32 is linear radiance. Where several edges lie in reach the strongest counts, if it stands
-    well above what the ball's own shading does.
+    ``level`` (h, w) float32 is linear radiance, its first pixel the photo's ``origin``. Where several edges lie in
+    reach the strongest counts, if it stands well above what the ball's own shading does.
     """
     limb = outline(camera, pose, center, radius, _AROUND)
     outer = outline(camera, pose, center, radius * 1.02, _AROUND)
     normal = outer - limb
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    edge, sigma, clear = find_edges(level, usable, limb, normal, within)
+    edge, sigma, clear = find_edges(level, usable, limb, normal, within, origin)
     return Limb(edge[clear], sigma[clear])
 
 
 def find_edges(
-    level: np.ndarray, usable: np.ndarray, places: np.ndarray, normals: np.ndarray, within: float
+    level: np.ndarray,
+    usable: np.ndarray,
+    places: np.ndarray,
+    normals: np.ndarray,
+    within: float,
+    origin: tuple[int, int] = (0, 0),
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The strongest edge across each of ``places`` (n, 2) along its unit ``normals``, at most ``within`` pixels off.
 
@@ -65,7 +71,7 @@ def find_edges(
     """
     reach = within + 4 * _SOFT
     along = np.arange(-reach, reach + _STEP / 2, _STEP)
-    place = (places[:, None] + along[:, None] * normals[:, None]).astype(np.float32)
+    place = (places[:, None] - origin + along[:, None] * normals[:, None]).astype(np.float32)
     profile = cv2.remap(level, place[..., 0], place[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     bad = cv2.remap(
         (~usable).astype(np.float32), place[..., 0], place[..., 1], cv2.INTER_LINEAR, borderValue=1.0
@@ -142,17 +148,18 @@ def settled_limb(
     center: np.ndarray,
     radius: float,
     within: float,
+    origin: tuple[int, int] = (0, 0),
 ) -> Limb | None:
     """The limb found in wide reach, then again close to the circle it tells; None if it is not clear.
 
     Edges of the background and of the ball's own shadow line lie off the circle, and fall away in the second look.
     """
-    limb = find_limb(level, usable, camera, pose, center, radius, within)
+    limb = find_limb(level, usable, camera, pose, center, radius, within, origin)
     for reach in (3 * _NEAR, _NEAR):
         if len(limb) < _FEWEST:
             return None
         near, size = place_ball(camera, [pose], [limb], center, radius)
-        limb = find_limb(level, usable, camera, pose, near, size, reach)
+        limb = find_limb(level, usable, camera, pose, near, size, reach, origin)
     if len(limb) < _FEWEST:
         return None
     near, size = place_ball(camera, [pose], [limb], center, radius)
