@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numba
 import numpy as np
 
 from calib.occlusion import direct, lit_fraction
-from calib.reflect import mirrored_point
+from calib.reflect import halfway
 
 _FACETS = 160
 _GRID = 22  # nodes along the board's longer side
@@ -116,14 +119,24 @@ def polished_bounce(points: np.ndarray, light: np.ndarray, balls: np.ndarray) ->
         nodes = np.column_stack([center[:2] + radius * flat, np.full(len(flat), points[0, 2])])
         cube = np.linalg.norm(nodes - center, axis=1) ** 3
         plane = (cube * glossy_bounce(nodes, light, center, radius, f0=1.0)).reshape(*ring.shape, 1)
-        offset = points - center
-        away, turn = np.hypot(offset[:, 0], offset[:, 1]) / radius, np.arctan2(offset[:, 1], offset[:, 0])
-        outward = (np.log(np.clip(away, _FOOT, _OUT)) - rings[0]) / (rings[1] - rings[0])
-        place = np.column_stack([outward, np.mod(turn, 2 * np.pi) * _SPOKES / (2 * np.pi)])
-        found = np.empty((len(points), 1))
-        _between(plane, place, found)
-        total += np.where(away < _OUT, found[:, 0] / (offset**2).sum(1) ** 1.5, 0.0)
+        _around(points, ball, plane, rings[0], rings[1] - rings[0], total)
     return total
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _around(points, ball, plane, first, step, total):
+    """Adds to ``total`` (n,) what ``plane`` holds, by the logarithm of radii from the ball's foot and by turns."""
+    found, place, spokes = np.empty((1, 1)), np.empty((1, 2)), plane.shape[1] - 1
+    for k in range(len(points)):
+        x, y, z = points[k, 0] - ball[0], points[k, 1] - ball[1], points[k, 2] - ball[2]
+        flat = x * x + y * y
+        away = math.sqrt(flat) / ball[3]
+        if away < _OUT:
+            place[0, 0] = (math.log(max(away, _FOOT)) - first) / step
+            place[0, 1] = (math.atan2(y, x) / (2 * math.pi) % 1.0) * spokes
+            _between(plane, place, found)
+            squared = flat + z * z
+            total[k] += found[0, 0] / (squared * math.sqrt(squared))
 
 
 def glossy_bounce(
@@ -131,21 +144,32 @@ def glossy_bounce(
 ) -> np.ndarray:
     """From a mirror ball of reflectance ``f0`` at normal incidence, (n,): the lamp's virtual images in the two
     principal sections (Coddington's equations)."""
-    place = mirrored_point(center, radius, points, light)
-    normal = (place - center) / radius
-    path = points - place
-    far = np.linalg.norm(path, axis=1)
-    cosine = np.einsum("ij,ij->i", path, normal) / far
-    reach = np.linalg.norm(light - place, axis=1)
-    seen = (cosine > 1e-3) & (path[:, 2] < 0)
-    cosine = np.clip(cosine, 1e-3, 1.0)
-    tangential = 1 / (1 / reach + 2 / (radius * cosine))
-    sagittal = 1 / (1 / reach + 2 * cosine / radius)
-    spread = tangential * sagittal / ((tangential + far) * (sagittal + far) * reach**2)
-    mirror = f0 + (1 - f0) * (1 - cosine) ** 5
-    return np.where(seen, mirror * spread * -path[:, 2] / far, 0.0)
+    result = np.empty(len(points))
+    rows = (np.ascontiguousarray(one, float) for one in (points, light, center))
+    _glossy(*rows, float(radius), float(f0), result)
+    return result
 
 
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _glossy(points, light, center, radius, f0, result):
+    for k in range(len(points)):
+        nx, ny, nz = halfway(center, points[k], light, radius)
+        px, py, pz = center[0] + radius * nx, center[1] + radius * ny, center[2] + radius * nz
+        x, y, z = points[k, 0] - px, points[k, 1] - py, points[k, 2] - pz
+        far = math.sqrt(x * x + y * y + z * z)
+        cosine = (x * nx + y * ny + z * nz) / far
+        if cosine <= 1e-3 or z >= 0:
+            result[k] = 0.0
+            continue
+        cosine = min(cosine, 1.0)
+        reach = math.sqrt((light[0] - px) ** 2 + (light[1] - py) ** 2 + (light[2] - pz) ** 2)
+        tangential = 1 / (1 / reach + 2 / (radius * cosine))
+        sagittal = 1 / (1 / reach + 2 * cosine / radius)
+        spread = tangential * sagittal / ((tangential + far) * (sagittal + far) * reach * reach)
+        result[k] = (f0 + (1 - f0) * (1 - cosine) ** 5) * spread * -z / far
+
+
+@lru_cache(maxsize=4)
 def _fibonacci(count: int) -> np.ndarray:
     """Nearly even unit vectors, (count, 3)."""
     step = np.arange(count) + 0.5

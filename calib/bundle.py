@@ -136,20 +136,26 @@ class Sighting:
 
 def highlight_term(model: Model, sightings: Sequence[Sighting]) -> Term:
     """Where the lamps are seen in the mirror balls, two rows each."""
+    members: dict[str, list[int]] = {}  # by photo
+    for k, s in enumerate(sightings):
+        members.setdefault(s.pose, []).append(k)
+    place = [members[s.pose].index(k) for k, s in enumerate(sightings)]
 
     def term(values: Values) -> tuple[np.ndarray, Derivatives]:
         points, by_eye, by_light, by_ball = _mirrored(sightings, values)
         residual = np.empty(2 * len(sightings))
         parts: dict[str, np.ndarray] = {}
+        shown = {n: project(model, values["camera"], values[n], points[own]) for n, own in members.items()}
+        eyes = {name: _world_by_pose(values[name], np.zeros(3)) for name in members}
         for k, s in enumerate(sightings):
             pose = values[s.pose]
-            pixel, by_pose, by_camera, by_point = project(model, values["camera"], pose, points[k][None])
+            pixel, by_pose, by_camera, by_point = (part[place[k]] for part in shown[s.pose])
             rows = slice(2 * k, 2 * k + 2)
-            residual[rows] = (pixel[0] - s.pixel) / s.sigma
-            by_place = by_point[0] / s.sigma
+            residual[rows] = (pixel - s.pixel) / s.sigma
+            by_place = by_point / s.sigma
             pieces = {
-                "camera": by_camera[0] / s.sigma,
-                s.pose: by_pose[0] / s.sigma + by_place @ by_eye[k] @ _world_by_pose(pose, np.zeros(3)),
+                "camera": by_camera / s.sigma,
+                s.pose: by_pose / s.sigma + by_place @ by_eye[k] @ eyes[s.pose],
                 s.light: by_place @ by_light[k],
                 s.ball: by_place @ by_ball[k],
             }
@@ -186,20 +192,17 @@ def _mirrored(sightings: Sequence[Sighting], values: Values) -> tuple[np.ndarray
     step[:, 3:6] = np.where(far[:, None], 1e-6, step[:, 3:6])
 
     def solve(x: np.ndarray) -> np.ndarray:
-        center, radius = x[:, 6:9], x[:, 9:10]
-        near = mirrored_point(center, radius, x[:, :3], x[:, 3:6])
+        eye, light, center, radius = x[..., :3], x[..., 3:6], x[..., 6:9], x[..., 9:]
+        near = mirrored_point(center, radius, eye, light)
         if not far.any():
             return near
-        toward = x[:, 3:6] / np.linalg.norm(x[:, 3:6], axis=1, keepdims=True)
-        return np.where(far[:, None], mirrored_direction(center, radius, x[:, :3], toward), near)
+        toward = light / np.linalg.norm(light, axis=-1, keepdims=True)
+        return np.where(far[:, None], mirrored_direction(center, radius, eye, toward), near)
 
-    derivative = np.empty((len(base), 3, 10))
-    for k in range(10):
-        ahead, behind = base.copy(), base.copy()
-        ahead[:, k] += step[:, k]
-        behind[:, k] -= step[:, k]
-        derivative[:, :, k] = (solve(ahead) - solve(behind)) / (2 * step[:, k : k + 1])
-    return solve(base), derivative[:, :, :3], derivative[:, :, 3:6], derivative[:, :, 6:]
+    moves = np.eye(10)[:, None] * step  # one value of all sightings at a time
+    middle, ahead, behind = np.split(solve(np.concatenate([base[None], base + moves, base - moves])), [1, 11])
+    derivative = np.moveaxis((ahead - behind) / (2 * step.T[:, :, None]), 0, 2)
+    return middle[0], derivative[:, :, :3], derivative[:, :, 3:6], derivative[:, :, 6:]
 
 
 def _in_world(place: np.ndarray, pose: Pose, attached: bool) -> np.ndarray:
@@ -306,15 +309,23 @@ def adjust(
 
     origin = np.concatenate([start[n] for n in names])
 
+    latest: list[tuple[bytes, list[tuple[np.ndarray, Derivatives]]]] = []
+
     def unpack(x: np.ndarray) -> Values:
         return start | {n: x[place[n]] for n in names}
 
+    def worked_out(x: np.ndarray) -> list[tuple[np.ndarray, Derivatives]]:
+        """All terms; residuals and derivatives at the same place are asked for one after the other."""
+        if not latest or latest[0][0] != x.tobytes():
+            values = unpack(x)
+            latest[:] = [(x.tobytes(), [term(values) for term, _ in terms])]
+        return latest[0][1]
+
     def residual(x: np.ndarray) -> np.ndarray:
-        values = unpack(x)
-        return np.concatenate([t(values)[0] for t, _ in terms])
+        return np.concatenate([found for found, _ in worked_out(x)])
 
     def jacobian(x: np.ndarray) -> csr_matrix:
-        return _assemble([t(unpack(x))[1] for t, _ in terms], sizes, place, int(edges[-1]))
+        return _assemble([slopes for _, slopes in worked_out(x)], sizes, place, int(edges[-1]))
 
     def loss(z: np.ndarray) -> np.ndarray:
         return _mixed_loss(z, robust)

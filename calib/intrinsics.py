@@ -33,6 +33,8 @@ _MOST = 16  # photos that judge the models; all of them then fit the chosen one
 _SAME = 1.02  # a held-out residual within this factor counts as equal
 _WORTH = 10.0  # drop of the squared residual, in its expected size for a useless term, that a term must bring
 _FEWEST = 6  # corners a photo needs
+# steps, and the relative size of the last: far below what corners can tell
+_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 30, 1e-7)
 
 
 @contextmanager
@@ -134,7 +136,7 @@ def _calibrate(views: list[Corners], size: tuple[int, int], flags: int) -> tuple
     points = [np.ascontiguousarray(v.points, np.float32).reshape(-1, 1, 3) for v in views]
     pixels = [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in views]
     rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(
-        points, pixels, size, np.eye(3), None, flags=flags
+        points, pixels, size, np.eye(3), None, flags=flags, criteria=_STOP
     )
     distortion = np.asarray(distortion, float).reshape(-1)[: 8 if flags & cv2.CALIB_RATIONAL_MODEL else 5]
     return float(rms), Camera(matrix, distortion, size), np.asarray(errors, float).reshape(-1)

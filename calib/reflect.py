@@ -29,22 +29,29 @@ def mirrored_point(
 def _mirror(centers, eyes, lights, radii, result):
     """The same of rows (n, 3); radii are (n, 1)."""
     for k in range(len(centers)):
-        u, v, w = eyes[k, 0] - centers[k, 0], eyes[k, 1] - centers[k, 1], eyes[k, 2] - centers[k, 2]
-        i, j, l = lights[k, 0] - centers[k, 0], lights[k, 1] - centers[k, 1], lights[k, 2] - centers[k, 2]
-        x, y, z, radius = 0.0, 0.0, 0.0, 0.0  # first as from the ball's centre
-        for _ in range(_STEPS + 1):
-            a, b, c = u - radius * x, v - radius * y, w - radius * z
-            d, e, f = i - radius * x, j - radius * y, l - radius * z
-            eye, light = 1.0 / np.sqrt(a * a + b * b + c * c), 1.0 / np.sqrt(d * d + e * e + f * f)
-            a, b, c = a * eye + d * light, b * eye + e * light, c * eye + f * light
-            length = 1.0 / np.sqrt(a * a + b * b + c * c)
-            a, b, c = a * length, b * length, c * length
-            moved = max(abs(a - x), abs(b - y), abs(c - z))
-            x, y, z, radius = a, b, c, radii[k, 0]
-            if moved < _SETTLED:
-                break
-        result[k, 0], result[k, 1] = centers[k, 0] + radius * x, centers[k, 1] + radius * y
-        result[k, 2] = centers[k, 2] + radius * z
+        x, y, z = halfway(centers[k], eyes[k], lights[k], radii[k, 0])
+        result[k, 0], result[k, 1] = centers[k, 0] + radii[k, 0] * x, centers[k, 1] + radii[k, 0] * y
+        result[k, 2] = centers[k, 2] + radii[k, 0] * z
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def halfway(center, eye, light, radius):
+    """The ball's normal there, of one point; compiled."""
+    u, v, w = eye[0] - center[0], eye[1] - center[1], eye[2] - center[2]
+    i, j, l = light[0] - center[0], light[1] - center[1], light[2] - center[2]
+    x, y, z, reach = 0.0, 0.0, 0.0, 0.0  # first as from the ball's centre
+    for _ in range(_STEPS + 1):
+        a, b, c = u - reach * x, v - reach * y, w - reach * z
+        d, e, f = i - reach * x, j - reach * y, l - reach * z
+        near, far = 1.0 / np.sqrt(a * a + b * b + c * c), 1.0 / np.sqrt(d * d + e * e + f * f)
+        a, b, c = a * near + d * far, b * near + e * far, c * near + f * far
+        length = 1.0 / np.sqrt(a * a + b * b + c * c)
+        a, b, c = a * length, b * length, c * length
+        moved = max(abs(a - x), abs(b - y), abs(c - z))
+        x, y, z, reach = a, b, c, radius
+        if moved < _SETTLED:
+            break
+    return x, y, z
 
 
 def mirrored_direction(
