@@ -65,9 +65,9 @@ def read_view(
     patch = _mean(good) if good else (readings[0] if readings else no_strength(_NO_PATCH))
     if sight.reading is None:
         return Reading(patch, no_strength("no paper is seen"), no_strength("no print is seen"))
-    return Reading(
-        patch, read_paper(sight.reading, light, stray), read_paper(sight.reading, light, stray, white=False)
-    )
+    shown = light_shape(sight.reading.samples.points, light, stray)
+    paper = (read_paper(sight.reading, light, stray, white=tone, shown=shown) for tone in (True, False))
+    return Reading(patch, *paper)
 
 
 def stray_light(settled: Settled, sight: Sight, light: Light) -> Stray | None:

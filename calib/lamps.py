@@ -114,10 +114,10 @@ def start_lamp(
     source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
     if scene is not None and reading is not None and reading.reading is not None and kind != "directional":
         diagonal = float(np.hypot(*board_size(photoset.board)))
-        fit = first_fit(reading.reading, scene, rays, _middle(photoset), diagonal)
-        if np.linalg.norm(fit.place) < _FAR * diagonal or kind == "point" or not rays:
-            reading.shading = fit.local
-            place = reading.pose.apply(fit.place) if attached else fit.place
+        local = first_fit(reading.reading, scene, rays, _middle(photoset), diagonal)
+        if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or not rays:
+            reading.shading = local
+            place = reading.pose.apply(local[:3]) if attached else local[:3]
             return Lamp(name, entry, "point", place, source if rays else "board")
     if not rays:
         return None

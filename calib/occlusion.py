@@ -12,6 +12,10 @@ import numpy as np
 _SMOOTH = 0.25
 _APART = math.sqrt(2 * (0.25 - _SMOOTH**2))
 _TAIL = 3.5  # standard deviations of a line beyond which nothing is left of it
+# of the blur's standard deviation and of the lamp's radius, by which the way to the lamp passes a ball that leaves all
+# of it visible
+_WIDE, _LAMP = 9.0, 1.5
+DIMMEST = 0.05  # of the cosine beside a lamp's axis: nothing is taken for darker
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -24,37 +28,24 @@ def lit_fraction(
     """
     result = np.empty(len(points))
     for k in range(len(points)):
-        result[k] = _share(points[k], light, lamp_radius, balls, blur * blur / 4, 0.0, blur * blur / 4)
+        result[k] = share_of(points[k], light, lamp_radius, balls, blur * blur / 4, 0.0, blur * blur / 4)
     return result
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def lit_board(points, light, tone, lamp_radius, balls, spread, bare, shaded):
-    """``tone`` (n,) times the direct light on the board's plane: ``bare`` (n,), and ``shaded`` (n,) by ``balls``.
-
-    ``spread`` (n, 3): covariance xx, xy, yy of what a point stands for on the board, length units squared.
-    """
-    straight = direct(points, light)
-    for k in range(len(points)):
-        bare[k] = tone[k] * straight[k]
-        around = spread[k]
-        shaded[k] = bare[k] * _share(points[k], light, lamp_radius, balls, around[0], around[1], around[2])
-
-
 @numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _share(point, light, lamp_radius, balls, xx, xy, yy):
+def share_of(point, light, lamp_radius, balls, xx, xy, yy):
     """Of one point and what lies about it with covariance xx, xy, yy.
 
     A ball is much larger in angle than the lamp, so its limb cuts the disc along a straight line. Across it the disc is
     a sum of three normal distributions (Gauss's rule for its chords), which blur widens.
     """
-    result, wide = 1.0, 9.0 * np.sqrt(xx + yy)
+    result, wide = 1.0, _WIDE * np.sqrt(xx + yy)
     lx, ly, lz = light[0] - point[0], light[1] - point[1], light[2] - point[2]
     squared = lx * lx + ly * ly + lz * lz
     for j in range(len(balls)):
         bx, by, bz = balls[j, 0] - point[0], balls[j, 1] - point[1], balls[j, 2] - point[2]
         # where the way to the light passes the ball by more than the lamp's radius and the blur, its disc does
-        reach, along = balls[j, 3] + 1.5 * lamp_radius + wide, lx * bx + ly * by + lz * bz
+        reach, along = balls[j, 3] + _LAMP * lamp_radius + wide, lx * bx + ly * by + lz * bz
         if (bx * bx + by * by + bz * bz - reach * reach) * squared > along * along:
             continue
         far = np.sqrt(squared)
@@ -83,6 +74,19 @@ def _share(point, light, lamp_radius, balls, xx, xy, yy):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
+def passed_by(point, light, lamp_radius, balls, xx, yy, margin):
+    """Whether the way from a point to the light passes every ball by ``margin`` more than leaves all of it visible."""
+    x, y, z = light[0] - point[0], light[1] - point[1], light[2] - point[2]
+    squared, wide = x * x + y * y + z * z, _WIDE * np.sqrt(xx + yy) + _LAMP * lamp_radius + margin
+    for j in range(len(balls)):
+        u, v, w = balls[j, 0] - point[0], balls[j, 1] - point[1], balls[j, 2] - point[2]
+        reach, along = balls[j, 3] + wide, x * u + y * v + z * w
+        if (u * u + v * v + w * w - reach * reach) * squared <= along * along:
+            return False
+    return True
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def direct(points: np.ndarray, light: np.ndarray) -> np.ndarray:
     """cos / r^2 on the board's plane at ``points`` (n, 3), (n,); zero for a light below it."""
     result = np.zeros(len(points))
@@ -99,12 +103,12 @@ def direct(points: np.ndarray, light: np.ndarray) -> np.ndarray:
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def log_cosine(points: np.ndarray, light: np.ndarray, aim: np.ndarray) -> np.ndarray:
     """Logarithm (n,) of the cosine between a lamp's axis, which points from ``light`` (3,) at ``aim`` (3,), and its
-    rays to ``points`` (n, 3); nothing is darker than a twentieth."""
+    rays to ``points`` (n, 3)."""
     result = np.empty(len(points))
     ax, ay, az = aim[0] - light[0], aim[1] - light[1], aim[2] - light[2]
     axis = np.sqrt(ax * ax + ay * ay + az * az)
     for k in range(len(points)):
         x, y, z = points[k, 0] - light[0], points[k, 1] - light[1], points[k, 2] - light[2]
         cosine = (x * ax + y * ay + z * az) / (axis * np.sqrt(x * x + y * y + z * z))
-        result[k] = np.log(max(cosine, 0.05))
+        result[k] = np.log(max(cosine, DIMMEST))
     return result

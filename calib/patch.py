@@ -200,12 +200,19 @@ def _pull(points: np.ndarray, light: Light) -> np.ndarray:
     return (np.array([0, 0, 1.0]) / offset[:, 2:] - 3 * offset / squared[:, None]).mean(0)
 
 
-def read_paper(reading: Reading, light: Light, stray: Stray | None, *, white: bool = True) -> Strength:
+def read_paper(
+    reading: Reading,
+    light: Light,
+    stray: Stray | None,
+    *,
+    white: bool = True,
+    shown: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Strength:
     """Strength times rho / pi of the paper (or the black print), the median over lit places little touched by
-    bounce."""
+    bounce. ``shown`` is the :func:`light_shape` of its samples, where known."""
     samples = reading.samples
     points = samples.points
-    shape, share = light_shape(points, light, stray)
+    shape, share = light_shape(points, light, stray) if shown is None else shown
     bare = (
         direct(points, light.place)
         if light.kind == "point"

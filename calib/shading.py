@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.board_light import light_on_board, slopes_of_shaded, straight_light
 from calib.bounce import bounce_columns, polished_bounce
 from calib.closeup import INK, Close
-from calib.occlusion import direct, lit_board, lit_fraction, log_cosine
+from calib.occlusion import direct, lit_fraction, log_cosine
 from calib.paper import PaperSamples
 
 # x, y, z, log strength of white, diffuse and glossy bounce, even light, slopes along x and y, reflectance of polished
@@ -48,6 +49,7 @@ _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may 
 _SLOPE_BEAM = 0.02  # for each power of the cosine: a beam whose axis passes by the sample by some degrees
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
+_CLEAR = 4.0  # of such steps, by which a ball that no sample's light touches stays clear of it
 _MIDDLE = 2000  # samples, about, that tell a median
 # values whose derivatives need differences, and all of polished balls
 _MOVING = (0, 1, 2, *range(LOCAL, LOCAL + 5))
@@ -142,7 +144,7 @@ class _Weighing:
     prior: np.ndarray  # (LOCAL - 4,) their standard errors
 
 
-def _table(scene: Scene) -> np.ndarray:
+def ball_table(scene: Scene) -> np.ndarray:
     """(k, 4) centres and radii of all balls."""
     balls = scene.polished + (() if scene.sample is None else (scene.sample,))
     return np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
@@ -151,7 +153,7 @@ def _table(scene: Scene) -> np.ndarray:
 def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
     """Share of the lamp visible from board points (n, 3), (n,)."""
     blur = float(np.hypot(scene.blur, scene.soft))
-    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, _table(scene), blur)
+    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, ball_table(scene), blur)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,21 +190,30 @@ class _Board:
 
     def light(self, values: np.ndarray, scene: Scene) -> _Light:
         """At ``values`` (LOCAL + shared,)."""
-        scene = scene.moved(values[LOCAL:])
-        tone = (scene.black + (1.0 - scene.black) * self.white) * np.exp(values[3])
-        bare, shaded = np.empty((2, len(tone)))
-        spread = self.spread + np.array([1.0, 0.0, 1.0]) * scene.soft**2 / 4
-        lit_board(
-            self.points, values[:3].copy(), tone, scene.lamp_radius, _table(scene), spread, bare, shaded
+        scene, found = scene.moved(values[LOCAL:]), np.empty((4, len(self.level)))
+        lamp = values[:3].copy(), float(np.exp(values[3])), scene.black, scene.lamp_radius
+        beam, tilts = (scene.narrow, np.array(scene.aim)), values[7:9].copy()
+        light_on_board(
+            self.points,
+            self.white,
+            self.spread,
+            self.across,
+            *lamp,
+            *beam,
+            tilts,
+            scene.soft**2 / 4,
+            ball_table(scene),
+            found,
         )
-        if scene.narrow:
-            beam = np.exp(scene.narrow * log_cosine(self.points, values[:3], np.array(scene.aim)))
-            bare, shaded = beam * bare, beam * shaded
         own = slice(len(self.reading.level))
-        return _Light(tone, bare, shaded, self.tilt(values), _middle(bare[own], tone[own]))
+        return _Light(found, _middle(found[1, own], found[0, own]))
 
-    def tilt(self, values: np.ndarray) -> np.ndarray:
-        return 1 + values[7] * self.across[0] + values[8] * self.across[1]
+    def even(self, place: np.ndarray, scene: Scene) -> float:
+        """Direct light in the middle of the samples of a lamp at ``place`` (3,)."""
+        own = self.points[: len(self.reading.level)]
+        return float(
+            np.median(straight_light(own[:: _thin(len(own))], place, scene.narrow, np.array(scene.aim)))
+        )
 
     def residual(self, light: _Light, values: np.ndarray, weighing: _Weighing) -> np.ndarray:
         """(n,) in standard errors."""
@@ -219,11 +230,27 @@ def _close_floor(close: Close) -> np.ndarray:
 class _Light:
     """The model's factors at some values; radiance = shaded tilt + tone (thrown b + even e)."""
 
-    tone: np.ndarray  # (n,) strength, and black print's share of it
-    bare: np.ndarray  # (n,) direct light, as the print sends it on
-    shaded: np.ndarray  # (n,) what shadows leave of it
-    tilt: np.ndarray  # (n,)
+    parts: np.ndarray  # (4, n) the four that follow
     even: float  # direct light in the middle of the samples, before the print
+
+    @property
+    def tone(self) -> np.ndarray:
+        """(n,) strength, and black print's share of it."""
+        return self.parts[0]
+
+    @property
+    def bare(self) -> np.ndarray:
+        """(n,) direct light, as the print sends it on."""
+        return self.parts[1]
+
+    @property
+    def shaded(self) -> np.ndarray:
+        """(n,) what shadows leave of it."""
+        return self.parts[2]
+
+    @property
+    def tilt(self) -> np.ndarray:
+        return self.parts[3]
 
     def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
         return self.shaded * self.tilt + self.tone * (thrown @ values[_THROWN] + values[EVEN] * self.even)
@@ -231,8 +258,13 @@ class _Light:
 
 def _middle(above: np.ndarray, below: np.ndarray) -> float:
     """Median of a ratio, of enough samples to tell it."""
-    step = max(1, len(above) // _MIDDLE)
+    step = _thin(len(above))
     return float(np.median(above[::step] / below[::step]))
+
+
+def _thin(count: int) -> int:
+    """Of how many samples one tells a median."""
+    return max(1, count // _MIDDLE)
 
 
 def _weigh(
@@ -269,7 +301,7 @@ def _thrown(points: np.ndarray, place: np.ndarray, scene: Scene) -> np.ndarray:
     if scene.sample is not None:
         thrown[:, :2] = bounce_columns(points, place, scene.sample.center, scene.sample.radius)
     if scene.polished:
-        thrown[:, 2] = polished_bounce(points, place, _table(replace(scene, sample=None)))
+        thrown[:, 2] = polished_bounce(points, place, ball_table(replace(scene, sample=None)))
     return thrown
 
 
@@ -286,9 +318,21 @@ def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = 
 
     Levenberg-Marquardt with Tukey's weights on the local values; the shared ones stay and get derivatives.
     """
-    local = start if len(start) == LOCAL else start_values(reading, scene, start)
+    board = _Board.of(reading)
+    values, light = _fitted(board, scene, start, steps)
+    return _finish(board, values, scene, light)
+
+
+def fit_local(reading: Reading, scene: Scene, start: np.ndarray) -> np.ndarray:
+    """The local values (LOCAL,) of :func:`fit_shading` alone."""
+    return _fitted(_Board.of(reading), scene, start, _STEPS)[0][:LOCAL]
+
+
+def _fitted(board: _Board, scene: Scene, start: np.ndarray, steps: int) -> tuple[np.ndarray, _Light]:
+    """All values where the fit ends, and the light there."""
+    local = start if len(start) == LOCAL else start_values(board.reading, scene, start)
     values = np.concatenate([local, scene.shared])
-    board, damping, weighing = _Board.of(reading), 1e-3, None
+    damping, weighing = 1e-3, None
     light = board.light(values, scene)
     for _ in range(steps):
         weighing, residual = _weigh(board, values, scene, light, weighing)
@@ -300,7 +344,7 @@ def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = 
         values[:LOCAL] += step
         if step @ normal @ step < 1e-3:
             break
-    return _finish(board, values, scene, light)
+    return values, light
 
 
 def fits_better(reading: Reading, scene: Scene, one: ShadingFit, other: ShadingFit) -> bool:
@@ -363,12 +407,13 @@ def _normal(
     residual: np.ndarray,
     count: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Normal matrix and slope of the first ``count`` values, and the weighted scores (count, n) of the samples."""
+    """Normal matrix and slope of the first ``count`` values, and the samples' weighted scores by the local ones,
+    (LOCAL, n)."""
     design = _derivatives(board, values, scene, light, weighing, count)
-    design /= weighing.sigma
     weight = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
-    score = design * (weight * weight)
-    normal, slope = score @ design.T, -score @ residual
+    design *= weight / weighing.sigma
+    normal, slope = design @ design.T, -design @ (weight * residual)
+    score = design[:LOCAL] * weight
     for k in range(4, LOCAL):
         normal[k, k] += weighing.prior[k - 4] ** -2.0
         slope[k] += (values[k] - weighing.expected[k - 4]) * weighing.prior[k - 4] ** -2.0
@@ -379,15 +424,33 @@ def _derivatives(
     board: _Board, values: np.ndarray, scene: Scene, light: _Light, weighing: _Weighing, count: int
 ) -> np.ndarray:
     """d radiance / d values, (count, n): by differences where lamp and shadows move, else as the model says."""
-    design = np.empty((count, len(light.tone)))
-    for k in [k for k in (*_MOVING, *range(LOCAL + SHARED, count)) if k < count]:
-        step = _STEP * (np.linalg.norm(values[:3]) if k < 3 else 1.0)
-        moved = values.copy()
-        moved[k] += step
-        there = board.light(moved, scene)
-        design[k] = (there.shaded - light.shaded) * (light.tilt / step)
-        if k < 3:
-            design[k] += light.tone * (values[EVEN] * (there.even - light.even) / step)
+    design, now = np.empty((count, len(light.tone))), scene.moved(values[LOCAL:])
+    far = float(np.linalg.norm(values[:3]))
+    places = values[:3] + _STEP * far * np.eye(3)
+    moving = [k for k in (*_MOVING, *range(LOCAL + SHARED, count)) if 3 <= k < count]
+    moved = [now.moved(now.shared + _STEP * (np.arange(len(now.shared)) == k - LOCAL)) for k in moving]
+    step = np.full(3 + len(moving), _STEP)
+    step[:3] *= far
+    slopes_of_shaded(
+        board.points,
+        board.spread,
+        light.parts,
+        values[:3].copy(),
+        now.lamp_radius,
+        now.narrow,
+        np.array(now.aim),
+        now.soft**2 / 4,
+        ball_table(now),
+        places,
+        np.array([one.lamp_radius for one in moved]),
+        np.array([ball_table(one) for one in (*moved, now)])[:-1],
+        step,
+        _CLEAR * _STEP * (1 + far + now.lamp_radius),
+        np.array([0, 1, 2, *moving]),
+        design,
+    )
+    for k in range(3):
+        design[k] += light.tone * (values[EVEN] * (board.even(places[k], now) - light.even) / step[k])
     base = light.radiance(values, weighing.thrown)
     design[3] = base
     design[_THROWN] = light.tone * weighing.thrown.T

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from calib.board_light import misfits
 from calib.lights import MirroredRay, meet
-from calib.occlusion import direct
 from calib.paper import PaperSamples
-from calib.shading import Reading, Scene, ShadingFit, fit_shading, lit
+from calib.shading import Reading, Scene, ball_table, fit_local
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
 _HEIGHTS = (12.0, 25.0, 40.0, 58.0, 78.0)  # degrees above the board
@@ -79,27 +79,28 @@ def square_ratios(reading: Reading) -> list[float]:
 
 def first_fit(
     reading: Reading, scene: Scene, rays: list[MirroredRay], middle: np.ndarray, diagonal: float
-) -> ShadingFit:
-    """The fit started where the rays make the shading agree; if that is not good, the best of further starts, also
-    from a scan of the sky. Where it ends on the rays of several balls, a rough fit from the sky's likeliest place must
-    show a better one elsewhere before all that is done: much bounce makes even the right place fit badly."""
+) -> np.ndarray:
+    """Local values (LOCAL,) of the fit started where the rays make the shading agree; if that is not good, of the best
+    of further starts, also from a scan of the sky. Where it ends on the rays of several balls, a rough fit from the
+    sky's likeliest place must show a better one elsewhere before all that is done: much bounce makes even the right
+    place fit badly."""
     alone = _by_lamp_alone(reading, scene)
     coarse, fine = thinned(alone, _COARSE), thinned(alone, _MIDDLING)
     soft = replace(scene, lamp_radius=2 * scene.lamp_radius, soft=_SOFT * diagonal)
 
-    def fitted(place: np.ndarray) -> tuple[float, ShadingFit]:
+    def fitted(place: np.ndarray) -> tuple[float, np.ndarray]:
         """Shadows first with wide edges, which reach farther, then as they are."""
-        fit = fit_shading(fine, scene, fit_shading(fine, soft, place).local)
-        return misfit(fine, scene, fit.place), fit
+        local = fit_local(fine, scene, fit_local(fine, soft, place))
+        return misfit(fine, scene, local[:3]), local
 
-    found: list[tuple[float, ShadingFit]] = []
+    found: list[tuple[float, np.ndarray]] = []
     for place in _best(ray_places(rays, diagonal), coarse, soft, 2):
-        if not found or not (found[0][0] <= _GOOD or _on_rays(found[0][1].place, rays)):
+        if not found or not (found[0][0] <= _GOOD or _on_rays(found[0][1][:3], rays)):
             found.append(fitted(place))
     least, best = min(found, key=lambda one: one[0]) if found else (1.0, None)
     if least > _DOUBTFUL:
         places = _best(sky_places(middle, diagonal), coarse, soft, 3)
-        if best is None or not _on_rays(best.place, rays) or _beaten(best.place, coarse, soft, places[0]):
+        if best is None or not _on_rays(best[:3], rays) or _beaten(best[:3], coarse, soft, places[0]):
             found += [fitted(place) for place in places]
     return min(found, key=lambda one: one[0])[1]
 
@@ -123,7 +124,7 @@ def _on_rays(place: np.ndarray, rays: list[MirroredRay]) -> bool:
 
 def _beaten(place: np.ndarray, reading: Reading, scene: Scene, start: np.ndarray) -> bool:
     """Whether a fit from ``start`` ends far from ``place``, where the light agrees better."""
-    other = fit_shading(reading, scene, start).place
+    other = fit_local(reading, scene, start)[:3]
     far = np.linalg.norm(other - place) > _ELSEWHERE * np.linalg.norm(place)
     return bool(far and misfit(reading, scene, other) < misfit(reading, scene, place))
 
@@ -149,17 +150,27 @@ def sky_places(middle: np.ndarray, diagonal: float) -> list[np.ndarray]:
 
 def misfit(reading: Reading, scene: Scene, place: np.ndarray) -> float:
     """Between 0 and 1: how badly falloff and shadows agree with a lamp at ``place``, its strength fitted."""
-    points = reading.samples.points
-    bare = direct(points, place) * np.where(reading.samples.white, 1.0, scene.black)
-    share = lit(points, place, scene)
-    bright = (share > 0.9) & (bare > 0)
-    if bright.sum() < 0.1 * len(points):
-        return 1.0
-    bare = bare * np.median(reading.level[bright] / bare[bright])
-    off = (reading.level - bare * share) / (_TOLERANCE * np.maximum(bare, 1e-300))
-    return float(np.mean(np.minimum(off**2, 1.0)))
+    return float(_misfits([place], reading, scene)[0])
+
+
+def _misfits(places: list[np.ndarray], reading: Reading, scene: Scene) -> np.ndarray:
+    tone = np.where(reading.samples.white, 1.0, scene.black)
+    result, blur = np.empty(len(places)), scene.blur**2 + scene.soft**2
+    level, points = np.ascontiguousarray(reading.level, float), np.ascontiguousarray(reading.samples.points)
+    misfits(
+        points,
+        tone,
+        level,
+        np.array(places),
+        scene.lamp_radius,
+        ball_table(scene),
+        blur / 4,
+        _TOLERANCE,
+        result,
+    )
+    return result
 
 
 def _best(places: list[np.ndarray], reading: Reading, scene: Scene, count: int) -> list[np.ndarray]:
-    scores = [misfit(reading, scene, p) for p in places]
+    scores = _misfits(places, reading, scene) if places else []
     return [places[k] for k in np.argsort(scores)[:count]]

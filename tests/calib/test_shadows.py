@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.board_light import light_on_board
 from calib.bounce import glossy_bounce, polished_bounce
 from calib.closeup import Close
-from calib.occlusion import direct, lit_board
+from calib.occlusion import direct
 from calib.paper import PaperSamples
 from calib.shading import BALL, LOCAL, SHARED, Ball, Reading, Scene, fit_shading
 
@@ -68,9 +69,12 @@ def test_the_edge_of_a_shadow_is_as_wide_as_lamp_and_blur_make_it(lamp):
     """Against rays. The limb's straight line and three lines for the disc leave 3 % at the worst of an edge whose
     places all lie within what the blur linearises; on the mean over the edges they leave nothing."""
     points = ring_of(np.random.default_rng(1), 1500)
-    bare, shaded = np.empty((2, len(points)))
-    spread = np.tile(SPREAD, (len(points), 1))
-    lit_board(points, lamp, np.ones(len(points)), LAMP_RADIUS, TABLE, spread, bare, shaded)
+    found, none, spread = np.empty((4, len(points))), np.zeros(2), np.tile(SPREAD, (len(points), 1))
+    white, across, aim = np.ones(len(points)), np.zeros((2, len(points))), np.zeros(3)
+    light_on_board(
+        points, white, spread, across, lamp, 1.0, 0.1, LAMP_RADIUS, 0.0, aim, none, 0.0, TABLE, found
+    )
+    bare, shaded = found[1], found[2]
     true = blurred(points, lamp)
     edge = (true > 0.02) & (true < 0.98)
     assert edge.sum() > 50
