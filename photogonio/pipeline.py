@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,6 +14,7 @@ from calib.calibrate import calibrate as find_setup
 from calib.setup import LeftOut, Setup, save_setup
 from capture.colour import ColourCorrection
 from capture.errors import InputError
+from capture.images import Image
 from capture.manifest import load_photoset
 from capture.photoset import MANIFEST, PhotoSet, Plane
 from capture.prepare import prepare, vignetting
@@ -176,7 +177,7 @@ def calibrate(
     threads = Options(workers=workers).threads()
     reporter = reporter or Reporter(quiet=True)
     with Scratch() as scratch:
-        setup, radiance, hashes, _ = _calibrated(photoset, reporter, threads, scratch)
+        setup, radiance, hashes, _ = _calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
         setup = replace(setup, source=_provenance("calibrate", photoset, Options(), hashes).to_dict())
         if out is not None:
             with staged_folder(pictures_folder(Path(out))) as stage:
@@ -242,11 +243,12 @@ def write_result(result: Result, out: Path) -> None:
 
 
 def _calibrated(
-    photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch
+    photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch, *, drawn: bool = False
 ) -> tuple[Setup, RadianceReader, dict[str, str], ColourCorrection | None]:
     """Where everything was, the reader that the sample photos are to be read with, the files' hashes, and
-    the colours of a chart."""
-    radiance = prepare(photoset, decode=scratch.keep)
+    the colours of a chart. ``drawn``: a picture of every photo will be made."""
+    again = drawn or photoset.radiometry.vignetting == "cos4"
+    radiance = prepare(photoset, decode=scratch.keep if again else _keeping(photoset, scratch))
     correction = find_correction(photoset, radiance, reporter.warn)
     kept = KeptSetup.of(photoset, default_store(), workers)
     setup = kept.load()
@@ -275,6 +277,12 @@ def _calibrated(
     used, total = len(setup.views), len(photoset.views("sample"))
     reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
     return setup, radiance, kept.hashes, correction
+
+
+def _keeping(photoset: PhotoSet, scratch: Scratch) -> Callable[..., Image]:
+    """What photos are read with: those of the bare board, of which calibration needs one look, are not set aside."""
+    once = {photoset.folder / photo.file for photo in photoset.photos if photo.role == "calibration"}
+    return lambda path, **asked: (scratch.take if path in once else scratch.keep)(path, **asked)
 
 
 def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:

@@ -1,13 +1,15 @@
 """Decoded photos set aside on disk, uncompressed, for the passes that read a photo again.
 
-Calibration looks at a photo several times, each time with more known. Decoding costs most of a look; reading back what
-was decoded costs a few hundredths of it, as long as the system's own file cache holds it. So much is kept as fits in
+Calibration looks at a photo several times, each time with more known. Decoding costs most of a look; what was decoded
+is mapped into memory again, of which only the parts that are looked at cost anything, as long as the system's own file
+cache holds them. So much is kept as fits in
 half of the memory that is free, which the system may take back at any time; photos beyond that are decoded anew. The
 file has no name: it is gone when the process is, however that ends.
 """
 
 from __future__ import annotations
 
+import mmap
 import os
 import shutil
 import tempfile
@@ -36,7 +38,7 @@ class Scratch:
         self._last = threading.local()  # each thread's latest photo, of which it may read several parts
 
     def __enter__(self) -> Scratch:
-        if self._most and hasattr(os, "preadv"):
+        if self._most and hasattr(os, "pwrite") and hasattr(mmap, "MAP_PRIVATE"):
             self._file = tempfile.TemporaryFile(prefix="photogonio-")
         return self
 
@@ -99,17 +101,23 @@ class _Kept:
                 array = np.ascontiguousarray(array)
                 _write(file, array, place)
                 arrays.append((name, array.dtype, array.shape, place))
-                place += array.nbytes
+                place += _paged(array)
         nothing = np.empty((0, 0, 0), image.pixels.dtype)
         return cls(replace(image, pixels=nothing, saturated=None), tuple(arrays))
 
     def read(self, file: int) -> Image:
-        found = {name: _read(file, np.empty(shape, kind), at) for name, kind, shape, at in self.arrays}
+        found = {name: _mapped(file, kind, shape, at) for name, kind, shape, at in self.arrays}
         return replace(self.bare, **found)
 
 
 def _size(image: Image) -> int:
-    return image.pixels.nbytes + (0 if image.saturated is None else image.saturated.nbytes)
+    """Bytes in the file."""
+    return _paged(image.pixels) + (0 if image.saturated is None else _paged(image.saturated))
+
+
+def _paged(array: np.ndarray) -> int:
+    """An array's bytes in whole pages: only at these can a file be mapped."""
+    return -(-array.nbytes // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY
 
 
 def _write(file: int, array: np.ndarray, place: int) -> None:
@@ -119,14 +127,13 @@ def _write(file: int, array: np.ndarray, place: int) -> None:
         rest, place = rest[done:], place + done
 
 
-def _read(file: int, array: np.ndarray, place: int) -> np.ndarray:
-    rest = memoryview(array).cast("B")
-    while rest:
-        done = os.preadv(file, [rest], place)
-        if done == 0:
-            raise OSError("the scratch file is cut short")
-        rest, place = rest[done:], place + done
-    return array
+def _mapped(file: int, kind: np.dtype, shape: tuple[int, ...], place: int) -> np.ndarray:
+    """An array of the file in memory, which may be written to; the file is not."""
+    count = int(np.prod(shape))
+    memory = mmap.mmap(
+        file, count * kind.itemsize, mmap.MAP_PRIVATE, mmap.PROT_READ | mmap.PROT_WRITE, offset=place
+    )
+    return np.frombuffer(memory, kind).reshape(shape)
 
 
 def free_bytes() -> int:

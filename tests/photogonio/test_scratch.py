@@ -1,5 +1,6 @@
 """Photos kept decoded: as a decoder gives them, within the room there is, from any number of threads."""
 
+import mmap
 from concurrent.futures import ThreadPoolExecutor
 
 import cv2
@@ -12,7 +13,7 @@ from photogonio import scratch as scratches
 from photogonio.scratch import Scratch
 
 SIZE = (40, 30)
-PHOTO_BYTES = 40 * 30 * 3 * 2
+PHOTO_BYTES = -(-40 * 30 * 3 * 2 // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY  # in whole pages
 
 
 @pytest.fixture
