@@ -142,9 +142,12 @@ def corners_of_half(board: Board, image: np.ndarray) -> Corners | None:
     return replace(found, pixels=doubled, marker_pixels=quads)
 
 
-def placed_corners(board: Board, corners: Corners, fine: np.ndarray) -> Corners:
-    """Corners to a fraction of a pixel, of those from a search; ``fine`` (h, w) float32 is linear in light."""
-    pixels, sigma = _refine(board, fine, corners.points, corners.pixels)
+def placed_corners(
+    board: Board, corners: Corners, fine: np.ndarray, offset: np.ndarray | float = 0.0
+) -> Corners:
+    """Corners to a fraction of a pixel, of those from a search; ``fine`` (h, w) float32 is linear in light, and shows
+    each of them by ``offset`` (n, 2) pixels nearer its first pixel than the photo does."""
+    pixels, sigma = _refine(board, fine, corners.points, corners.pixels, offset)
     return replace(corners, pixels=pixels, sigma=sigma)
 
 
@@ -175,19 +178,20 @@ def _of_board(made: cv2.aruco.Board, quads: tuple, marks: np.ndarray | None) -> 
 
 
 def _refine(
-    board: Board, fine: np.ndarray, points: np.ndarray, found: np.ndarray
+    board: Board, fine: np.ndarray, points: np.ndarray, found: np.ndarray, offset: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sub-pixel places with a window that stays clear of the markers' edges, and their expected error."""
     if len(found) < 4:
         return found, np.full(len(found), 0.5)
     margin = _clear_margin(board) * _smallest_scale(points[:, :2], found)
     half = np.clip(np.floor(0.8 * margin), 2, 9).astype(int)
-    pixels = found.copy()
+    pixels, offset = found.copy(), np.broadcast_to(offset, found.shape)
     for window in np.unique(half):
         chosen = half == window
-        start = np.ascontiguousarray(found[chosen], np.float32).reshape(-1, 1, 2)
+        start = np.ascontiguousarray(found[chosen] - offset[chosen], np.float32).reshape(-1, 1, 2)
         stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-3)
         moved = cv2.cornerSubPix(fine, start.copy(), (int(window),) * 2, (-1, -1), stop).reshape(-1, 2)
+        moved = moved + offset[chosen]
         far = np.hypot(*(moved - found[chosen]).T) > 1.5
         pixels[chosen] = np.where(far[:, None], found[chosen], moved)
     return pixels, 0.15 / np.sqrt(half)

@@ -20,11 +20,14 @@ _FOOT, _OUT = 1.05, 30.0  # radii from its foot where they begin and end
 _BOARD = 0.35  # reflectance of a print, white and black together
 
 
-def bounce_columns(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
+def bounce_columns(
+    points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float, grid: int = _GRID
+) -> np.ndarray:
     """Irradiance (n, 2) on the board at ``points`` (n, 3), all of one height: from a white diffuse ball, and from a
-    mirror ball with Schlick's reflectance. Worked out on a coarse grid, since both are smooth, and interpolated."""
+    mirror ball with Schlick's reflectance. Both are smooth: worked out on ``grid`` nodes along the longer side, and
+    interpolated."""
     low, high = points[:, :2].min(0), points[:, :2].max(0)
-    step = (high - low).max() / (_GRID - 1)
+    step = (high - low).max() / (grid - 1)
     count = np.ceil((high - low) / step).astype(int) + 1
     x, y = np.meshgrid(
         low[0] + step * np.arange(count[0]), low[1] + step * np.arange(count[1]), indexing="ij"
@@ -51,12 +54,12 @@ def _between(planes, place, result):
 
 
 def bounce_on_patch(points: np.ndarray, light: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
-    """As :func:`bounce_columns`, but point by point where these are few, or cells of its grid are not small beside
-    their distance from the ball."""
-    extent = np.ptp(points, axis=0)
-    cell, away = extent.max() / (_GRID - 1), np.linalg.norm(points - center, axis=1).min() - radius
-    if len(points) > _GRID**2 and extent[2] == 0.0 and cell < _SMOOTH * away:
-        return bounce_columns(points, light, center, radius)
+    """As :func:`bounce_columns`, with nodes so close that cells are small beside their distance from the ball; but
+    point by point where points are fewer than these."""
+    extent, away = np.ptp(points, axis=0), np.linalg.norm(points - center, axis=1).min() - radius
+    grid = max(_GRID, int(np.ceil(extent.max() / max(_SMOOTH * away, 1e-12))) + 2)
+    if extent[2] == 0.0 and grid**2 < len(points):
+        return bounce_columns(points, light, center, radius, grid)
     return np.column_stack([part(points, light, center, radius) for part in (diffuse_bounce, glossy_bounce)])
 
 

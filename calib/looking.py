@@ -187,7 +187,7 @@ def _corners(board: Board, level: np.ndarray) -> Corners:
         small = without_fireflies(halved(level))
         found = corners_of_half(board, detection_image(small))
         if found is not None:
-            return placed_corners(board, found, fine_about(level, found.pixels, _ABOUT))
+            return placed_corners(board, found, *fine_about(level, found.pixels, _ABOUT))
     calm = without_fireflies(level)
     return find_corners(board, detection_image(calm), fine_image(calm))
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
+import numba
 import numpy as np
 
 from calib.board import board_size
@@ -179,9 +180,19 @@ def covered(
 
 def behind_ball(points: np.ndarray, eye: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
     """Whether a ball stands on the straight line between ``eye`` and each point, (n,) bool."""
-    ray = points - eye
-    along = np.clip((ray @ (center - eye)) / (ray**2).sum(1), 0.0, 1.0)
-    return ((eye + along[:, None] * ray - center) ** 2).sum(1) < radius**2
+    behind = np.empty(len(points), bool)
+    _behind(*(np.ascontiguousarray(one, float) for one in (points, eye, center)), float(radius), behind)
+    return behind
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _behind(points, eye, center, radius, behind):
+    u, v, w = center[0] - eye[0], center[1] - eye[1], center[2] - eye[2]
+    for k in range(len(points)):
+        x, y, z = points[k, 0] - eye[0], points[k, 1] - eye[1], points[k, 2] - eye[2]
+        along = min(max((x * u + y * v + z * w) / (x * x + y * y + z * z), 0.0), 1.0)
+        x, y, z = along * x - u, along * y - v, along * z - w
+        behind[k] = x * x + y * y + z * z < radius * radius
 
 
 def _behind_sheet(

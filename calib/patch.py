@@ -20,6 +20,7 @@ from capture.radiance import RadianceImage
 UNEVEN = "the patch is unevenly lit: shadowed or partly hidden"
 _CLEAR = 2  # pixels between the patch's edge and what is read
 _AROUND = 24  # pixels around the patches that are read too: spots and spills show in their neighbours
+_MANY_PIXELS = 16_000  # of a patch, of which no more than four times as many are read
 _FEWEST_PIXELS = 12
 _CLIPPED = 0.03  # share of saturated pixels beyond which the patch is not believed
 _UNEVEN = 0.04  # relative spread beyond noise: a shadow or a hidden part that the geometry does not know
@@ -87,7 +88,8 @@ def read_patch(
         return no_strength("the patch is outside the picture or too small in it")
     if image.saturated[inside].mean() > _CLIPPED:
         return no_strength("the patch is clipped")
-    y, x = np.nonzero(inside & image.valid)
+    y, x, step = _thinned(inside & image.valid)
+    total = inside.sum() / step**2
     if len(y) < _FEWEST_PIXELS:
         return no_strength("too few pixels of the patch are valid")
     rays = camera.world_rays(pose, np.column_stack([x, y]).astype(float) + image.origin)
@@ -95,11 +97,13 @@ def read_patch(
     points = eye + ((patch.height - eye[2]) / rays[:, 2])[:, None] * rays
     shape, share = light_shape(points, light, stray)
     good = (shape > 0).all(1) & (share > _SEEN) & ~_hidden(points, eye, stray)
-    if good.sum() < max(_FEWEST_PIXELS, 0.1 * inside.sum()):
+    if good.sum() < max(_FEWEST_PIXELS, 0.1 * total):
         return no_strength("the patch lies in shadow, is hidden, or has too few usable pixels")
     whole = int(good.sum())
-    good[good] = _lit_part(image.value[y, x][good].astype(float) / shape[good], y[good], x[good])
-    if good.sum() < max(_FEWEST_PIXELS, _LEAST_PART * inside.sum()):
+    good[good] = _lit_part(
+        image.value[y, x][good].astype(float) / shape[good], y[good] // step, x[good] // step
+    )
+    if good.sum() < max(_FEWEST_PIXELS, _LEAST_PART * total):
         return no_strength(UNEVEN)
     level = image.value[y, x][good].astype(float) / shape[good]
     noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good]
@@ -112,6 +116,14 @@ def read_patch(
         return no_strength(UNEVEN)
     error = 1.2533 * spread / np.sqrt(good.sum()) + (0.002 + _PARTLY * (good.sum() < whole)) * middle
     return Strength(middle, error, _pull(points[good], light))
+
+
+def _thinned(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Rows and columns (n,) of a mask's pixels, of many of them those at whole steps alone, and the step."""
+    y, x = np.nonzero(mask)
+    step = max(1, int(np.sqrt(len(y) / _MANY_PIXELS)))
+    kept = (y % step == 0) & (x % step == 0)
+    return y[kept], x[kept], step
 
 
 def _lit_part(level: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -59,25 +59,20 @@ def halved(level: np.ndarray) -> np.ndarray:
     return small
 
 
-def fine_about(level: np.ndarray, places: np.ndarray, reach: int) -> np.ndarray:
-    """:func:`fine_image` of a picture without fireflies, within ``reach`` pixels of ``places`` (n, 2) alone; 0
-    elsewhere."""
-    level = np.ascontiguousarray(level, np.float32)
-    fine, (height, width) = np.zeros_like(level), level.shape
-    floor, white = 1e-3 * _percentile(level, 99.0), np.float32(_percentile(level, 99.5) or 1.0)
-    for x, y in np.round(places).astype(int):
-        part = np.s_[
-            max(y - reach, 0) : min(y + reach + 1, height), max(x - reach, 0) : min(x + reach + 1, width)
-        ]
-        about = np.ascontiguousarray(level[part])
-        if about.size:
-            calm, here = np.empty((2, *about.shape), np.float32)
-            pointwise.calmed(about, np.float32(floor), calm)
-            pointwise.bounded(calm, white, here)
-            fine[part] = here
-    return fine
+def fine_about(level: np.ndarray, places: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """:func:`fine_image` of a picture without fireflies, within ``reach`` pixels of each of ``places`` (n, 2): pieces
+    under one another, (n s, s), and by how much what they show lies in the picture from there, (n, 2) pixels."""
+    first, side = np.round(places).astype(int) - reach, 2 * reach + 1
+    y = np.clip(first[:, 1, None] + np.arange(side), 0, level.shape[0] - 1)
+    x = np.clip(first[:, 0, None] + np.arange(side), 0, level.shape[1] - 1)
+    pieces = np.ascontiguousarray(level[y[:, :, None], x[:, None]].reshape(-1, side), np.float32)
+    calm, fine = np.empty((2, *pieces.shape), np.float32)
+    low, white = _percentile(level, np.array([99.0, 99.5]))
+    pointwise.calmed(pieces, np.float32(1e-3 * low), calm)
+    pointwise.bounded(calm, np.float32(white or 1.0), fine)
+    return fine, first - side * np.column_stack([np.zeros(len(first), int), np.arange(len(first))])
 
 
-def _percentile(level: np.ndarray, share: float) -> float:
+def _percentile(level: np.ndarray, share: float | np.ndarray) -> np.ndarray:
     step = max(1, math.isqrt(level.size // _JUDGED))
-    return float(np.percentile(level[::step, ::step], share))
+    return np.percentile(level[::step, ::step], share)
