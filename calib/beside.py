@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.highlights import Highlight
+from calib.layout import EVEN
 from calib.notes import Notes
 from calib.setup import ViewSetup
-from calib.shading import EVEN, ShadingFit
+from calib.shading import ShadingFit
 from calib.sight import Sight, start_over
 
 _BESIDE = 0.015  # of the lamp's light: light from elsewhere that is told, and

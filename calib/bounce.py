@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numba
@@ -26,18 +27,90 @@ def bounce_columns(
     """Irradiance (n, 2) on the board at ``points`` (n, 3), all of one height: from a white diffuse ball, and from a
     mirror ball with Schlick's reflectance. Both are smooth: worked out on ``grid`` nodes along the longer side, and
     interpolated."""
+    return _grid(points, center, radius, grid).columns(light)
+
+
+@dataclass(frozen=True, slots=True)
+class Nodes:
+    """Where one ball's bounce is worked out, and points of the board between: what the lamp's place leaves alone."""
+
+    center: np.ndarray  # (3,) of the ball
+    radius: float
+    nodes: np.ndarray  # (a b, 3)
+    shape: tuple[int, int]  # a, b
+    place: np.ndarray  # (n, 2) of the points among the nodes
+    weight: np.ndarray  # (n,) what is interpolated goes over into light with; 0: out of reach
+
+    def columns(self, light: np.ndarray) -> np.ndarray:
+        """:func:`bounce_columns` of a grid."""
+        parts = (
+            part(self.nodes, light, self.center, self.radius) for part in (diffuse_bounce, glossy_bounce)
+        )
+        return self._interpolated(np.stack([part.reshape(self.shape) for part in parts], axis=-1))
+
+    def mirrored(self, light: np.ndarray) -> np.ndarray:
+        """:func:`polished_bounce` (n,) of rings."""
+        cube = np.linalg.norm(self.nodes - self.center, axis=1) ** 3
+        plane = cube * glossy_bounce(self.nodes, light, self.center, self.radius, f0=1.0)
+        return self._interpolated(plane.reshape(*self.shape, 1))[:, 0] * self.weight
+
+    def _interpolated(self, planes: np.ndarray) -> np.ndarray:
+        result = np.empty((len(self.place), planes.shape[2]))
+        _between(planes, self.place, result)
+        return result
+
+
+def _grid(points: np.ndarray, center: np.ndarray, radius: float, count: int) -> Nodes:
+    """Even nodes, ``count`` along the longer side of where ``points`` (n, 3) lie."""
     low, high = points[:, :2].min(0), points[:, :2].max(0)
-    step = (high - low).max() / (grid - 1)
-    count = np.ceil((high - low) / step).astype(int) + 1
-    x, y = np.meshgrid(
-        low[0] + step * np.arange(count[0]), low[1] + step * np.arange(count[1]), indexing="ij"
-    )
+    step = (high - low).max() / (count - 1)
+    along = np.ceil((high - low) / step).astype(int) + 1
+    x, y = np.meshgrid(*(low[k] + step * np.arange(along[k]) for k in (0, 1)), indexing="ij")
     nodes = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, points[0, 2])])
-    place = (points[:, :2] - low) / step
-    planes = (diffuse_bounce(nodes, light, center, radius), glossy_bounce(nodes, light, center, radius))
-    result = np.empty((len(points), 2))
-    _between(np.stack([p.reshape(x.shape) for p in planes], axis=-1), place, result)
-    return result
+    return Nodes(center, radius, nodes, x.shape, (points[:, :2] - low) / step, np.ones(len(points)))
+
+
+def _rings(points: np.ndarray, center: np.ndarray, radius: float) -> Nodes:
+    """Nodes in rings about a ball, ever farther apart, out to 30 of its radii."""
+    rings = np.log(np.geomspace(_FOOT, _OUT, _RINGS))
+    spokes = 2 * np.pi * np.arange(_SPOKES + 1) / _SPOKES
+    ring, spoke = np.meshgrid(rings, spokes, indexing="ij")
+    flat = (np.exp(ring) * np.array([np.cos(spoke), np.sin(spoke)])).reshape(2, -1).T
+    nodes = np.column_stack([center[:2] + radius * flat, np.full(len(flat), points[0, 2])])
+    offset = points - center
+    away, turn = np.hypot(offset[:, 0], offset[:, 1]) / radius, np.arctan2(offset[:, 1], offset[:, 0])
+    outward = (np.log(np.clip(away, _FOOT, _OUT)) - rings[0]) / (rings[1] - rings[0])
+    place = np.column_stack([outward, np.mod(turn, 2 * np.pi) * _SPOKES / (2 * np.pi)])
+    weight = np.where(away < _OUT, (offset**2).sum(1) ** -1.5, 0.0)
+    return Nodes(center, radius, nodes, ring.shape, place, weight)
+
+
+@dataclass(frozen=True, slots=True)
+class Thrown:
+    """What balls throw onto points of the board, wherever the lamp is."""
+
+    count: int
+    sample: Nodes | None
+    polished: tuple[Nodes, ...]
+
+    @classmethod
+    def onto(cls, points: np.ndarray, sample: np.ndarray | None, polished: np.ndarray) -> Thrown:
+        """``points`` (n, 3) of the board; ``sample`` (4,) and ``polished`` (k, 4): centres and radii."""
+        return cls(
+            len(points),
+            None if sample is None else _grid(points, sample[:3], float(sample[3]), _GRID),
+            tuple(_rings(points, ball[:3], float(ball[3])) for ball in polished),
+        )
+
+    def of(self, light: np.ndarray) -> np.ndarray:
+        """Irradiance (n, 3) by a lamp of unit strength at ``light`` (3,): the sample a white diffuse and a glossy one,
+        the polished ones perfect mirrors."""
+        thrown = np.zeros((self.count, 3))
+        if self.sample is not None:
+            thrown[:, :2] = self.sample.columns(light)
+        for ball in self.polished:
+            thrown[:, 2] += ball.mirrored(light)
+        return thrown
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -112,34 +185,8 @@ def polished_bounce(points: np.ndarray, light: np.ndarray, balls: np.ndarray) ->
 
     Times the cube of the distance it is smooth, and is interpolated between nodes in rings about each ball.
     """
-    total = np.zeros(len(points))
-    rings = np.log(np.geomspace(_FOOT, _OUT, _RINGS))
-    spokes = 2 * np.pi * np.arange(_SPOKES + 1) / _SPOKES
-    ring, spoke = np.meshgrid(rings, spokes, indexing="ij")
-    flat = (np.exp(ring) * np.array([np.cos(spoke), np.sin(spoke)])).reshape(2, -1).T
-    for ball in balls:
-        center, radius = ball[:3], float(ball[3])
-        nodes = np.column_stack([center[:2] + radius * flat, np.full(len(flat), points[0, 2])])
-        cube = np.linalg.norm(nodes - center, axis=1) ** 3
-        plane = (cube * glossy_bounce(nodes, light, center, radius, f0=1.0)).reshape(*ring.shape, 1)
-        _around(points, ball, plane, rings[0], rings[1] - rings[0], total)
-    return total
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _around(points, ball, plane, first, step, total):
-    """Adds to ``total`` (n,) what ``plane`` holds, by the logarithm of radii from the ball's foot and by turns."""
-    found, place, spokes = np.empty((1, 1)), np.empty((1, 2)), plane.shape[1] - 1
-    for k in range(len(points)):
-        x, y, z = points[k, 0] - ball[0], points[k, 1] - ball[1], points[k, 2] - ball[2]
-        flat = x * x + y * y
-        away = math.sqrt(flat) / ball[3]
-        if away < _OUT:
-            place[0, 0] = (math.log(max(away, _FOOT)) - first) / step
-            place[0, 1] = (math.atan2(y, x) / (2 * math.pi) % 1.0) * spokes
-            _between(plane, place, found)
-            squared = flat + z * z
-            total[k] += found[0, 0] / (squared * math.sqrt(squared))
+    rings = (_rings(points, ball[:3], float(ball[3])) for ball in balls)
+    return sum((one.mirrored(light) for one in rings), np.zeros(len(points)))
 
 
 def glossy_bounce(

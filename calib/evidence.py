@@ -25,7 +25,8 @@ from calib.bundle import (
 )
 from calib.camera import Camera, Pose
 from calib.lamps import Lamp, block_name
-from calib.shading import BALL, LOCAL, SHARED, Scene, ShadingFit
+from calib.layout import BALL, LOCAL, SHARED
+from calib.shading import Scene, ShadingFit
 from calib.sight import FIXED_POSE, Sight
 from capture.photoset import PhotoSet, Sphere
 

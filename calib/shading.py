@@ -6,25 +6,18 @@ tells where the lamp is. Light that the sample throws onto the board is modelled
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.board_light import light_on_board, slopes_of_shaded, straight_light
-from calib.bounce import bounce_columns, polished_bounce
+from calib.board_light import light_on_board, straight_light
+from calib.bounce import Thrown
 from calib.closeup import INK, Close
-from calib.occlusion import direct, lit_fraction, log_cosine
+from calib.layout import BALL, EVEN, LOCAL, SHARED, THROWN
+from calib.occlusion import direct, lit_fraction
 from calib.paper import PaperSamples
+from calib.slopes import slopes
 
-# x, y, z, log strength of white, diffuse and glossy bounce, even light, slopes along x and y, reflectance of polished
-# balls
-LOCAL = 10
-EVEN = 6  # which of them is light that comes from everywhere
-# sample x, y, z and radius, log lamp radius, log of black over white, how narrow the lamp's beam is; polished balls'
-# values follow
-SHARED = 7
-_BLACK, _NARROW = LOCAL + 5, LOCAL + 6  # places among all values
-BALL = 4  # x, y, z and radius
 _FLOOR = 0.003  # relative error of the model at one place
 _SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
 _CLOSE_FLOOR = 0.04  # the same close to a polished ball, whose edge of shadow is small
@@ -35,7 +28,6 @@ _GLARE = 0.002  # of white print's radiance: what reaches black print among it
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
-_THROWN = [4, 5, 9]  # those of light that balls throw
 _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0, 0.5])  # of the local values after the first four
 _IS_EVEN = np.arange(4, LOCAL) == EVEN
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even light looks like a nearer lamp
@@ -48,11 +40,7 @@ _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
 _SLOPE_BEAM = 0.02  # for each power of the cosine: a beam whose axis passes by the sample by some degrees
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
-_STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
-_CLEAR = 4.0  # of such steps, by which a ball that no sample's light touches stays clear of it
 _MIDDLE = 2000  # samples, about, that tell a median
-# values whose derivatives need differences, and all of polished balls
-_MOVING = (0, 1, 2, *range(LOCAL, LOCAL + 5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +82,12 @@ class Scene:
         sphere = [0.0, 0.0, 0.0, 1.0] if self.sample is None else [*self.sample.center, self.sample.radius]
         polished = [value for b in self.polished for value in (*b.center, b.radius)]
         return np.array([*sphere, np.log(self.lamp_radius), np.log(self.black), self.narrow, *polished])
+
+    @property
+    def table(self) -> np.ndarray:
+        """(k, 4) centres and radii of all balls, the polished ones first."""
+        balls = self.polished + (() if self.sample is None else (self.sample,))
+        return np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,16 +138,10 @@ class _Weighing:
     prior: np.ndarray  # (LOCAL - 4,) their standard errors
 
 
-def ball_table(scene: Scene) -> np.ndarray:
-    """(k, 4) centres and radii of all balls."""
-    balls = scene.polished + (() if scene.sample is None else (scene.sample,))
-    return np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
-
-
 def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
     """Share of the lamp visible from board points (n, 3), (n,)."""
     blur = float(np.hypot(scene.blur, scene.soft))
-    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, ball_table(scene), blur)
+    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, scene.table, blur)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +158,7 @@ class _Board:
     floor: np.ndarray  # (2, n) relative error of the model in full light and in shadow
     across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
     crowd: float  # samples of a square
+    known: dict[bytes, Thrown] = field(default_factory=dict)  # what balls throw, by their table
 
     @classmethod
     def of(cls, reading: Reading) -> _Board:
@@ -202,7 +191,7 @@ class _Board:
             *beam,
             tilts,
             scene.soft**2 / 4,
-            ball_table(scene),
+            scene.table,
             found,
         )
         own = slice(len(self.reading.level))
@@ -214,6 +203,16 @@ class _Board:
         return float(
             np.median(straight_light(own[:: _thin(len(own))], place, scene.narrow, np.array(scene.aim)))
         )
+
+    def thrown(self, scene: Scene) -> Thrown:
+        """What the scene's balls throw, worked out once for all places of the lamp."""
+        balls = scene.table
+        key = balls.tobytes()
+        if key not in self.known:
+            split = len(scene.polished)
+            sample = None if scene.sample is None else balls[split]
+            self.known[key] = Thrown.onto(self.points, sample, balls[:split])
+        return self.known[key]
 
     def residual(self, light: _Light, values: np.ndarray, weighing: _Weighing) -> np.ndarray:
         """(n,) in standard errors."""
@@ -253,7 +252,7 @@ class _Light:
         return self.parts[3]
 
     def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
-        return self.shaded * self.tilt + self.tone * (thrown @ values[_THROWN] + values[EVEN] * self.even)
+        return self.shaded * self.tilt + self.tone * (thrown @ values[THROWN] + values[EVEN] * self.even)
 
 
 def _middle(above: np.ndarray, below: np.ndarray) -> float:
@@ -277,9 +276,9 @@ def _weigh(
     if last is not None and np.linalg.norm(place - last.place) < _HELD * np.linalg.norm(place):
         thrown, place = last.thrown, last.place
     else:
-        thrown = _thrown(board.points, place, now)
+        thrown = board.thrown(now).of(place)
     floor = np.where(light.shaded < 0.99 * light.bare, board.floor[1], board.floor[0]) * light.bare
-    indirect = light.tone * (thrown @ np.clip(values[_THROWN], *_PLAUSIBLE))
+    indirect = light.tone * (thrown @ np.clip(values[THROWN], *_PLAUSIBLE))
     sigma = np.sqrt(board.noise + floor**2 + board.crowd * (_BOUNCE_ERROR * indirect) ** 2)
     own = slice(len(reading.level))
     slope = _SLOPE + _SLOPE_BEAM * min(max(now.narrow, 0.0), 2.0)
@@ -292,17 +291,6 @@ def _weigh(
     residual = (board.level - light.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
     return _Weighing(sigma, bound, thrown, place, expected, prior), residual
-
-
-def _thrown(points: np.ndarray, place: np.ndarray, scene: Scene) -> np.ndarray:
-    """Irradiance (n, 3) by what balls throw of the light of a lamp of unit strength at ``place``: the sample a white
-    diffuse and a glossy one, the polished ones perfect mirrors."""
-    thrown = np.zeros((len(points), 3))
-    if scene.sample is not None:
-        thrown[:, :2] = bounce_columns(points, place, scene.sample.center, scene.sample.radius)
-    if scene.polished:
-        thrown[:, 2] = polished_bounce(points, place, ball_table(replace(scene, sample=None)))
-    return thrown
 
 
 def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
@@ -409,7 +397,7 @@ def _normal(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Normal matrix and slope of the first ``count`` values, and the samples' weighted scores by the local ones,
     (LOCAL, n)."""
-    design = _derivatives(board, values, scene, light, weighing, count)
+    design = slopes(board, values, scene, light, weighing.thrown, count)
     weight = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
     design *= weight / weighing.sigma
     normal, slope = design @ design.T, -design @ (weight * residual)
@@ -418,51 +406,6 @@ def _normal(
         normal[k, k] += weighing.prior[k - 4] ** -2.0
         slope[k] += (values[k] - weighing.expected[k - 4]) * weighing.prior[k - 4] ** -2.0
     return normal, slope, score
-
-
-def _derivatives(
-    board: _Board, values: np.ndarray, scene: Scene, light: _Light, weighing: _Weighing, count: int
-) -> np.ndarray:
-    """d radiance / d values, (count, n): by differences where lamp and shadows move, else as the model says."""
-    design, now = np.empty((count, len(light.tone))), scene.moved(values[LOCAL:])
-    far = float(np.linalg.norm(values[:3]))
-    places = values[:3] + _STEP * far * np.eye(3)
-    moving = [k for k in (*_MOVING, *range(LOCAL + SHARED, count)) if 3 <= k < count]
-    moved = [now.moved(now.shared + _STEP * (np.arange(len(now.shared)) == k - LOCAL)) for k in moving]
-    step = np.full(3 + len(moving), _STEP)
-    step[:3] *= far
-    slopes_of_shaded(
-        board.points,
-        board.spread,
-        light.parts,
-        values[:3].copy(),
-        now.lamp_radius,
-        now.narrow,
-        np.array(now.aim),
-        now.soft**2 / 4,
-        ball_table(now),
-        places,
-        np.array([one.lamp_radius for one in moved]),
-        np.array([ball_table(one) for one in (*moved, now)])[:-1],
-        step,
-        _CLEAR * _STEP * (1 + far + now.lamp_radius),
-        np.array([0, 1, 2, *moving]),
-        design,
-    )
-    for k in range(3):
-        design[k] += light.tone * (values[EVEN] * (board.even(places[k], now) - light.even) / step[k])
-    base = light.radiance(values, weighing.thrown)
-    design[3] = base
-    design[_THROWN] = light.tone * weighing.thrown.T
-    design[EVEN] = light.tone * light.even
-    design[7:9] = light.shaded * board.across
-    if count > LOCAL:
-        ink = np.exp(values[_BLACK]) * (1.0 - board.white) * np.exp(values[3])
-        design[_BLACK] = base * ink / light.tone
-        design[_NARROW] = (
-            light.shaded * light.tilt * log_cosine(board.points, values[:3], np.array(scene.aim))
-        )
-    return design
 
 
 def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> ShadingFit:

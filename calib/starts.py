@@ -9,7 +9,7 @@ import numpy as np
 from calib.board_light import misfits
 from calib.lights import MirroredRay, meet
 from calib.paper import PaperSamples
-from calib.shading import Reading, Scene, ball_table, fit_local
+from calib.shading import Reading, Scene, fit_local
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
 _HEIGHTS = (12.0, 25.0, 40.0, 58.0, 78.0)  # degrees above the board
@@ -163,7 +163,7 @@ def _misfits(places: list[np.ndarray], reading: Reading, scene: Scene) -> np.nda
         level,
         np.array(places),
         scene.lamp_radius,
-        ball_table(scene),
+        scene.table,
         blur / 4,
         _TOLERANCE,
         result,

@@ -1,0 +1,12 @@
+"""Places of the values of a view's shading fit in a row: its own, those that views share, those of polished balls."""
+
+# x, y, z, log strength of white, diffuse and glossy bounce, even light, slopes along x and y, reflectance of polished
+# balls
+LOCAL = 10
+EVEN = 6  # which of them is light that comes from everywhere
+THROWN = [4, 5, 9]  # those of light that balls throw
+# sample x, y, z and radius, log lamp radius, log of black over white, how narrow the lamp's beam is; polished balls'
+# values follow
+SHARED = 7
+BLACK, NARROW = LOCAL + 5, LOCAL + 6  # places among all values
+BALL = 4  # x, y, z and radius
