@@ -1,16 +1,21 @@
 """The board's frame, and its corners in drawn and in real photos: above all that they are not off on one side."""
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from calib.board import board_points, board_size, dictionary, find_corners
+from calib import looking
+from calib.board import board_points, board_size, corners_of_half, dictionary, find_corners
+from calib.camera import Camera
 from calib.intrinsics import fit_camera, quick_camera
 from calib.looking import look, look_closer
 from calib.pose import fit_pose
+from calib.register import Around
+from calib.tone import detection_image, halved
 from capture.errors import InputError
 from capture.photoset import Board
 from tests.calib.drawn import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
@@ -92,6 +97,39 @@ def test_markers_printed_off_their_places_do_not_pull_the_corners():
     miss = misses(closer)
     assert np.abs(miss.mean(0)).max() < 0.01
     assert np.sqrt((miss**2).sum(1).mean()) < 0.05
+
+
+@pytest.mark.parametrize("known", ["nothing", "another place"])
+def test_corners_are_the_same_where_a_photo_is_read_again(known, reader, first, closer):
+    off = np.full((len(board_points(BOARD)), 2), 200.0)
+    around = [Around.of(*reader.level(s.view), off) if known == "another place" else None for s in first]
+    again = [replace(s, around=one) for s, one in zip(first, around, strict=True)]
+    camera = quick_camera([s.corners for s in first], SIZE)
+    for one, other in zip(look_closer(reader, camera, again, quiet), closer, strict=True):
+        np.testing.assert_array_equal(one.corners.ids, other.corners.ids)
+        np.testing.assert_array_equal(one.corners.pixels, other.corners.pixels)
+
+
+def test_markers_in_a_large_photo_are_found_in_one_of_half_the_size(monkeypatch):
+    """As surely, and in the same places: what half the size is off by, saddle points at full size take away."""
+    half = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])  # pixels' middles are whole numbers
+    matrix = np.diag([2.0, 2.0, 1.0]) @ (CAMERA.matrix + half) - half
+    camera = Camera(matrix, CAMERA.distortion, (2 * SIZE[0], 2 * SIZE[1]))
+    level = draw(camera, looking_at(MIDDLE + np.array([5.0, 3, 150]), MIDDLE, 0.2), NOISE, 1).astype(
+        np.float32
+    )
+    assert corners_of_half(BOARD, detection_image(halved(level))) is not None
+    whole = looking._corners(BOARD, level)
+    monkeypatch.setattr(looking, "_LARGE", 0)
+    found = looking._corners(BOARD, level)
+    np.testing.assert_array_equal(found.ids, whole.ids)
+    np.testing.assert_allclose(found.pixels, whole.pixels, atol=0.02)
+    assert sorted(found.marker_ids) == sorted(whole.marker_ids)
+
+
+def test_markers_that_are_small_in_half_the_size_are_not_looked_for_there(first):
+    image = detection_image(halved(draw(CAMERA, POSES[0], NOISE, 0).astype(np.float32)))
+    assert corners_of_half(BOARD, image) is None
 
 
 def test_a_true_print_is_used_whole(reader, first):
