@@ -16,6 +16,7 @@ from scipy.special import stdtrit
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.covariance import Alternative, Problem, covariance
+from reconstruct.cover import cover_slopes
 from reconstruct.microfacet import F0_BOUNDS
 from reconstruct.model import Model
 from reconstruct.represent import Represented
@@ -32,7 +33,8 @@ STEP = 0.02  # of a shape's logarithm, in finite differences
 
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
-    """Covariance of the parameters of a model: modes, then lobe coefficients, then logarithms of lobe shapes.
+    """Covariance of the parameters of a model: modes, then lobe coefficients, then logarithms of lobe shapes, then of
+    weights (:mod:`reconstruct.cover`), in their standard deviations.
 
     The modes may be more than the model has, since models that predict as well have them.
     """
@@ -63,7 +65,7 @@ class Uncertainty:
     def standard_error(self, model: Model, cells: Cells) -> np.ndarray:
         """Of ``model`` (n, c) at the directions of ``cells``, 1/sr."""
         common = np.hstack([self.basis.design(cells), model.lobes.columns(cells)[1]])
-        slopes = shape_slopes(model, cells)
+        slopes = _shared_slopes(model, cells)
         own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
         return np.hypot(np.stack(own, axis=1), self.scale_error * np.abs(model.evaluate(cells)))
 
@@ -74,17 +76,16 @@ class Uncertainty:
     def file_errors(self, model: Model, said: Represented) -> np.ndarray:
         """Standard errors (m, c) of the coefficients in the file's terms."""
         m, both = self.modes, min(len(said.coefficients), self.modes)
-        changes = [
-            _represented_change(model, said, p, self.coefficients) for p in range(len(self.covariance[0]) - m)
-        ]
+        known = self.coefficients + len(model.lobes.flat())  # what a lobe covers moves no mode
+        changes = [_represented_change(model, said, p, self.coefficients) for p in range(known)]
         variance = np.zeros_like(said.coefficients)
         # of each mode itself, of what the lobes put into it, and of both together
         for c, cov in enumerate(self.covariance):
             variance[:both, c] = np.diag(cov)[:both]
             if changes:
-                lobes = np.stack([change[:, c] for change in changes], axis=1)
-                variance[:, c] += np.einsum("rp,pq,rq->r", lobes, cov[m:, m:], lobes)
-                variance[:both, c] += 2.0 * np.einsum("rp,rp->r", lobes[:both], cov[:both, m:])
+                lobes, rest = np.stack([change[:, c] for change in changes], axis=1), slice(m, m + known)
+                variance[:, c] += np.einsum("rp,pq,rq->r", lobes, cov[rest, rest], lobes)
+                variance[:both, c] += 2.0 * np.einsum("rp,rp->r", lobes[:both], cov[:both, rest])
         return np.hypot(np.sqrt(np.maximum(variance, 0.0)), self.scale_error * np.abs(said.coefficients))
 
 
@@ -114,7 +115,7 @@ def uncertainty_of(
 def _problem(fitted: Fitted, cells: Cells, deviation, basis: Basis, view_errors) -> Problem:
     model = fitted.model
     fixed, columns = model.lobes.columns(cells)
-    slopes = shape_slopes(model, cells)
+    slopes = _shared_slopes(model, cells)
     own = model.lobe_coefficients
     center = np.zeros((own.shape[1], len(basis.modes) + len(own) + slopes.shape[1]))
     center[:, : len(model.coefficients)] = model.coefficients.T
@@ -159,6 +160,11 @@ def _units(cells: Cells) -> np.ndarray:
 
 def _spread(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(np.einsum("np,pq,nq->n", rows, covariance, rows, optimize=True), 0.0))
+
+
+def _shared_slopes(model: Model, cells: Cells) -> np.ndarray:
+    """(n, s, c) derivatives of f by what all channels share: logarithms of the lobes' shapes, and of their weights."""
+    return np.concatenate([shape_slopes(model, cells), cover_slopes(model, cells)], axis=1)
 
 
 def shape_slopes(model: Model, cells: Cells) -> np.ndarray:
