@@ -22,7 +22,10 @@ SETTLED = 1e-3  # of the cost, a weighted sum of squares: a thirtieth of a stand
 STEPS = 30  # of a descent, at most
 FARTHEST = 1.0  # of a logarithm in one step
 _DAMPING = (1e-3, 1e8)  # at first, relative to the diagonal, and where a descent gives up
-_BOUNDS = {"roughness": ROUGHNESS_BOUNDS, "f0": F0_BOUNDS, "stretch": TURN_BOUNDS, "skew": TURN_BOUNDS}
+_BOUNDS = {"f0": F0_BOUNDS, "stretch": TURN_BOUNDS, "skew": TURN_BOUNDS}
+# roughness at least, of the slope of the nearest facet that data see: a peak of GGX is at most 25 times what was seen
+SEEN = 0.5
+MOST_LEAST = 0.5  # that bound, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,7 @@ class Profile:
         """``design`` (n, m) of the modes at ``cells``, ``weight`` (n, c), ``penalty`` (c, m) of their squares."""
         self._cells, self._design, self._weight, self._common = cells, design, weight, common
         self._penalty = penalty
+        self._least = [_least_roughness(cells, retro) for retro in (False, True)]
         self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int), common)
         self._factors = Factors(self._folded.modes_gram, penalty)
 
@@ -75,6 +79,16 @@ class Profile:
         first = -2.0 * np.tensordot(slopes, pull, 2)
         second = 2.0 * self._projected(statistics, solution, slopes, columns, lobes.upper_bounds())
         return Slope(self._cost(statistics, solution), first, second)
+
+    def bounds(self, lobes: LobeSet) -> np.ndarray:
+        """(p, 2) of the logarithms of the shapes: a peak that no data come near must not be narrower than they tell."""
+        return np.log(
+            [
+                _BOUNDS.get(name, (self._least[family.retro], ROUGHNESS_BOUNDS[1]))
+                for family in lobes.families
+                for name in family.shape_names
+            ]
+        )
 
     def model_parts(self, lobes: LobeSet) -> tuple[np.ndarray, LobeSet, np.ndarray]:
         """Mode coefficients (m, c), the lobes and their coefficients (q, c): the rest of a model."""
@@ -120,7 +134,7 @@ def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TO
     ``tolerance`` of their logarithms, or to where the cost hardly falls: Levenberg and Marquardt's steps."""
     if not lobes.families:
         return lobes
-    low, high = np.array(_bounds(lobes)).T
+    low, high = profile.bounds(lobes).T
     place = np.clip(lobes.flat(), low + step, high - step)
     here, damping = profile.slope(lobes.with_flat(place)), _DAMPING[0]
     for _ in range(STEPS):
@@ -160,5 +174,10 @@ def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
     return fixed[:, None] + columns @ coefficients
 
 
-def _bounds(lobes: LobeSet) -> list[tuple[float, float]]:
-    return [tuple(np.log(_BOUNDS[name])) for family in lobes.families for name in family.shape_names]
+def _least_roughness(cells: Cells, retro: bool) -> float:
+    """Least roughness of a lobe about the mirror direction, or about the light's own, that ``cells`` can tell."""
+    incident, exit = np.sin(cells.theta_i), np.sin(cells.theta_r)
+    across = 2.0 * incident * exit * np.cos(cells.dphi) * (-1.0 if retro else 1.0)
+    along = np.cos(cells.theta_i) + np.cos(cells.theta_r)
+    slope = np.sqrt(np.maximum(incident**2 + exit**2 + across, 0.0)) / np.maximum(along, 1e-9)
+    return float(np.clip(SEEN * slope.min(), ROUGHNESS_BOUNDS[0], MOST_LEAST))

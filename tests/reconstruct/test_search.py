@@ -5,8 +5,9 @@ import pytest
 
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells
-from reconstruct.microfacet import families, lobe_columns
+from reconstruct.microfacet import families, lobe_columns, retro_lobe
 from reconstruct.model import LobeSet
+from reconstruct.profile import SEEN
 from reconstruct.robust import independence
 from reconstruct.search import search_lobes, starting_shape
 from reconstruct.select import Prior
@@ -70,3 +71,19 @@ def test_views_of_wrong_scale_hardly_move_the_model_when_their_errors_are_known(
     share = (told.shared / (seen.value - told.residual))[:10, 0]
     assert np.corrcoef(share, scale)[0, 1] > 0.999
     assert independence(seen).max() == 1.0  # measurements are not binned here
+
+
+def test_a_peak_that_no_data_come_near_is_not_made_up():
+    """Of a photo that looks 50 degrees past the mirror direction a narrow lobe could be anything: noise bought one
+    of 14000 % error. What GGX has at its peak is at most (1 + SEEN^-2)^2 times what it has at the nearest data."""
+    retro = retro_lobe(absolute=True)
+    rng = np.random.default_rng(0)
+    theta_i, theta_r = np.radians(rng.uniform(35.0, 45.0, (2, 500)))
+    cells = Cells.of_angles(theta_i, theta_r, np.radians(rng.uniform(80.0, 100.0, 500)))
+    value = np.full((500, 2), 0.2) * (1.0 + 0.01 * rng.normal(size=(500, 2)))
+    cells = cells.with_value(value)
+    fitted = search_lobes(cells, 0.01 * value, Basis("isotropic", 0), PRIOR, start_of(retro))
+    lobes = fitted.model.lobes
+    at_peak = lobes.columns(Cells.of_angles(*np.radians([[40.0], [40.0], [0.0]])))[1].max()
+    # masking and the cosines change by less than half between the data and the peak
+    assert at_peak < 1.5 * (1.0 + SEEN**-2) ** 2 * lobes.columns(cells)[1].max()
