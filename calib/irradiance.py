@@ -20,11 +20,16 @@ _WORST = 4.0  # standard errors beyond which a patch is not believed against the
 _FEW = 4  # patches that can outvote one; with fewer the brightest counts, since shadows only darken
 _WHITEST = 1.08  # reflectance above which paper cannot be: the patch that says so lies in shadow
 _PAPER_VARIES = 0.01  # relative: how far paper and patch may differ from view to view at the least
+_UNMEASURED = 0.02  # relative error of lamps that are taken as equal since nothing measures them
 _EQUAL = 0.004  # relative scatter up to which lamps may be taken as equal
 _APART = 3.0  # standard errors by which a view's lamp differs from one that all have in common
 _ALIKE = 0.03  # relative difference of patches in one photo
+# relative scatter of patch over paper from photo to photo that is told; path-traced sets in order have 0.003 to 0.01,
+# with a wrong encoding 0.04 and more
+_NO_RATIO = 0.025
 _REFUSED = "the patch is not believed"
 _DARKER = "a patch is much darker than another: not believed"
+_MOSTLY = 0.75  # of the photos: a patch that is too dark in as many lies in no shadow
 _NO_PATCH = "the set has no white patch"
 _SEEN = 0.999  # share of the lamp that a place must see
 _FEW_SAMPLES = 300
@@ -144,6 +149,7 @@ def tie(
     """
     _whiten(readings)
     _disbelieve(readings, notes)
+    _tell_scatter(readings, notes)
     _widen(readings)
     middle = _middle(photoset)
     ratio = _paper_to_patch(readings)
@@ -164,11 +170,21 @@ def tie(
         if options:
             tied[name] = _combine(options)
     if not tied or (not absolute and _explicit(given)):
-        equal = {n: Tied(v.copy(), np.zeros_like(v), "intensity") for n, v in given.items()}
-        return equal, "relative"
+        return _as_told(readings, given, notes), "relative"
     _note_scale(readings, tied, ratio, notes)
     _fill(readings, tied, given, notes)
     return _equal_lamps(tied, lights, middle, notes), "absolute" if absolute else "relative"
+
+
+def _as_told(readings: dict[str, Reading], given: dict[str, np.ndarray], notes: Notes) -> dict[str, Tied]:
+    """Lamps in the proportions that the manifest states; of equal strength, more or less, where it states none."""
+    doubt = 0.0 if _explicit(given) else _UNMEASURED
+    _note_scale(readings, {}, None, notes)
+    if doubt and any(r.patch.problem != _NO_PATCH for r in readings.values()):
+        notes.warnings.append(
+            "neither white patch nor paper can be read in any photo: all lamps are taken as equally strong"
+        )
+    return {n: Tied(v.copy(), doubt * v, "intensity") for n, v in given.items()}
 
 
 def _explicit(given: dict[str, np.ndarray]) -> bool:
@@ -245,6 +261,22 @@ def _disbelieve(readings: dict[str, Reading], notes: Notes) -> None:
             )
 
 
+def _tell_scatter(readings: dict[str, Reading], notes: Notes) -> None:
+    """Patch and paper lie under one lamp, and keep one ratio: where they do not, photos are not what they are taken
+    for."""
+    both = [r for r in readings.values() if r.patch.value is not None and r.paper.value is not None]
+    if len(both) < _FEW:
+        return
+    log = np.array([np.log(r.patch.value / r.paper.value) for r in both])
+    scatter = 1.4826 * float(np.median(np.abs(log - np.median(log, axis=0)), axis=0).max())
+    if scatter > _NO_RATIO:
+        notes.warnings.append(
+            f"the white patch is not always as bright beside the board's paper: their ratio scatters by {scatter:.0%} "
+            "from photo to photo. So it does if photos are not encoded as the manifest says (JPEG, and PNG of 8 bits, "
+            "mostly are sRGB), if the paper is glossy or not flat, or if lights are not where they are taken to be"
+        )
+
+
 def _widen(readings: dict[str, Reading]) -> None:
     """Larger errors where patch and paper scatter against one another by more than theirs explain."""
     both = [r for r in readings.values() if r.patch.value is not None and r.paper.value is not None]
@@ -306,7 +338,7 @@ def _fill(
         return
     factors = np.array([t.value / given[n] for n, t in tied.items()])
     middle = np.median(factors, axis=0)
-    spread = np.maximum(1.4826 * np.median(np.abs(factors - middle), axis=0), 0.02 * middle)
+    spread = np.maximum(1.4826 * np.median(np.abs(factors - middle), axis=0), _UNMEASURED * middle)
     for name in missing:
         reading = readings[name]
         notes.warnings.append(
@@ -370,4 +402,6 @@ def _tell_problems(problems: dict[str, str], total: int, notes: Notes) -> None:
     for why in sorted({p for p in problems.values() if not p.startswith(_REFUSED)}):
         names = [n for n, p in problems.items() if p == why]
         listed = ", ".join(names[:_NAMED]) + (", ..." if len(names) > _NAMED else "")
+        if why == _DARKER and len(names) >= max(_MOSTLY * total, _FEW):
+            why = "white patches contradict one another, and the brightest for its reflectance is believed: check them"
         notes.warnings.append(f"{why}, in {len(names)} of {total} photos ({listed})")

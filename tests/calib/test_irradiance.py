@@ -262,6 +262,31 @@ def test_of_three_patches_the_darker_ones_are_not_believed():
     assert sum("not believed" in w for w in notes.warnings) == 2
 
 
+@pytest.mark.parametrize("gamma", [1.0, 2.2])
+def test_photos_that_are_not_linear_as_told_show_in_patch_and_paper(gamma):
+    """A lamp lights the patch more or less than the paper, as it stands; codes of a power of the light, taken for
+    light and divided by what the geometry expects, keep that in their ratio."""
+    readings = told(STRENGTHS)
+    for name, aside in zip(STRENGTHS, (0.7, 0.8, 0.9, 1.1, 1.2, 1.4), strict=True):
+        patch = STRENGTHS[name] * aside ** (1.0 / gamma - 1.0)
+        readings[name] = replace(readings[name], patch=strength(patch))
+    _, _, notes = tied(readings)
+    assert any("encoded" in w for w in notes.warnings) == (gamma != 1.0)
+
+
+def test_patches_that_contradict_one_another_in_all_photos_are_told():
+    readings = told(STRENGTHS)
+    alike = {n: replace(r, patch=_mean([r.patch, r.patch])) for n, r in readings.items()}
+    wrong = {
+        n: replace(r, patch=_mean([r.patch, strength(0.7 * r.patch.value)])) for n, r in readings.items()
+    }
+    assert not tied(alike)[2].warnings
+    values, _, notes = tied(wrong)
+    assert any("contradict one another" in w for w in notes.warnings)
+    for name, true in STRENGTHS.items():
+        np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
+
+
 def test_a_patch_that_makes_the_paper_whiter_than_white_lies_in_shadow():
     readings = told(STRENGTHS)
     for name in list(readings)[:4]:  # most of them: a median would believe these
@@ -289,6 +314,16 @@ def test_without_a_patch_the_scale_is_relative_but_the_proportions_hold():
     assert scale == "relative"
     ratios = [values[n].value / s for n, s in STRENGTHS.items()]
     np.testing.assert_allclose(ratios, np.broadcast_to(ratios[0], (6, 3)), rtol=1e-9)
+
+
+def test_lamps_of_which_nothing_measures_any_are_equal_more_or_less_and_it_is_said_why():
+    blind = Reading(
+        *(no_strength(p) for p in ("the patch is clipped", "too little lit paper is seen", "no print"))
+    )
+    values, scale, notes = tied(dict.fromkeys(STRENGTHS, blind))
+    assert scale == "relative"
+    assert all(0.01 < (one.error / one.value).max() < 0.05 for one in values.values())
+    assert any("clipped" in w for w in notes.warnings) and any("equally strong" in w for w in notes.warnings)
 
 
 def test_a_lamp_that_nothing_measures_is_taken_as_the_others_and_said_so():
