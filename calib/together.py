@@ -136,6 +136,10 @@ def _shade(
             return None, False
         pose = block_pose(values[sight.pose_block])
         place = place_in_world(lamp, values[block_name(lamp.name)], pose)
+        if place[2] <= 0 and sight.shading is not None:  # under the board: nothing is lit from there
+            place = sight.shading[:3]
+        if place[2] <= 0:
+            return None, False
         start = place if sight.shading is None else np.concatenate([place, sight.shading[3:]])
         found, other = fit_shading(sight.reading, scene, start, steps), shown.get(sight.view.name)
         if other is None or other[2] <= 0 or lamp.attached or not _apart(other, found.place):
