@@ -19,8 +19,10 @@ from calib.setup import Setup, ViewSetup
 from capture.photoset import MirrorBall, Sphere
 from capture.radiance import RadianceImage
 
-FINE, COARSE = 0.4, 1.2  # sizes of cells near the sample and farther off, of its radius
-NEAR, FAR = 3.6, 10.0  # how far they reach from its foot, of its radius; a whole number of either
+# sizes of cells near the sample and farther off, of its radius; and how far they reach from its foot, each a whole
+# number of its own and of the next ones' size
+SIZES = (0.4, 1.2, 9.6)
+NEAR, MIDDLE, FAR = REACHES = (3.6, 9.6, 28.8)
 SUBCELLS = 5  # points a side that are read in a cell
 LEAST_READ = 0.4  # share of a cell's points that must be readable
 MARGIN = 1.08  # silhouettes are taken as larger
@@ -65,7 +67,7 @@ def measure_surround(
 def surround_of(setup: Setup, view: ViewSetup, radiance: np.ndarray) -> Surround:
     """The surroundings of one view, whose ``radiance`` is :func:`radiance_around`'s."""
     points, size = _grid(setup.sample)
-    lamp, lit = _lamp_on(points, view, setup.sample)
+    lamp, lit = _lamp_on(points, size, view, setup.sample)
     return Surround(points=points, area=size**2, radiance=radiance, lamp=lamp, lit=lit)
 
 
@@ -81,7 +83,7 @@ def radiance_around(
 def near_shown(around: Sequence[np.ndarray | None]) -> float:
     """Share of the cells near the sample that any of the views' ``radiance`` (m, c) shows."""
     known = [np.isfinite(one).all(-1) for one in around if one is not None]
-    return float(np.any(known, axis=0)[: len(_lattice(NEAR, FINE))].mean()) if known else 0.0
+    return float(np.any(known, axis=0)[: len(_lattice(NEAR, SIZES[0]))].mean()) if known else 0.0
 
 
 def completed(surrounds: Sequence[Surround | None]) -> tuple[Surround | None, ...]:
@@ -137,11 +139,13 @@ def _median(values: np.ndarray) -> np.ndarray:
 
 def _grid(sample: Sphere) -> tuple[np.ndarray, np.ndarray]:
     """Centres (m, 3) and side lengths (m,) of the cells about the sample's foot."""
-    fine = _lattice(NEAR, FINE)
-    coarse = _lattice(FAR, COARSE)
-    coarse = coarse[np.abs(coarse).max(1) > NEAR]
-    flat = np.vstack([fine, coarse]) * sample.radius + sample.center[:2]
-    size = np.repeat([FINE, COARSE], [len(fine), len(coarse)]) * sample.radius
+    rings, inside = [], 0.0
+    for reach, size in zip(REACHES, SIZES, strict=True):
+        ring = _lattice(reach, size)
+        rings.append(ring[np.abs(ring).max(1) > inside])
+        inside = reach
+    flat = np.vstack(rings) * sample.radius + sample.center[:2]
+    size = np.repeat(SIZES, [len(ring) for ring in rings]) * sample.radius
     return np.column_stack([flat, np.zeros(len(flat))]), size
 
 
@@ -156,26 +160,37 @@ def _balls(sample: Sphere, others: tuple[MirrorBall, ...]) -> list[tuple[np.ndar
     return [(np.asarray(b.center, float), float(b.radius)) for b in (sample, *beside)]
 
 
-def _lamp_on(points: np.ndarray, view: ViewSetup, sample: Sphere) -> tuple[np.ndarray, np.ndarray]:
-    toward, falloff = view.light.toward(points)
+def _lamp_on(
+    points: np.ndarray, size: np.ndarray, view: ViewSetup, sample: Sphere
+) -> tuple[np.ndarray, np.ndarray]:
     ball = np.array([[*sample.center, sample.radius]])
     if view.light.kind == "point":
         lit = lit_fraction(points, view.light.place, view.light.radius, ball, 0.0)
         irradiance = direct(points, view.light.place)
+        wide = size > SIZES[1] * sample.radius  # a low lamp may stand above one of those
+        irradiance[wide] = (
+            direct(_within(points[wide], size[wide]), view.light.place).reshape(-1, wide.sum()).mean(0)
+        )
     else:
+        toward, falloff = view.light.toward(points)
         far = view.light.place * 1e6 * sample.radius
         lit = lit_fraction(points, far, 0.0, ball, 0.0)
         irradiance = np.maximum(toward[:, 2], 0.0) * falloff
     return irradiance[:, None] * view.strength, lit
 
 
+def _within(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Points (k m, 3) of the cells, one of each cell after another."""
+    line = (np.arange(SUBCELLS) + 0.5) / SUBCELLS - 0.5
+    offset = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 1, 2) * size[:, None]
+    return np.concatenate([points[:, :2] + offset, np.zeros((*offset.shape[:2], 1))], axis=-1).reshape(-1, 3)
+
+
 def _read(
     points, size, camera: Camera, view: ViewSetup, read_at: ReadAt, bounds: Bounds, balls
 ) -> np.ndarray:
     """Mean radiance (m, c) of each cell's readable points, NaN where too few are."""
-    line = (np.arange(SUBCELLS) + 0.5) / SUBCELLS - 0.5
-    offset = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 1, 2) * size[:, None]
-    fine = np.concatenate([points[:, :2] + offset, np.zeros((*offset.shape[:2], 1))], axis=-1).reshape(-1, 3)
+    fine = _within(points, size)
     eye = view.pose.center
     usable = view.pose.apply(fine)[:, 2] > 0.0
     for center, radius in balls:
