@@ -10,6 +10,7 @@ import numpy as np
 
 from calib.setup import LeftOut
 from photogonio.options import Choice
+from reconstruct.angles import half_difference, unit_vectors
 from reconstruct.plots import correlation
 from reconstruct.represent_turning import typical
 from reconstruct.table import LEFT_OUT
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 CONTRADICTED = 0.05  # relative; geometry, texture and noise leave a few per cent
 UNSEEN = 10.0  # degrees
+GRAZING = 50.0  # degrees: a gloss that was seen at as much incidence is hardly extrapolated
 CLIPPED = 0.02  # share of a photo's pixels of the sample
 TOLD_STRAY = 0.01  # of the value: less stray light that may be there is not worth a warning
 
@@ -111,7 +113,22 @@ def doubts(fit: FitResult) -> list[str]:
         nearest = np.degrees(np.arccos(np.clip(cosine.max(), -1.0, 1.0)))
         if nearest > UNSEEN:
             told.append(f"no photo looks within {nearest:.0f} degrees of {where}: {what} there was not seen")
-    return told
+    return told + _steep(fit)
+
+
+def _steep(fit: FitResult) -> list[str]:
+    """A gloss that was seen from above alone."""
+    cells, lobes = fit.cells, fit.model.lobes
+    width = max((s[0] for f, s in zip(lobes.families, lobes.shapes, strict=True) if not f.retro), default=0.0)
+    incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    half, difference, _ = half_difference(incident, exit)
+    seen = difference[half < np.arctan(width)]
+    if not len(seen) or seen.max() > np.radians(GRAZING):
+        return []
+    return [
+        f"the gloss was seen at no more than {np.degrees(seen.max()):.0f} degrees of incidence: how much brighter it "
+        "grows toward grazing is extrapolated; look at the sample from lower, or put lamps lower opposite the camera"
+    ]
 
 
 def clipped(table: FacetTable) -> list[str]:

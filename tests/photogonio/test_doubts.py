@@ -37,6 +37,18 @@ def test_photos_that_agree_raise_no_doubt_and_photos_at_odds_do(fit):
     assert any("contradict one another" in line for line in doubts(at_odds))
 
 
+@pytest.mark.parametrize(("most", "told"), [(80.0, True), (150.0, False)])
+def test_a_gloss_that_was_seen_from_above_alone_is_told(most, told):
+    """``most`` degrees between light and camera are half as many of incidence on a mirror."""
+    many = replace(PLAN, views=40)
+    glossy = fit_table(simulate(make_brdf("plastic"), many), FitOptions(lobes=1, order=0))
+    cells = glossy.cells
+    along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
+    phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
+    near = replace(glossy, cells=cells.take(phase <= np.radians(most)))
+    assert any("grazing" in line for line in doubts(near)) == told
+
+
 @pytest.mark.parametrize(("share", "told"), [(0.1, True), (0.001, False)])
 def test_a_sample_that_is_clipped_is_told(share, told):
     """``share`` of one photo's pixels, the photo named."""
