@@ -15,6 +15,7 @@ from capture.errors import InputError
 from capture.photoset import MANIFEST, Board
 
 FEWEST_CORNERS = 6  # that tell where the camera was
+_FEW_CORNERS = 10  # of a chessboard: fewer, and those are taken too that have but one of their two markers
 _ENOUGH_MARKERS = 2  # a homography from fewer is not trusted for the search window
 _PLAIN = 32.0  # pixels of all sides of markers in a smaller picture, in which others are then found as well
 
@@ -111,11 +112,12 @@ def find_corners(board: Board, image: np.ndarray, fine: np.ndarray) -> Corners:
     return placed_corners(board, searched_corners(board, image), fine)
 
 
-def searched_corners(board: Board, image: np.ndarray) -> Corners:
-    """The same to a pixel, as the search for markers leaves them."""
+def searched_corners(board: Board, image: np.ndarray, *, thorough: bool = True) -> Corners:
+    """The same to a pixel, as the search for markers leaves them; ``thorough``: where they are few, all that any marker
+    tells."""
     made = opencv_board(board)
     if board.kind == "charuco":
-        found, ids, quads, marks = _find_charuco(made, image)
+        found, ids, quads, marks = _find_charuco(made, image, thorough)
     else:
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
@@ -134,7 +136,7 @@ def corners_of_half(board: Board, image: np.ndarray) -> Corners | None:
     """The corners to a pixel or two from a picture of half the size (h, w); None if it may not show all."""
     if board.kind != "charuco":  # of others, what is not found is not looked for again
         return None
-    found = searched_corners(board, image)
+    found = searched_corners(board, image, thorough=False)
     sides = np.linalg.norm(found.marker_pixels - np.roll(found.marker_pixels, 1, axis=1), axis=2)
     if len(found) < FEWEST_CORNERS or sides.min() < _PLAIN:
         return None
@@ -152,10 +154,20 @@ def placed_corners(
 
 
 def _find_charuco(
-    made: cv2.aruco.CharucoBoard, image: np.ndarray
+    made: cv2.aruco.CharucoBoard, image: np.ndarray, thorough: bool
+) -> tuple[np.ndarray, np.ndarray, tuple, np.ndarray | None]:
+    found = _detected(made, image, 2)
+    if len(found[1]) >= _FEW_CORNERS or found[3] is None or not thorough:
+        return found
+    more = _detected(made, image, 1)  # what hides much of the board leaves few corners both their markers
+    return more if len(more[1]) > len(found[1]) else found
+
+
+def _detected(
+    made: cv2.aruco.CharucoBoard, image: np.ndarray, markers: int
 ) -> tuple[np.ndarray, np.ndarray, tuple, np.ndarray | None]:
     settings = cv2.aruco.CharucoParameters()
-    settings.tryRefineMarkers = True
+    settings.tryRefineMarkers, settings.minMarkers = True, markers
     detector = cv2.aruco.CharucoDetector(made, settings)
     found, ids, quads, marks = detector.detectBoard(image)
     if ids is None or found is None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from calib import looking
-from calib.board import board_points, board_size, corners_of_half, dictionary, find_corners
+from calib.board import board_points, board_size, corners_of_half, dictionary, find_corners, opencv_board
 from calib.camera import Camera
 from calib.intrinsics import fit_camera, quick_camera
 from calib.looking import look, look_closer
@@ -197,3 +197,22 @@ def test_every_corner_has_one_number(closer):
     for a, b in itertools.pairwise(np.sort(one.corners.ids) for one in closer):
         assert len(np.unique(a)) == len(a)
         assert len(np.unique(b)) == len(b)
+
+
+def test_corners_with_one_marker_left_are_found_where_there_are_few_others():
+    """Markers of every other row are hidden: no corner has both of its own."""
+    board = Board("charuco", "DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
+    side = 60
+    image = np.pad(
+        opencv_board(board).generateImage((9 * side, 7 * side), marginSize=0), 40, constant_values=255
+    )
+    for row in range(7):
+        for column in range(9):
+            if row % 2 and (row + column) % 2:  # the white squares there
+                y, x = 40 + row * side + 5, 40 + column * side + 5
+                image[y : y + side - 10, x : x + side - 10] = 128
+    found = find_corners(board, image, (image / 255.0).astype(np.float32))
+    assert len(found) >= 20
+    true = np.column_stack([found.points[:, 0], 140.0 - found.points[:, 1]]) * side / 20.0 + 39.5
+    # what is painted over is no more than 5 pixels from a corner: the refinement's window stays inside of that
+    assert np.abs(found.pixels - true).max() < 0.5
