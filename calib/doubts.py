@@ -35,7 +35,7 @@ def washed_out(readings: dict[str, shading.Reading]) -> dict[str, str]:
     usual = float(np.median(list(ratios.values()))) if ratios else 0.0
     return {
         name: f"its print is not sharp: black is {ratio:.2f} of white, in the other photos {usual:.2f}; out of"
-        " focus, shaken, or with light on the lens"
+        " focus, shaken, with light on the lens, or with the lamp shining on glossy paper"
         for name, ratio in ratios.items()
         if ratio > _WASHED * usual + _WASHED_BY
     }
