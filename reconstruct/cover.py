@@ -14,10 +14,10 @@ import numpy as np
 from reconstruct.cells import Cells
 from reconstruct.model import LobeSet, Model
 
-BULK_F0 = 0.043  # of plastics, lacquers, glasses: index 1.4 to 1.65, the middle
-BULK_SPREAD = 0.25  # of its logarithm
+BULK_F0 = 0.043  # of plastics, lacquers, glasses: index 1.42 to 1.62, the middle
+BULK_SPREAD = 0.2  # of its logarithm
 METAL_F0 = 0.5  # from here on of a metal, in its brightest channel
-PARTIAL = 0.1  # share of surfaces whose lobe covers but a part, or is several
+PARTIAL = 0.03  # share of surfaces of which a lobe covers but a part, or is several
 PARTIAL_SPREAD = 0.5  # of the logarithm of that part
 
 
