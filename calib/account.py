@@ -21,6 +21,7 @@ _IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed
 _TILTED = np.radians(0.7)
 _SURE_TILT = 5.0  # standard errors at which a tilt is told
 _CONTRADICTED = 3.0  # times their errors, by which highlights miss all lamps; path-traced sets: 0.4 to 1.2
+_SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
@@ -35,12 +36,29 @@ def account(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: No
         notes.warnings.append(
             f"seen in one mirror ball only, so put as far away as the other lights: {', '.join(lonely)}"
         )
+    _shared_lights(settled, sights, notes)
     if settled.scene is not None and settled.shading:
         error = float(np.sqrt(settled.covariance["lamp"][0, 0])) * settled.scene.lamp_radius
         notes.residuals["lamp_radius"] = settled.scene.lamp_radius
         notes.residuals["lamp_radius_error"] = error
         rms = [f.rms for f in settled.shading.values()]
         notes.residuals["shading_rms"] = float(np.median(rms))
+
+
+def _shared_lights(settled: Settled, sights: list[Sight], notes: Notes) -> None:
+    """Lights that stood in several places under one name: each photo's paper tells its own."""
+    for lamp in settled.lamps.values():
+        fits = [settled.shading.get(s.view.name) for s in sights if s.light == lamp.name]
+        places = np.array([fit.place for fit in fits if fit is not None])
+        if lamp.attached or len(places) < 2:
+            continue
+        toward = places / np.linalg.norm(places, axis=1, keepdims=True)
+        apart = np.linalg.norm(toward - np.median(toward, axis=0), axis=1).max()
+        if apart > _SHARED_APART:
+            notes.warnings.append(
+                f"photos of light {lamp.name!r} show it in directions {np.degrees(apart):.0f} degrees apart: give each "
+                "place of a lamp an id of its own"
+            )
 
 
 def _camera(settled: Settled, notes: Notes) -> None:

@@ -177,14 +177,19 @@ def tie(
 
 
 def _as_told(readings: dict[str, Reading], given: dict[str, np.ndarray], notes: Notes) -> dict[str, Tied]:
-    """Lamps in the proportions that the manifest states; of equal strength, more or less, where it states none."""
+    """Lamps in the proportions that the manifest states; of equal strength, more or less, where it states none.
+
+    Where paper is read they are all put on its scale, so that what shines beside them can be weighed against them.
+    """
     doubt = 0.0 if _explicit(given) else _UNMEASURED
     _note_scale(readings, {}, None, notes)
     if doubt and any(r.patch.problem != _NO_PATCH for r in readings.values()):
         notes.warnings.append(
             "neither white patch nor paper can be read in any photo: all lamps are taken as equally strong"
         )
-    return {n: Tied(v.copy(), doubt * v, "intensity") for n, v in given.items()}
+    lit = [np.pi * r.paper.value / given[n] for n, r in readings.items() if r.paper.value is not None]
+    common, source = (np.median(lit, axis=0), "board") if lit else (1.0, "intensity")
+    return {n: Tied(common * v, doubt * common * v, source) for n, v in given.items()}
 
 
 def _explicit(given: dict[str, np.ndarray]) -> bool:

@@ -326,6 +326,19 @@ def test_lamps_of_which_nothing_measures_any_are_equal_more_or_less_and_it_is_sa
     assert any("clipped" in w for w in notes.warnings) and any("equally strong" in w for w in notes.warnings)
 
 
+def test_lamps_of_stated_proportions_are_put_on_the_papers_scale():
+    """What shines beside them is measured in radiance, and can then be weighed against them."""
+    unknown = no_strength("the set has no white patch")
+    readings = {n: replace(r, patch=unknown) for n, r in told(STRENGTHS).items()}
+    given = {n: 1e-3 * s for n, s in STRENGTHS.items()}
+    lights = dict.fromkeys(readings, FAR)
+    values, scale = tie(replace(SET, white_patches=()), readings, lights, given, Notes())
+    assert scale == "relative"
+    for name, true in STRENGTHS.items():  # as of paper that is perfectly white
+        np.testing.assert_allclose(values[name].value, true * PAPER * np.pi, rtol=1e-9)
+        assert values[name].source == "board" and not values[name].error.any()
+
+
 def test_a_lamp_that_nothing_measures_is_taken_as_the_others_and_said_so():
     same = {n: STRENGTH for n in STRENGTHS}
     readings = told(same)

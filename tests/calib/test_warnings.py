@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from benchmarks.coverage import (
     photoset_of,
     scene_of,
 )
-from calib.account import account
+from calib.account import _shared_lights, account
 from calib.beam import beam_of, note_beam
 from calib.beside import light_beside, note_beside
 from calib.board import Corners
@@ -27,7 +28,7 @@ from calib.calibrate import settled_from, usable
 from calib.checks import bad_photos, board_shape, view_warnings
 from calib.doubts import contradiction, washed_out
 from calib.highlights import find_highlight
-from calib.lamps import block_name
+from calib.lamps import Lamp, block_name
 from calib.looking import Reader, Seen
 from calib.notes import Notes
 from calib.observe import is_dark
@@ -244,6 +245,18 @@ def test_a_lamp_seen_in_one_ball_only():
     off = found.values["light s2"] - drawn.world.lamps[2]
     assert off @ np.linalg.solve(covariance, off) < 16
     assert np.sqrt(np.linalg.eigvalsh(covariance)[-1]) > 50
+
+
+@pytest.mark.parametrize(("apart", "said"), [(0.0, False), (15.0, True)])
+def test_one_light_in_two_places_is_told(apart, said):
+    turn = np.radians(apart)
+    places = [430.0 * np.array([np.sin(t), 0.1, np.cos(t)]) for t in (0.3, 0.3 + turn)]
+    shading = {name: SimpleNamespace(place=place) for name, place in zip("ab", places, strict=True)}
+    sights = [SimpleNamespace(view=SimpleNamespace(name=name), light="one") for name in "ab"]
+    settled = SimpleNamespace(lamps={"one": Lamp("one", None, "point", places[0], "board")}, shading=shading)
+    notes = Notes()
+    _shared_lights(settled, sights, notes)
+    assert any("id of its own" in w for w in notes.warnings) == said
 
 
 @pytest.mark.parametrize(("brightness", "dark"), [(0.0, True), (20.0, False)])
