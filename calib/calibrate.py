@@ -29,7 +29,7 @@ from calib.patch import patches_box
 from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Light, Setup, ViewSetup
 from calib.sight import FIXED_POSE, POSE, Sight, channel_names, hand_over, start_over
-from calib.slab import clear_of_shadows, is_thick
+from calib.slab import clear_of_slab, is_thick
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
@@ -64,7 +64,7 @@ def calibrate(
     seen = [list(sight.highlights) for sight in sights]
     settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
     if is_thick(photoset.board, photoset.sample):
-        clear_of_shadows(photoset.sample, settled, sights)
+        clear_of_slab(photoset.sample, settled, sights)
         start_over(sights, seen)
         settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
     beam, narrow = beam_of(settled), 0.0
