@@ -112,7 +112,7 @@ def account_plane(photoset: PhotoSet, move: PlaneMove | None, notes: Notes) -> N
     """How a flat sample lies, and what of it a person should look at."""
     if move is None:
         return
-    x, y, turn, height, *slopes = move.values.tolist()
+    x, y, turn, height, *slopes, wider, deeper = move.values.tolist()
     error = move.errors.tolist()
     notes.residuals["sample"] = {
         "shift": [x, y, height],
@@ -120,7 +120,9 @@ def account_plane(photoset: PhotoSet, move: PlaneMove | None, notes: Notes) -> N
         "turn": turn,
         "turn_error": error[2],
         "tilt": slopes,
-        "tilt_error": error[4:],
+        "tilt_error": error[4:6],
+        "growth": [wider, deeper],
+        "growth_error": error[6:],
     }
     if not move.plausible:
         notes.warnings.append(
@@ -140,6 +142,12 @@ def account_plane(photoset: PhotoSet, move: PlaneMove | None, notes: Notes) -> N
         notes.warnings.append(
             f"the flat sample lies {x:+.2g}, {y:+.2g} {unit} beside its outline and {height:+.2g} {unit} higher "
             "than in the manifest; this is allowed for"
+        )
+    grown = np.abs(move.values[6:]) > np.maximum(_SURE_TILT * move.errors[6:], move.expected[6:])
+    if grown.any():
+        notes.warnings.append(
+            f"the flat sample is {wider:+.1%} larger along x and {deeper:+.1%} along y than its outline in the "
+            "manifest; this is allowed for"
         )
 
 

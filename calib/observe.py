@@ -30,6 +30,7 @@ _FEWEST = 400  # samples of paper worth a fit
 _DARK = 3.0  # standard errors of one sample of paper
 _PILED = 16  # photos of a still camera that are laid over one another
 _FARTHEST_EDGE = 3.0  # pixels that a flat sample's edge is looked for aside
+_FARTHER = 2.0  # times as far, where there is none
 _DIMMEST = 0.03  # of the brightest highlight: one and the same lamp in another ball
 _FILTERED = 8.0  # pixels beside an edge that finding it takes
 _ASTRAY = 0.04  # of the radius: how far a sample ball may stand from the manifest's place
@@ -130,7 +131,7 @@ def _sample_box(photoset: PhotoSet, camera: Camera, pose: Pose) -> Region | None
     if isinstance(sample, Plane):
         flat = np.asarray(sample.outline, float)
         limb = camera.project(pose, np.column_stack([flat, np.full(len(flat), sample.height)]))
-        return _box(camera, limb, _FARTHEST_EDGE)
+        return _box(camera, limb, _FARTHER * _FARTHEST_EDGE)
     center = np.asarray(sample.center, float)
     return _box(
         camera, outline(camera, pose, center, sample.radius), _within(camera, pose, center, sample.radius)
@@ -246,7 +247,10 @@ def _sample_edges(
     within = min(_within(camera, sight.pose, middle, float(np.ptp(flat, axis=0).max()) / 2), _FARTHEST_EDGE)
     board = photoset.board  # what is printed around loose markers is not known
     pattern = None if board is None or board.kind == "markers" else draw_print(board)
-    return plane_edges(level, usable, camera, sight.pose, plane, within, pattern, origin)
+    found = plane_edges(level, usable, camera, sight.pose, plane, within, pattern, origin)
+    if found is None:  # an outline that is told too large or too small
+        found = plane_edges(level, usable, camera, sight.pose, plane, _FARTHER * within, pattern, origin)
+    return found
 
 
 def _ball_limbs(

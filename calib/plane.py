@@ -18,6 +18,7 @@ _CORNER = 0.08  # of an edge at either end, where the other edge is near
 _PRINT = 2.5  # pixels between what is looked for and the next edge of the print
 _LEAST = 40  # points from which a place is told
 _MISPLACED = 0.02  # of the sample's size: how far off the manifest may put it, sideways and in height
+_GROWN = 0.02  # how much larger or smaller it may make it, either way
 _TURNED = 0.02  # radians, about the normal and off the level
 _BIAS = 0.3  # pixels
 _SOFT = 2.0  # standard errors beyond which an edge point counts less
@@ -42,14 +43,16 @@ class Edges:
 class PlaneMove:
     """How a flat sample lies against the manifest, with standard errors."""
 
-    values: np.ndarray  # (6,) x, y, turn about the normal (radians), height, slopes along x and y
-    errors: np.ndarray  # (6,)
+    # (8,) x, y, turn about the normal (radians), height, slopes along x and y, growth along x and y
+    values: np.ndarray
+    errors: np.ndarray  # (8,)
     size: float  # of the sample, half its larger side
 
     @property
     def expected(self) -> np.ndarray:
-        """(6,) what the manifest may be off by."""
-        return np.array([self.size * _MISPLACED] * 2 + [_TURNED, self.size * _MISPLACED] + [_TURNED] * 2)
+        """(8,) what the manifest may be off by."""
+        aside = self.size * _MISPLACED
+        return np.array([aside, aside, _TURNED, aside, _TURNED, _TURNED, _GROWN, _GROWN])
 
     @property
     def plausible(self) -> bool:
@@ -58,9 +61,9 @@ class PlaneMove:
     @property
     def tilt(self) -> tuple[float, float]:
         """Slope off the level and its standard error, radians."""
-        slope = self.values[4:]
+        slope = self.values[4:6]
         size = float(np.hypot(*slope))
-        return size, float(np.hypot(*(slope * self.errors[4:])) / max(size, 1e-12))
+        return size, float(np.hypot(*(slope * self.errors[4:6])) / max(size, 1e-12))
 
     def applied(self, plane: Plane) -> Plane:
         """The plane where it is, but for its tilt; a part that is not surely off stays the manifest's."""
@@ -68,15 +71,15 @@ class PlaneMove:
             return plane
         sure = np.abs(self.values) > _SURE * self.errors
         values = np.where(sure, self.values, 0.0)
-        values[4:] = 0.0
+        values[4:6] = 0.0
         moved = moved_points(_on(plane, plane.outline), plane, values)
         return Plane(moved[:, :2], plane.height + float(values[3]))
 
 
 def moved_points(points: np.ndarray, plane: Plane, values: np.ndarray) -> np.ndarray:
-    """Points (n, 3) of the manifest's plane where ``values`` (6,) put them."""
+    """Points (n, 3) of the manifest's plane where ``values`` (8,) put them."""
     middle = np.append(np.asarray(plane.outline, float).mean(0), plane.height)
-    off = points - middle
+    off = (points - middle) * np.append(1.0 + values[6:8], 1.0)
     cosine, sine = np.cos(values[2]), np.sin(values[2])
     x = cosine * off[:, 0] - sine * off[:, 1] + values[0]
     y = sine * off[:, 0] + cosine * off[:, 1] + values[1]
@@ -135,21 +138,21 @@ def place_plane(camera: Camera, poses: list[Pose], edges: list[Edges], plane: Pl
         return None
     size = float(np.ptp(np.asarray(plane.outline, float), axis=0).max()) / 2
     # all edges may seem farther out, or in, by some part of a pixel
-    expected = np.append(PlaneMove(np.zeros(6), np.zeros(6), size).expected, _BIAS)
+    expected = np.append(PlaneMove(np.zeros(8), np.zeros(8), size).expected, _BIAS)
 
     def residual(values: np.ndarray) -> np.ndarray:
         parts = [values / expected]
         for pose, edge in zip(poses, edges, strict=True):
-            off = camera.project(pose, moved_points(edge.places, plane, values[:6])) - edge.pixels
-            z = (np.einsum("ij,ij->i", off, edge.normals) + values[6]) / edge.sigma
+            off = camera.project(pose, moved_points(edge.places, plane, values[:8])) - edge.pixels
+            z = (np.einsum("ij,ij->i", off, edge.normals) + values[8]) / edge.sigma
             parts.append(np.sign(z) * _SOFT * np.sqrt(np.log1p((z / _SOFT) ** 2)))  # Cauchy's loss, rooted
         return np.concatenate(parts)
 
-    found = least_squares(residual, np.zeros(7), x_scale=expected)
-    median = float(np.median(np.square(found.fun[7:])))
+    found = least_squares(residual, np.zeros(9), x_scale=expected)
+    median = float(np.median(np.square(found.fun[9:])))
     spread = max(1.0, median / 0.455)  # the median of a normal's squares
     errors = np.sqrt(spread * np.diag(np.linalg.inv(found.jac.T @ found.jac)))
-    return PlaneMove(found.x[:6], errors[:6], size)
+    return PlaneMove(found.x[:8], errors[:8], size)
 
 
 def lying(camera: Camera, seen: list[tuple[Pose, Edges]], plane: Plane, still: bool) -> PlaneMove | None:

@@ -21,7 +21,7 @@ PLANE = Plane(np.array([[-35.0, -28], [35, -28], [35, 28], [-35, 28]]), 2.0)
 EYES = ((10, -20, 230), (120, 30, 180), (-110, 60, 190), (20, 130, 170), (-30, -140, 160), (90, -90, 190))
 POSES = [looking_at(np.array(e, float), np.array([0.0, 0, 2]), 0.2 * k) for k, e in enumerate(EYES)]
 FINE = 8
-MOVE = np.array([0.4, -0.3, 0.006, 0.5, 0.012, -0.008])
+MOVE = np.array([0.4, -0.3, 0.006, 0.5, 0.012, -0.008, -0.04, 0.03])
 
 
 def photo(pose, values: np.ndarray, noise: float, seed: int) -> np.ndarray:
@@ -59,6 +59,7 @@ def move() -> PlaneMove:
 def test_place_and_tilt_come_back(move):
     np.testing.assert_allclose(move.values[[0, 1, 3]], MOVE[[0, 1, 3]], atol=0.05)  # mm
     np.testing.assert_allclose(move.values[[2, 4, 5]], MOVE[[2, 4, 5]], atol=0.002)  # radians
+    np.testing.assert_allclose(move.values[6:], MOVE[6:], atol=0.003)  # 0.1 mm at the edges
     assert (np.abs(move.values - MOVE) < 4 * move.errors).all()
 
 
@@ -66,17 +67,25 @@ def test_what_is_sure_is_applied_but_the_tilt(move):
     plane = move.applied(PLANE)
     assert plane.height == pytest.approx(PLANE.height + 0.5, abs=0.1)
     np.testing.assert_allclose(plane.outline.mean(0), [0.4, -0.3], atol=0.05)
+    # turned by 0.006, which makes its box 0.4 mm larger
+    np.testing.assert_allclose(np.ptp(plane.outline, axis=0), [70 * 0.96 + 0.34, 56 * 1.03 + 0.42], atol=0.25)
 
 
 def test_a_tilt_is_told(move):
     notes = Notes()
     account_plane(SET, move, notes)
     assert any("tilted by 0.8 degrees" in w for w in notes.warnings)
-    np.testing.assert_allclose(notes.residuals["sample"]["tilt"], move.values[4:])
+    np.testing.assert_allclose(notes.residuals["sample"]["tilt"], move.values[4:6])
+
+
+def test_an_outline_of_the_wrong_size_is_told(move):
+    notes = Notes()
+    account_plane(SET, move, notes)
+    assert any("-4." in w and "+3." in w and "its outline" in w for w in notes.warnings)
 
 
 def test_a_true_manifest_is_left_alone():
-    found = lying(CAMERA, seen(np.zeros(6)), PLANE, False)
+    found = lying(CAMERA, seen(np.zeros(8)), PLANE, False)
     assert found is not None
     plane, notes = found.applied(PLANE), Notes()
     np.testing.assert_array_equal(plane.outline, PLANE.outline)
@@ -93,7 +102,7 @@ def test_one_photo_does_not_tell_height_from_place():
 
 
 def test_what_cannot_be_is_not_believed():
-    wild = PlaneMove(np.array([9.0, 0, 0, 0, 0, 0]), np.full(6, 0.01), 35.0)
+    wild = PlaneMove(np.array([9.0, 0, 0, 0, 0, 0, 0, 0]), np.full(8, 0.01), 35.0)
     notes = Notes()
     account_plane(SET, wild, notes)
     assert any("not believed" in w for w in notes.warnings)
@@ -113,7 +122,7 @@ def test_no_edges_no_move():
 def test_edges_of_the_print_are_not_taken_for_the_samples():
     """Points are kept only where the ground behind is one tone as far as an edge is looked for."""
     print_, usable, pose = draw_print(BOARD), np.ones(SIZE[::-1], bool), POSES[0]
-    level = photo(pose, np.zeros(6), 0.004, 0)
+    level = photo(pose, np.zeros(8), 0.004, 0)
     free = plane_edges(level, usable, CAMERA, pose, PLANE, 3.0)
     held = plane_edges(level, usable, CAMERA, pose, PLANE, 3.0, print_)
     assert free is not None and held is not None
