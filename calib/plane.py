@@ -16,7 +16,9 @@ from capture.photoset import Plane
 _STEP = 6.0  # pixels between places along an edge
 _CORNER = 0.08  # of an edge at either end, where the other edge is near
 _PRINT = 2.5  # pixels between what is looked for and the next edge of the print
-_LEAST = 40  # points from which a place is told
+_LEAST = 40  # points of all photos from which a place is told
+_FEW = 8  # of one photo
+_TAIL = 0.5  # pixels: what is found so close to the end of the search is the flank of an edge beyond
 _MISPLACED = 0.02  # of the sample's size: how far off the manifest may put it, sideways and in height
 _GROWN = 0.02  # how much larger or smaller it may make it, either way
 _TURNED = 0.02  # radians, about the normal and off the level
@@ -120,6 +122,7 @@ def plane_edges(
     along = camera.project(pose, np.concatenate(ahead)) - pixels
     normals = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1, keepdims=True)
     found, sigma, clear = find_edges(level, usable, pixels, normals, within, origin)
+    clear &= np.abs(np.einsum("ij,ij->i", found - pixels, normals)) < within - _TAIL
     if print_ is not None:
         rays = camera.world_rays(pose, pixels)
         behind = pose.center - (pose.center[2] / rays[:, 2])[:, None] * rays
@@ -127,7 +130,7 @@ def plane_edges(
         _, scale = project_with_scale(camera, pose, behind)
         beside = ~print_.on_print(behind[:, :2])
         clear &= beside | (apart * scale > within + _PRINT)
-    if clear.sum() < _LEAST:
+    if clear.sum() < _FEW:
         return None
     return Edges(where[clear], found[clear], normals[clear], sigma[clear])
 
