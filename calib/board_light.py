@@ -70,16 +70,23 @@ def slopes_of_shaded(
     ``light`` (4, n) is that of :func:`light_on_board`. Where the way to the lamp passes all balls by ``margin`` more
     than leaves all of it visible, no ball matters.
     """
-    count = len(places)
+    count, gradient = len(places), np.empty(3)
     for k in range(len(points)):
         around, tone, bare, shaded, tilt = spread[k], light[0, k], light[1, k], light[2, k], light[3, k]
         xx, xy, yy = around[0] + soft, around[1], around[2] + soft
         clear = passed_by(points[k], place, lamp, balls, xx, yy, margin)
-        for p in range(count):
-            moved = tone * _straight(points[k], places[p], narrow, aim)
-            if not clear:
-                moved *= share_of(points[k], places[p], lamp, balls, xx, xy, yy)
-            result[rows[p], k] = (moved - shaded) / step[p] * tilt
+        if clear:
+            _by_place(points[k], place, narrow, aim, gradient)
+            for p in range(count):
+                change = 0.0
+                for axis in range(3):
+                    change += gradient[axis] * (places[p, axis] - place[axis])
+                result[rows[p], k] = shaded * change / step[p] * tilt
+        else:
+            for p in range(count):
+                share = share_of(points[k], places[p], lamp, balls, xx, xy, yy)
+                moved = tone * _straight(points[k], places[p], narrow, aim) * share
+                result[rows[p], k] = (moved - shaded) / step[p] * tilt
         for m in range(len(lamps)):
             slope = 0.0
             if not clear:
@@ -104,6 +111,19 @@ def _straight(point, place, narrow, aim):
     axis = math.sqrt(ax * ax + ay * ay + az * az)
     cosine = -(x * ax + y * ay + z * az) / (axis * far)
     return light * math.exp(narrow * math.log(max(cosine, DIMMEST)))
+
+
+@_jit
+def _by_place(point, place, narrow, aim, gradient):
+    """Derivative (3,) of the logarithm of :func:`_straight` by the lamp's place; 0 for a lamp below the board."""
+    x, y, z = place[0] - point[0], place[1] - point[1], place[2] - point[2]
+    ax, ay, az = aim[0] - place[0], aim[1] - place[1], aim[2] - place[2]
+    squared, axis, along = x * x + y * y + z * z, ax * ax + ay * ay + az * az, -(x * ax + y * ay + z * az)
+    lit = 1.0 if place[2] > 0 else 0.0
+    beam = narrow if along > DIMMEST * math.sqrt(squared * axis) else 0.0
+    gradient[0] = lit * (-3 * x / squared + beam * ((x - ax) / along - x / squared + ax / axis))
+    gradient[1] = lit * (-3 * y / squared + beam * ((y - ay) / along - y / squared + ay / axis))
+    gradient[2] = lit * (1 / z - 3 * z / squared + beam * ((z - az) / along - z / squared + az / axis))
 
 
 @_jit
