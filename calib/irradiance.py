@@ -62,10 +62,7 @@ def read_view(
     readings = []
     for patch in photoset.white_patches:
         one = read_patch(image, settled.camera, sight.pose, light, patch, stray)
-        if one.value is not None:
-            factor = np.pi / np.broadcast_to(np.asarray(patch.reflectance, float), one.value.shape)
-            one = Strength(one.value * factor, one.error * factor, one.pull)
-        readings.append(one)
+        readings.append(_of_lamp(one, np.asarray(patch.reflectance, float)))
     good = [r for r in readings if r.value is not None]
     patch = _mean(good) if good else (readings[0] if readings else no_strength(_NO_PATCH))
     if sight.reading is None:
@@ -73,6 +70,15 @@ def read_view(
     shown = light_shape(sight.reading.samples.points, light, stray)
     paper = (read_paper(sight.reading, light, stray, white=tone, shown=shown) for tone in (True, False))
     return Reading(patch, *paper)
+
+
+def _of_lamp(one: Strength, reflectance: np.ndarray) -> Strength:
+    """A patch's reading without what its reflectance did to it."""
+    rough = None if one.rough is None else _of_lamp(one.rough, reflectance)
+    if one.value is None:
+        return replace(one, rough=rough)
+    factor = np.pi / np.broadcast_to(reflectance, one.value.shape)
+    return Strength(one.value * factor, one.error * factor, one.pull)
 
 
 def stray_light(settled: Settled, sight: Sight, light: Light) -> Stray | None:
@@ -148,6 +154,7 @@ def tie(
     ``given`` are the manifest's relative strengths (c,) of each view's lamp.
     """
     _whiten(readings)
+    _make_do(readings, notes)
     _disbelieve(readings, notes)
     _tell_scatter(readings, notes)
     _widen(readings)
@@ -234,6 +241,21 @@ def _paper_to_patch(readings: dict[str, Reading]) -> tuple[np.ndarray, np.ndarra
     middle = np.median(ratios, axis=0)
     spread = 1.4826 * np.median(np.abs(ratios - middle), axis=0)
     return middle, np.maximum(1.2533 * spread, 0.003 * middle) / np.sqrt(len(ratios))
+
+
+def _make_do(readings: dict[str, Reading], notes: Notes) -> None:
+    """Unevenly lit patches for a set that has no others: a rough scale is better than none."""
+    rough = {n: r.patch.rough for n, r in readings.items() if r.patch.rough is not None}
+    if not rough or any(r.patch.value is not None for r in readings.values()):
+        return
+    doubt = float(np.median([(one.error / one.value).max() for one in rough.values()]))
+    notes.residuals["scale_error"] = doubt
+    notes.warnings.append(
+        f"no white patch is evenly lit in any photo: the scale is by {len(rough)} that are not, by {doubt:.0%} in "
+        "themselves, and as unsure; keep shadows, reflections and the edge of the lamp's beam off them"
+    )
+    for name, one in rough.items():
+        readings[name] = replace(readings[name], patch=one)
 
 
 def _disbelieve(readings: dict[str, Reading], notes: Notes) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -44,6 +44,7 @@ class Strength:
         np.ndarray | None
     )  # (3,) derivative of log 1/r^2 (sample left aside) by the lamp's place, over what was read
     problem: str = ""
+    rough: Strength | None = None  # what there is in spite of the problem, better than nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,10 +113,11 @@ def read_patch(
     if middle.min() <= 0:
         return no_strength("the patch is black")
     excess = np.sqrt(np.maximum(spread**2 - np.median(noise, axis=0) ** 2, 0.0)) / middle
+    pull = _pull(points[good], light)
     if excess.max() > _UNEVEN:
-        return no_strength(UNEVEN)
+        return replace(no_strength(UNEVEN), rough=Strength(middle, excess * middle, pull))
     error = 1.2533 * spread / np.sqrt(good.sum()) + (0.002 + _PARTLY * (good.sum() < whole)) * middle
-    return Strength(middle, error, _pull(points[good], light))
+    return Strength(middle, error, pull)
 
 
 def _thinned(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:

@@ -122,7 +122,7 @@ def process(
                 setup.scale,
                 reporter,
                 view_errors=errors,
-                scale_error=SCALE_ERROR if setup.scale == "absolute" else 0.0,
+                scale_error=_scale_error(setup),
                 lamps=lamp_variances(setup, table),
                 stray=beside.known,
                 doubt=beside.unknown,
@@ -345,6 +345,13 @@ def lamp_variances(setup: Setup, table: FacetTable) -> np.ndarray:
     lights = [views[name].light for name in table.groups]
     near = [one.radius**2 * one.toward(middle[None])[1][0] if one.kind == "point" else 0.0 for one in lights]
     return 0.25 * np.array(near)
+
+
+def _scale_error(setup: Setup) -> float:
+    """Relative, of the scale that all photos share."""
+    if setup.scale != "absolute":
+        return 0.0
+    return float(np.hypot(SCALE_ERROR, setup.residuals.get("scale_error", 0.0)))
 
 
 def _fitted(

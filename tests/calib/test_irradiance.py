@@ -10,7 +10,7 @@ from calib.camera import Camera
 from calib.irradiance import Reading, _mean, tie
 from calib.notes import Notes
 from calib.paper import PaperSamples
-from calib.patch import Stray, Strength, no_strength, read_paper, read_patch
+from calib.patch import UNEVEN, Stray, Strength, no_strength, read_paper, read_patch
 from calib.setup import Light
 from calib.shading import Ball, Scene
 from calib.shading import Reading as Paper
@@ -324,6 +324,25 @@ def test_lamps_of_which_nothing_measures_any_are_equal_more_or_less_and_it_is_sa
     assert scale == "relative"
     assert all(0.01 < (one.error / one.value).max() < 0.05 for one in values.values())
     assert any("clipped" in w for w in notes.warnings) and any("equally strong" in w for w in notes.warnings)
+
+
+def test_patches_that_are_unevenly_lit_are_better_than_none():
+    """If all are, the scale is theirs, with their unevenness for its error; where one is evenly lit it alone counts."""
+    uneven = {
+        n: replace(r, patch=replace(no_strength(UNEVEN), rough=replace(r.patch, error=0.06 * r.patch.value)))
+        for n, r in told(STRENGTHS).items()
+    }
+    values, scale, notes = tied(dict(uneven))
+    assert scale == "absolute" and any("no white patch is evenly lit" in w for w in notes.warnings)
+    assert notes.residuals["scale_error"] == pytest.approx(0.06)
+    for name, true in STRENGTHS.items():
+        np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
+    wrong = {
+        n: replace(r, patch=replace(r.patch, rough=strength(0.7 * STRENGTHS[n]))) for n, r in uneven.items()
+    }
+    values, _, notes = tied(wrong | {"2.png": told(STRENGTHS)["2.png"]})
+    np.testing.assert_allclose(values["4.png"].value, STRENGTHS["4.png"], rtol=1e-9)
+    assert not any("no white patch" in w for w in notes.warnings)
 
 
 def test_lamps_of_stated_proportions_are_put_on_the_papers_scale():
