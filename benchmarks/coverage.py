@@ -2,8 +2,9 @@
 
 Set-ups are drawn at random: camera, lens, poses, lamps, a sample ball and mirror balls that stand beside where the
 manifest says, a patch. What the photos would show of them (corners, highlights, limbs, paper, patch) is drawn from
-the geometry with noise, not rendered, and goes through the solvers of ``calib`` from the first camera to the lamps'
-strengths. ``python -m benchmarks.coverage`` counts how often each quantity's interval holds the truth.
+the geometry with noise and with errors of the size that path-traced photos have, or that calibration allows for; it is
+not rendered. It goes through the solvers of ``calib`` from the first camera to the lamps' strengths, and
+``python -m benchmarks.coverage`` counts how often each quantity's interval holds the truth.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from calib.board import Corners, board_points, board_size
-from calib.bounce import bounce_columns, diffuse_bounce, glossy_bounce
+from calib.board_light import light_on_board
+from calib.bounce import diffuse_bounce, glossy_bounce, polished_bounce
 from calib.bundle import pose_block
 from calib.calibrate import light_of, settled_from
 from calib.camera import Camera, Pose
@@ -27,8 +29,7 @@ from calib.lamps import block_name
 from calib.looking import Reader, Seen
 from calib.masks import fill
 from calib.notes import Notes
-from calib.occlusion import direct
-from calib.paper import PaperSamples, behind_ball, covered, draw_print
+from calib.paper import PaperSamples, behind_ball, covered, draw_print, spread_of
 from calib.reflect import mirrored_point
 from calib.sample import Limb
 from calib.shading import Ball, Reading, Scene, lit
@@ -44,7 +45,14 @@ SAMPLE = Sphere(np.array([90.0, 70.0, 25.0]), 25.0)
 BALLS = (MirrorBall(np.array([10.0, 10, 8]), 8.0), MirrorBall(np.array([170.0, 130, 8]), 8.0))
 PATCH = WhitePatch(np.array([[150.0, 10], [170, 10], [170, 30], [150, 30]]), 0.3, (0.9,))
 PAPER, BLACK = 0.8, 0.05  # reflectances of paper and print
-DIFFUSE, GLOSSY = 0.4, 1.0  # of the sample, as shading counts what it throws onto the board
+# least and most of what the sample throws onto the board, diffusely and glossily, as shading counts it; of the angle by
+# which its roughness spreads the gloss, radians, which shading does not know; of what mirror balls throw
+THROWN = np.array([[0.05, 0.0, 0.0, 0.3], [0.9, 2.0, 0.4, 0.95]])
+EDGE = 0.04  # of the light beside a shadow: what its edge misses in path-traced photos, 4 to 6 % with their noise
+AMISS = 0.15  # relative, over half the board: what balls throw, beside what is supposed of it
+TILT = 0.001  # relative, over half the board: how even paper and lens are
+STANDS = 0.002  # of its radius: how well a ball touches the board, whose paper is not quite flat
+BLUR = 0.5  # pixels squared: variance in the picture of what a sample of the paper gathers
 UNEVEN = 0.002  # relative, of patch and paper as a whole from view to view: dirt, light from elsewhere
 ACROSS = 70  # paper samples along the board
 LEVEL = 0.95
@@ -64,6 +72,14 @@ class World:
     balls: tuple[Ball, ...]
     lamp_radius: float
     corner_noise: float  # pixels
+    thrown: np.ndarray  # (4,) as of THROWN
+    amiss: np.ndarray  # (v, 2) along the board
+    tilt: np.ndarray  # (v, 2) likewise, of paper and lens
+
+    @property
+    def table(self) -> np.ndarray:
+        """(k, 4) centres and radii of all balls, the sample last."""
+        return np.array([[*b.center, b.radius] for b in (*self.balls, self.sample)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,24 +105,34 @@ def draw_world(rng: np.random.Generator, *, fixed: bool, views: int, boards: int
     ]
     high, turn = np.radians(rng.uniform(20, 80, views)), rng.uniform(0, 2 * np.pi, views)
     toward = np.column_stack([np.cos(high) * np.cos(turn), np.cos(high) * np.sin(turn), np.sin(high)])
+    aside = rng.spawn(1)[0]  # what else differs from set to set, without a change in all else that is drawn
     return World(
         Camera(matrix, lens, SIZE),
         tuple(first),
         tuple(poses),
         MIDDLE + rng.uniform(350, 650, (views, 1)) * toward,
         1e5 * (np.ones(views) if rng.uniform() < 0.5 else rng.uniform(0.7, 1.4, views)),
-        _beside(rng, SAMPLE, 0.01, 0.002),
-        tuple(_beside(rng, b, 0.02, 0.003) for b in BALLS),
+        _beside(rng, aside, SAMPLE, 0.01, 0.002),
+        tuple(_beside(rng, aside, b, 0.02, 0.003) for b in BALLS),
         float(rng.uniform(3, 9)),
         float(rng.uniform(0.02, 0.1)),
+        aside.uniform(*THROWN),
+        AMISS * aside.normal(size=(views, 2)),
+        TILT * aside.normal(size=(views, 2)),
     )
 
 
-def _beside(rng: np.random.Generator, thing: Sphere | MirrorBall, shift: float, size: float) -> Ball:
+def _beside(
+    rng: np.random.Generator,
+    aside: np.random.Generator,
+    thing: Sphere | MirrorBall,
+    shift: float,
+    size: float,
+) -> Ball:
     """A ball that stands on the board near where it should, shift and size of its radius."""
     radius = thing.radius * (1 + size * rng.normal())
     flat = thing.center[:2] + shift * thing.radius * rng.normal(size=2)
-    return Ball(np.append(flat, radius), radius)
+    return Ball(np.append(flat, radius + STANDS * thing.radius * aside.normal()), radius)
 
 
 def _look(distance: float, turn: float, tilt: float, rng: np.random.Generator) -> Pose:
@@ -171,8 +197,27 @@ def scene_of(world: World) -> Scene:
     return Scene(world.balls, world.sample, world.lamp_radius, BLACK / PAPER, 0.0)
 
 
+def thrown_light(world: World, points: np.ndarray, lamp: np.ndarray) -> np.ndarray:
+    """Irradiance (n,) at board points (n, 3) by what balls throw of a unit lamp's light. A rough gloss throws what a
+    mirror does of lamps about it."""
+    diffuse, glossy, rough, polished = world.thrown
+    ball, toward = world.sample, lamp - world.sample.center
+    aside = np.tan(rough) * np.linalg.norm(toward) * np.linalg.svd(toward[None])[2][1:]
+    turned = toward + np.vstack([np.zeros(3), aside, -aside])
+    turned *= (np.linalg.norm(toward) / np.linalg.norm(turned, axis=1))[:, None]
+    gloss = np.mean(
+        [glossy_bounce(points, ball.center + t, ball.center, ball.radius) for t in turned], axis=0
+    )
+    return (
+        diffuse * diffuse_bounce(points, lamp, ball.center, ball.radius)
+        + glossy * gloss
+        + polished * polished_bounce(points, lamp, world.table[:-1])
+    )
+
+
 def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
-    """The paper's radiance in one photo: direct light, shadows, bounce off the sample, unevenness of the squares."""
+    """The paper's radiance in one photo: direct light, shadows as lens and pixels blur them, what balls throw onto it,
+    unevenness of paper, lens and squares."""
     size = board_size(BOARD)
     step = size.max() / ACROSS
     x, y = np.meshgrid(np.arange(step / 2, size[0], step), np.arange(step / 2, size[1], step))
@@ -182,24 +227,36 @@ def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
     for ball in world.balls:
         kept &= np.hypot(*(points[:, :2] - ball.center[:2]).T) > 3 * ball.radius
     points, white = points[kept], white[kept]
-    lamp = world.lamps[number]
-    level = direct(points, lamp) * lit(points, lamp, scene_of(world))
-    thrown = bounce_columns(points, lamp, world.sample.center, world.sample.radius)
-    level = (
-        (level + thrown @ [DIFFUSE, GLOSSY]) * np.where(white, PAPER, BLACK) * world.strengths[number] / np.pi
-    )
+    lamp, across = world.lamps[number], np.ascontiguousarray((2 * points[:, :2] / size - 1).T)
+    bare, shaded, tilt = _on_board(world, number, points, across)
+    edge = np.where((shaded > 0.01 * bare) & (shaded < 0.99 * bare), EDGE * bare, 0.0)
+    level = shaded * tilt + edge * rng.normal(size=len(bare))
+    level += thrown_light(world, points, lamp) * (1 + world.amiss[number] @ across)
+    level *= np.where(white, PAPER, BLACK) * world.strengths[number] / np.pi
     square = (points[:, 0] // 20 + 9 * (points[:, 1] // 20)).astype(int)
     level *= (1 + 0.002 * rng.normal(size=63))[square] * (1 + UNEVEN * rng.normal())
     noise = (0.01 * level) ** 2
     level = level + np.sqrt(noise) * rng.normal(size=len(level))
-    samples = PaperSamples(points, white, level[:, None], noise[:, None], square)
+    spread = spread_of(world.camera, world.views[number], points, BLUR)
+    samples = PaperSamples(points, white, level[:, None], noise[:, None], square, spread)
     return Reading(samples, level, noise)
+
+
+def _on_board(world: World, number: int, points: np.ndarray, across: np.ndarray) -> np.ndarray:
+    """Direct light, what shadows leave of it, and its tilt, (3, n)."""
+    ones, result, nowhere = np.ones(len(points)), np.empty((4, len(points))), np.zeros(3)
+    spread = spread_of(world.camera, world.views[number], points, BLUR)
+    light_on_board(
+        points, ones, spread, across, world.lamps[number], 1.0, 1.0, world.lamp_radius, 0.0, nowhere,
+        world.tilt[number], 0.0, world.table, result,
+    )  # fmt: skip
+    return result[1:]
 
 
 def draw_patch(
     world: World, number: int, rng: np.random.Generator, *, bounced: bool = False
 ) -> RadianceImage:
-    """A picture that holds nothing but the white patch, with the sample's bounce on it where shading can tell."""
+    """A picture that holds nothing but the white patch, with what balls throw onto it where shading can tell."""
     pose, lamp = world.views[number], world.lamps[number]
     corners = world.camera.project(pose, np.column_stack([PATCH.outline, np.full(4, PATCH.height)]))
     mask = np.zeros(SIZE[::-1], np.uint8)
@@ -212,9 +269,7 @@ def draw_patch(
         offset = lamp - points
         shape = offset[:, 2] / np.linalg.norm(offset, axis=1) ** 3 * lit(points, lamp, scene_of(world))
         if bounced:
-            ball = world.sample
-            shape += DIFFUSE * diffuse_bounce(points, lamp, ball.center, ball.radius)
-            shape += GLOSSY * glossy_bounce(points, lamp, ball.center, ball.radius)
+            shape += thrown_light(world, points, lamp)
         for ball in (*world.balls, world.sample):
             shape[behind_ball(points, pose.center, ball.center, ball.radius)] = 0.0
         level = shape * world.strengths[number] * PATCH.reflectance[0] / np.pi * (1 + UNEVEN * rng.normal())

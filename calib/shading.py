@@ -14,6 +14,7 @@ from calib.board_light import light_on_board, straight_light
 from calib.bounce import Thrown
 from calib.closeup import INK, Close
 from calib.layout import BALL, EVEN, LOCAL, SHARED, THROWN
+from calib.model_error import Shown, shown
 from calib.occlusion import direct, lit_fraction
 from calib.paper import PaperSamples
 from calib.slopes import slopes
@@ -63,6 +64,7 @@ class Scene:
     soft: float = 0.0  # by which fits widen it besides
     narrow: float = 0.0  # power of the cosine with which the lamp's light falls off beside its axis
     aim: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where that axis points
+    error: float = 1.0  # of the model's expected error in shadows, what the set shows
 
     def moved(self, shared: np.ndarray) -> Scene:
         """The scene with ``shared`` (SHARED + BALL k,) in place of its own values."""
@@ -116,6 +118,7 @@ class ShadingFit:
     cost: float  # mean robust loss
     level: float  # of white paper by the lamp alone, in the middle of the board's samples, radiance
     beside: np.ndarray  # (2,) the same by light that is everywhere, as the paper alone has it, and its error
+    shown: Shown  # of the model's error in shadows
 
     @property
     def place(self) -> np.ndarray:
@@ -131,7 +134,10 @@ class _Weighing:
     """Errors expected at the present values, held while a step is tried, so that costs compare."""
 
     sigma: np.ndarray  # (n,)
-    bound: float  # Tukey's, in sigmas
+    bound: np.ndarray  # (n,) Tukey's, in sigmas
+    share: (
+        np.ndarray
+    )  # (n,) variance of the model's expected error over sigma's, where shadows tell it; else 0
     thrown: np.ndarray  # (n, 3) the balls' bounce; so smooth in the values that it is held
     place: np.ndarray  # (3,) of the lamp that it was worked out for
     expected: np.ndarray  # (LOCAL - 4,) the local values after the first four, where nothing tells them
@@ -277,28 +283,42 @@ def _weigh(
         thrown, place = last.thrown, last.place
     else:
         thrown = board.thrown(now).of(place)
-    floor = np.where(light.shaded < 0.99 * light.bare, board.floor[1], board.floor[0]) * light.bare
     indirect = light.tone * (thrown @ np.clip(values[THROWN], *_PLAUSIBLE))
-    sigma = np.sqrt(board.noise + floor**2 + board.crowd * (_BOUNCE_ERROR * indirect) ** 2)
+    sigma, most, share = _errors(board, light, indirect, scene.error)
     own = slice(len(reading.level))
     slope = _SLOPE + _SLOPE_BEAM * min(max(now.narrow, 0.0), 2.0)
-    slope += _SLOPE_BOUNCE * _middle(indirect[own], np.maximum(light.bare[own], 1e-300))
+    bounced = _middle(indirect[own], np.maximum(light.bare[own], 1e-300))
+    slope = float(np.hypot(slope, _SLOPE_BOUNCE * bounced))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
     beside = np.array(reading.beside) / (np.exp(values[3]) * light.even)
     expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
     residual = (board.level - light.radiance(values, thrown)) / sigma
-    bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0)
-    return _Weighing(sigma, bound, thrown, place, expected, prior), residual
+    bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0) * most
+    return _Weighing(sigma, bound, share, thrown, place, expected, prior), residual
+
+
+def _errors(
+    board: _Board, light: _Light, indirect: np.ndarray, factor: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Standard errors (n,) where the model's in shadows is ``factor`` of what is expected; how many times larger they
+    may be at most, which tells what is no error but dirt; and the share of the expected one, where that is much."""
+    shade, far = light.shaded < 0.99 * light.bare, np.arange(len(light.bare)) < len(board.reading.level)
+    floor = (np.where(shade, board.floor[1], board.floor[0]) * light.bare) ** 2
+    most = board.noise + floor + board.crowd * (_BOUNCE_ERROR * indirect) ** 2
+    told = np.where(shade & far, floor, 0.0)
+    variance = most - (1 - factor**2) * told
+    least = np.sqrt(np.maximum(most / variance, 1.0))
+    return np.sqrt(variance), least, np.where(told > most / 2, told / variance, 0.0)
 
 
 def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
     """Half the sum of Tukey's loss and of the priors."""
     outside = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
     prior = (values[4:LOCAL] - weighing.expected) / weighing.prior
-    lost = len(residual) - float(np.sum(outside * outside * outside))
-    return float(weighing.bound**2 / 6 * lost + 0.5 * prior @ prior)
+    lost = float(np.sum(weighing.bound**2 * (1 - outside * outside * outside))) / 6
+    return lost + 0.5 * float(prior @ prior)
 
 
 def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = _STEPS) -> ShadingFit:
@@ -342,7 +362,7 @@ def fits_better(reading: Reading, scene: Scene, one: ShadingFit, other: ShadingF
     board = _Board.of(reading)
     lights = [board.light(each, scene) for each in values]
     own = [_weigh(board, each, scene, light)[0] for each, light in zip(values, lights, strict=True)]
-    sigma, bound = np.sqrt(own[0].sigma * own[1].sigma), max(own[0].bound, own[1].bound)
+    sigma, bound = np.sqrt(own[0].sigma * own[1].sigma), np.maximum(own[0].bound, own[1].bound)
     alike = [replace(weighing, sigma=sigma, bound=bound) for weighing in own]
     first, second = (
         _cost(board.residual(light, each, weighing), each, weighing)
@@ -413,7 +433,7 @@ def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> S
     normal, slope, score = _normal(board, values, scene, light, weighing, residual, len(values))
     inflation = _inflation(normal[:4, :4], score[:4] * residual, board.square)
     own = slice(len(board.reading.level))
-    inlier = np.abs(residual[own]) < 0.7 * weighing.bound
+    inlier = (np.abs(residual) < 0.7 * weighing.bound)[own]
     relative = (residual * weighing.sigma / np.maximum(light.bare, 1e-300))[own][inlier]
     rms = float(np.sqrt(np.mean(relative**2))) if inlier.any() else float("nan")
     cost = _cost(residual, values, weighing) / len(residual)
@@ -421,8 +441,17 @@ def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> S
     share = even * [1.0, np.sqrt(inflation)]
     level = float(np.exp(values[3]) * light.even)
     believed = float(inlier.mean())
+    told = weighing.share > 0
+    seen = shown(
+        score[:LOCAL, told],
+        residual[told],
+        normal[:LOCAL, :LOCAL],
+        board.square[told],
+        weighing.share[told],
+        scene.error,
+    )
     return ShadingFit(
-        values[:LOCAL], normal / inflation, slope / inflation, rms, believed, cost, level, share * level
+        values[:LOCAL], normal / inflation, slope / inflation, rms, believed, cost, level, share * level, seen
     )
 
 

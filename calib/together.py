@@ -14,6 +14,7 @@ from calib.highlights import Highlight, ball_box, find_highlight
 from calib.lamps import Lamp, block_name, expected_pixel, place_in_world, sight_rays
 from calib.lights import meet
 from calib.looking import Progress, Reader
+from calib.model_error import pooled
 from calib.sample import focal, place_ball
 from calib.shading import Ball, Scene, ShadingFit, fit_shading, fits_better
 from calib.sight import Sight
@@ -71,6 +72,7 @@ def settle(
             new = {k: v for k, v in shown.items() if k not in asked or _apart(v, asked[k])}
             fits, tried = _shade(reader, sights, values, lamps, scene, steps, new)
             asked |= {name: shown[name] for name in tried}
+            scene = replace(scene, error=pooled(fit.shown for fit in fits.values()))
         terms = all_terms(photoset, model, boards, sights, lamps, values, fits, scale, beam)
         done = adjust(values, terms, fixed)
         values = done.values
