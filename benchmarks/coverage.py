@@ -238,7 +238,8 @@ def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
     noise = (0.01 * level) ** 2
     level = level + np.sqrt(noise) * rng.normal(size=len(level))
     spread = spread_of(world.camera, world.views[number], points, BLUR)
-    samples = PaperSamples(points, white, level[:, None], noise[:, None], square, spread)
+    aside = world.camera.aside(world.camera.project(world.views[number], points))
+    samples = PaperSamples(points, white, level[:, None], noise[:, None], square, spread, aside)
     return Reading(samples, level, noise)
 
 

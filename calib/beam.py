@@ -27,6 +27,11 @@ class Beam:
         """Whether it is so narrow, and so surely, that it must be allowed for."""
         return self.narrow > max(_TOLD, _SURE * self.error)
 
+    @property
+    def sureness(self) -> float:
+        """Standard errors by which it differs from none."""
+        return self.narrow / self.error
+
 
 def beam_of(settled: Settled) -> Beam | None:
     """From where it settled while it was expected about 0; None where no shading tells."""
@@ -48,6 +53,5 @@ def note_beam(settled: Settled, beam: Beam | None, notes: Notes) -> None:
     notes.residuals["lamp_beam"] = {"power": float(power), "error": float(error)}
     notes.warnings.append(
         f"the lamps do not shine alike in all directions: beside the way to the sample their light falls off as the "
-        f"cosine to the power {power:.2f}, allowed for where patch and paper tell how strong they are; the same would "
-        "show if the lens darkens the corners of its pictures and no flat field says so"
+        f"cosine to the power {power:.2f}, allowed for where patch and paper tell how strong they are"
     )

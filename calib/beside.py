@@ -32,6 +32,13 @@ class Beside:
         """Whether it is so much, and so surely, that it must be allowed for."""
         return self.level > max(_BESIDE * self.bright, _SURE_BESIDE * self.error)
 
+    @property
+    def doubt(self) -> float:
+        """Standard error, relative, that it leaves in what patch and paper tell of the lamps' strengths: where it is
+        not allowed for, all of it that chance does not explain."""
+        left = self.error if self.told else np.sqrt(max(self.level**2 - self.error**2, 0.0))
+        return float(left) / self.bright
+
 
 def light_beside(shading: dict[str, ShadingFit]) -> Beside | None:
     """As the shading of all photos tells it together; None if there is none."""

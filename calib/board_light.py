@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numba
 import numpy as np
@@ -13,6 +14,11 @@ _LIT = 0.9  # share of the lamp seen: lit
 _FEWEST_LIT = 0.1  # of the samples, that tell the lamp's strength
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+def lens(aside: np.ndarray, falloff: Sequence[float]) -> np.ndarray:
+    """What (n,) a lens that darkens the corners of its pictures leaves of the light, ``aside`` (n,) of their middle."""
+    return np.exp(falloff[0] * aside + falloff[1] * aside**2)
 
 
 @_jit

@@ -12,13 +12,15 @@ from calib.account import (
     marks,
     sample_in_picture,
 )
-from calib.beam import beam_of, note_beam
+from calib.allowed import NO_FALLOFF, settle_allowing
+from calib.beam import note_beam
 from calib.beside import ambient_irradiance, expect, light_beside, note_beside
 from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
 from calib.doubts import contradiction, denied_by_patch, washed_out
 from calib.evidence import Posed
+from calib.falloff import brighten, brightened_image, doubted, falloff_of, note_falloff
 from calib.ghosts import ghost_warnings
 from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
@@ -27,7 +29,7 @@ from calib.notes import Notes
 from calib.observe import observe
 from calib.patch import patches_box
 from calib.plane import PlaneMove, lying
-from calib.setup import BoardSetup, Light, Setup, ViewSetup
+from calib.setup import BoardSetup, Falloff, Light, Setup, ViewSetup
 from calib.sight import FIXED_POSE, POSE, Sight, channel_names, hand_over, start_over
 from calib.slab import clear_of_slab, is_thick
 from calib.together import Settled, settle, start_sample, start_scene
@@ -62,35 +64,41 @@ def calibrate(
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     sights = usable(photoset, sights, notes)
     seen = [list(sight.highlights) for sight in sights]
-    settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
+
+    def settle_for(narrow: float, falloff: tuple[float, float]) -> Settled:
+        return settled_from(photoset, reader, model, camera, boards, sights, tell, narrow, falloff)
+
+    settled = settle_for(0.0, NO_FALLOFF)
     if is_thick(photoset.board, photoset.sample):
         clear_of_slab(photoset.sample, settled, sights)
         start_over(sights, seen)
-        settled = settled_from(photoset, reader, model, camera, boards, sights, tell)
-    beam, narrow = beam_of(settled), 0.0
-    if beam is not None and beam.told:
-        start_over(sights, seen)
-        narrow = beam.narrow
-        settled = settled_from(photoset, reader, model, camera, boards, sights, tell, narrow)
+        settled = settle_for(0.0, NO_FALLOFF)
+    sought = photoset.radiometry.vignetting == "auto"
+    settled, beam, falloff = settle_allowing(settle_for, settled, sights, seen, lens=sought)
     beside = light_beside(settled.shading)
-    if beside is not None and beside.told:
+    if beside is not None and beside.told and settled.scene is not None:
         expect(sights, seen, beside)
-        settled = settled_from(photoset, reader, model, camera, boards, sights, tell, narrow)
-    views, scale = _views(photoset, reader, settled, sights, notes)
+        settled = settle_for(settled.scene.narrow, settled.scene.falloff)
+        falloff = falloff_of(settled) if falloff is not None else None
+    if falloff is not None and falloff.allowed:
+        brighten(sights, falloff)
+    views, scale = _views(photoset, reader, settled, sights, falloff, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     ambient = ambient_irradiance(views, sights) if beside is not None and beside.told else None
     note_beside(beside, ambient, notes)
     note_beam(settled, beam, notes)
+    note_falloff(falloff, notes)
     account(photoset, settled, sights, notes)
     kept = {view.name for view in views}
     notes.warnings += ghost_warnings(reader, settled.camera, photoset.sample, sights, kept)
+    doubtful, common = doubted(photoset, settled, views, falloff)
     move = _plane_move(photoset, settled, sights)
     account_plane(photoset, move, notes)
     return Setup(
         settled.camera,
         _sample(photoset, settled, move),
-        tuple(views),
+        doubtful,
         scale,
         channel_names(len(views[0].strength)),
         tuple(notes.left_out),
@@ -99,6 +107,8 @@ def calibrate(
         mirror_balls=_mirror_balls(photoset, settled),
         boards=tuple(_board(settled, *board) for board in boards),
         ambient=ambient,
+        falloff=falloff,
+        scale_error=common if beside is None else float(np.hypot(common, beside.doubt)),
     )
 
 
@@ -140,11 +150,12 @@ def settled_from(
     sights: list[Sight],
     tell: Progress,
     narrow: float = 0.0,
+    falloff: tuple[float, float] = NO_FALLOFF,
 ) -> Settled:
     """Everything settled together, from what the sights hold: corners, highlights, limbs and paper. ``narrow``: the
     power of the cosine with which the lamps are known to shine, about."""
     sample = start_sample(camera, sights, photoset.sample)
-    scene = start_scene(photoset, camera, sights, sample, narrow)
+    scene = start_scene(photoset, camera, sights, sample, narrow, falloff)
     groups: dict[str, list[Sight]] = {}
     for sight in sights:
         groups.setdefault(sight.light, []).append(sight)
@@ -169,12 +180,17 @@ def _with_lamp(settled: Settled, sights: list[Sight], notes: Notes) -> list[Sigh
 
 
 def _views(
-    photoset: PhotoSet, reader: Reader, settled: Settled, sights: list[Sight], notes: Notes
+    photoset: PhotoSet,
+    reader: Reader,
+    settled: Settled,
+    sights: list[Sight],
+    falloff: Falloff | None,
+    notes: Notes,
 ) -> tuple[list[ViewSetup], str]:
     lights: dict[str, Light] = {}
     readings, given, kept = {}, {}, []
     lit = _with_lamp(settled, sights, notes)
-    read = reader.abreast(lambda sight: _read(photoset, reader, settled, sight), lit)
+    read = reader.abreast(lambda sight: _read(photoset, reader, settled, sight, falloff), lit)
     for sight, found in zip(lit, read, strict=True):
         name = sight.view.name
         if found is None:
@@ -212,13 +228,15 @@ def _views(
 
 
 def _read(
-    photoset: PhotoSet, reader: Reader, settled: Settled, sight: Sight
+    photoset: PhotoSet, reader: Reader, settled: Settled, sight: Sight, falloff: Falloff | None
 ) -> tuple[Light, Reading, int] | None:
     """One view's light, what patch and paper say of its strength, and the number of channels."""
     box = patches_box(settled.camera, sight.pose, photoset.white_patches)
     image = reader.part(sight.view, box)
     if image is None:
         return None
+    if falloff is not None and falloff.allowed:
+        image = brightened_image(image, settled.camera, falloff)
     light = light_of(settled, sight)
     return light, read_view(photoset, image, settled, sight, light), image.value.shape[2]
 

@@ -60,6 +60,13 @@ class Camera:
         )
         return pixels.reshape(-1, 2)
 
+    def aside(self, pixels: np.ndarray) -> np.ndarray:
+        """Squares (n,) of how far pixels (n, 2) lie from where the optical axis meets the picture; 1 in the corner that
+        is farthest from there."""
+        middle = self.matrix[:2, 2]
+        corner = np.maximum(middle, np.array(self.size) - 1 - middle)
+        return ((pixels - middle) ** 2).sum(1) / (corner @ corner)
+
     def rays(self, pixels: np.ndarray) -> np.ndarray:
         """Unit directions (n, 3) in the camera frame of pixels (n, 2). Inverse of :meth:`project`."""
         pixels = np.ascontiguousarray(pixels, float).reshape(-1, 1, 2)

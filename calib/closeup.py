@@ -41,6 +41,7 @@ class Close:
     square: np.ndarray  # (n,) int, as of other paper
     spread: np.ndarray  # (n, 3) likewise
     uneven: np.ndarray  # (n,) how much the print varies within a pixel's blur, relative
+    aside: np.ndarray | None = None  # (n,) likewise
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,7 @@ class ClosePlaces:
     square: np.ndarray  # (n,) int
     spread: np.ndarray  # (n, 3)
     uneven: np.ndarray  # (n,)
+    aside: np.ndarray  # (n,)
 
 
 def close_places(
@@ -83,7 +85,8 @@ def close_places(
         return None
     points = points[good]
     spread = spread_of(camera, pose, points)
-    return ClosePlaces(pixels[good], points, white[good], doubt[good], square[good], spread, uneven[good])
+    aside, drawn = camera.aside(pixels[good]), (white[good], doubt[good])
+    return ClosePlaces(pixels[good], points, *drawn, square[good], spread, uneven[good], aside)
 
 
 def close_paper(places: ClosePlaces, near: Callable[[np.ndarray], RadianceImage | None]) -> Close | None:
@@ -103,6 +106,7 @@ def close_paper(places: ClosePlaces, near: Callable[[np.ndarray], RadianceImage 
         places.square[usable],
         places.spread[usable],
         places.uneven[usable],
+        places.aside[usable],
     )
 
 

@@ -38,6 +38,7 @@ _STANDS = 0.002  # of its radius: how well a ball that stands on the paper touch
 _LIMB_BIAS = 0.1  # pixels
 _LAMP_SIZE = 0.7  # of the logarithm of the lamp's radius
 BEAM_HELD, _BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
+FALLOFF_HELD, FALLOFF = 0.002, (0.5, 0.1)  # of the terms of how a lens darkens its pictures, likewise
 _BLACK = 0.3  # of the logarithm of black print over white
 
 Posed = tuple[str, Corners, Pose]  # block's name, corners and pose of one calibration photo
@@ -64,7 +65,7 @@ def first_values(
         values["sample"] = sample
     values["limb offset"] = np.zeros(1)
     if scene is not None:
-        values["lamp"] = np.array([np.log(scene.lamp_radius), np.log(scene.black), scene.narrow])
+        values["lamp"] = scene.shared[4:SHARED]
     return values
 
 
@@ -114,9 +115,10 @@ def all_terms(
     fits: dict[str, ShadingFit],
     scale: float,
     beam: bool = False,
+    lens: bool = False,
 ) -> list[tuple[Term, bool]]:
     """Every term, with whether its loss is robust; the corners' come first, one a photo. ``beam``: lamps may shine
-    less beside their axis."""
+    less beside their axis. ``lens``: pictures may be darker aside of their middle."""
     terms = corner_terms(model, boards, sights)
     seen = sightings(sights, lamps, scale)
     if seen:
@@ -129,7 +131,7 @@ def all_terms(
         if s.view.name in fits:
             terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
     terms.append((camera_term(model), False))
-    return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values, beam)
+    return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values, beam, lens)
 
 
 def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> Term:
@@ -145,7 +147,9 @@ def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> T
     if lamp.attached:
         pose = block_pose(values[sight.pose_block]).inverse()
         light = replace(light, turn=pose.rotation, shift=pose.translation)
-    parts = [light] + ([Part("sample", slice(0, 4))] if has_sample else []) + [Part("lamp", slice(0, 3))]
+    parts = (
+        [light] + ([Part("sample", slice(0, 4))] if has_sample else []) + [Part("lamp", slice(0, SHARED - 4))]
+    )
     parts += [Part(ball, slice(0, BALL)) for ball in balls]
     at = np.concatenate([fit.place] + [values[p.block][p.where] for p in parts[1:]])
     return quadratic_term(parts, at, normal, slope)
@@ -166,11 +170,14 @@ def _expectations(photoset: PhotoSet, values: Values) -> list[tuple[Term, bool]]
     return terms
 
 
-def _lamp_expectations(lamps: dict[str, Lamp], values: Values, beam: bool) -> list[tuple[Term, bool]]:
+def _lamp_expectations(
+    lamps: dict[str, Lamp], values: Values, beam: bool, lens: bool
+) -> list[tuple[Term, bool]]:
     terms: list[tuple[Term, bool]] = []
     if "lamp" in values:
-        mean, spread = np.append(values["lamp"][:2], 0.0), _BEAM if beam else BEAM_HELD
-        terms.append((prior_term("lamp", mean, np.array([_LAMP_SIZE, _BLACK, spread])), False))
+        mean = np.append(values["lamp"][:2], np.zeros(3))
+        spread = [_BEAM if beam else BEAM_HELD, *(FALLOFF if lens else (FALLOFF_HELD, FALLOFF_HELD))]
+        terms.append((prior_term("lamp", mean, np.array([_LAMP_SIZE, _BLACK, *spread])), False))
     for name, lamp in lamps.items():
         block = block_name(name)
         if lamp.fixed:

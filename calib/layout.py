@@ -5,8 +5,8 @@
 LOCAL = 10
 EVEN = 6  # which of them is light that comes from everywhere
 THROWN = [4, 5, 9]  # those of light that balls throw
-# sample x, y, z and radius, log lamp radius, log of black over white, how narrow the lamp's beam is; polished balls'
-# values follow
-SHARED = 7
-BLACK, NARROW = LOCAL + 5, LOCAL + 6  # places among all values
+# sample x, y, z and radius, log lamp radius, log of black over white, how narrow the lamp's beam is, how the lens
+# darkens pictures aside of their middle (two terms); polished balls' values follow
+SHARED = 9
+BLACK, NARROW, FALLOFF = LOCAL + 5, LOCAL + 6, LOCAL + 7  # places among all values
 BALL = 4  # x, y, z and radius

@@ -31,6 +31,9 @@ class PaperSamples:
     variance: np.ndarray  # (n, c)
     square: np.ndarray  # (n,) int, the square of the board a sample lies in: errors within one go together
     spread: np.ndarray | None = None  # (n, 3) as of :func:`spread_of`; None: points
+    aside: np.ndarray | None = (
+        None  # (n,) as of :meth:`calib.camera.Camera.aside`; None: nothing is known of it
+    )
 
     def __len__(self) -> int:
         return len(self.points)
@@ -43,6 +46,7 @@ class PaperSamples:
             self.variance[mask],
             self.square[mask],
             None if self.spread is None else self.spread[mask],
+            None if self.aside is None else self.aside[mask],
         )
 
 
@@ -55,6 +59,7 @@ class PaperPlaces:
     pixels: np.ndarray  # (n, 2)
     square: np.ndarray  # (n,) int
     spread: np.ndarray  # (n, 3)
+    aside: np.ndarray  # (n,)
 
 
 def paper_places(
@@ -91,7 +96,7 @@ def paper_places(
     column, row = (points[:, :2] // square_pitch(board)).astype(int).T
     square = column + (column.max(initial=0) + 1) * row
     spread = spread_of(camera, pose, points, _LENS + _PIXEL + _BETWEEN)
-    return PaperPlaces(points, white, pixels, square, spread)
+    return PaperPlaces(points, white, pixels, square, spread, camera.aside(pixels))
 
 
 def sample_paper(
@@ -106,7 +111,8 @@ def sample_paper(
     if read is None:
         return None
     value, variance, lit = _between(read, places.pixels - corners)
-    return PaperSamples(places.points, places.white, value, variance, places.square, places.spread).keep(lit)
+    own = places.square, places.spread, places.aside
+    return PaperSamples(places.points, places.white, value, variance, *own).keep(lit)
 
 
 def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -81,6 +81,22 @@ class BoardSetup:
 
 
 @dataclass(frozen=True, slots=True)
+class Falloff:
+    """How a lens darkens its pictures: it leaves exp(terms[0] a + terms[1] a^2) of the light at ``a`` of
+    :meth:`calib.camera.Camera.aside`."""
+
+    terms: np.ndarray  # (2,)
+    covariance: np.ndarray  # (2, 2)
+    allowed: bool = False  # whether it is taken out of the photos
+
+    @property
+    def corner(self) -> tuple[float, float]:
+        """Change of the light in the picture's corner, relative, and its standard error."""
+        left = float(np.exp(self.terms.sum()))
+        return left - 1.0, left * float(np.sqrt(self.covariance.sum()))
+
+
+@dataclass(frozen=True, slots=True)
 class LeftOut:
     name: str  # photo
     reason: str
@@ -106,6 +122,8 @@ class Setup:
     ambient: np.ndarray | None = (
         None  # (c,) irradiance of level ground by light beside the lamps, as strengths have it
     )
+    falloff: Falloff | None = None  # None: the manifest says, or no photo does
+    scale_error: float = 0.0  # relative, that all strengths share by what is not known of lens and room
 
 
 def save_setup(setup: Setup, path: str | Path) -> None:
@@ -173,6 +191,8 @@ def _setup(data: dict) -> Setup:
         ),
         boards=tuple(_board(b) for b in data.get("boards", [])),
         ambient=None if data.get("ambient") is None else _array(data["ambient"]),
+        falloff=None if data.get("falloff") is None else _falloff(data["falloff"]),
+        scale_error=float(data.get("scale_error", 0.0)),
     )
 
 
@@ -180,6 +200,10 @@ def _sample(data: dict) -> Sphere | Plane:
     if "center" in data:
         return Sphere(_array(data["center"]), float(data["radius"]))
     return Plane(_array(data["outline"]), float(data["height"]))
+
+
+def _falloff(data: dict) -> Falloff:
+    return Falloff(_array(data["terms"]), _array(data["covariance"]), bool(data["allowed"]))
 
 
 def _pose(data: dict) -> Pose:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.board_light import light_on_board, straight_light
+from calib.board_light import lens, light_on_board, straight_light
 from calib.bounce import Thrown
 from calib.closeup import INK, Close
 from calib.layout import BALL, EVEN, LOCAL, SHARED, THROWN
@@ -65,6 +65,7 @@ class Scene:
     narrow: float = 0.0  # power of the cosine with which the lamp's light falls off beside its axis
     aim: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where that axis points
     error: float = 1.0  # of the model's expected error in shadows, what the set shows
+    falloff: tuple[float, float] = (0.0, 0.0)  # of the lens: logarithm's terms in aside and its square
 
     def moved(self, shared: np.ndarray) -> Scene:
         """The scene with ``shared`` (SHARED + BALL k,) in place of its own values."""
@@ -76,6 +77,7 @@ class Scene:
             lamp_radius=float(np.exp(shared[4])),
             black=float(np.exp(shared[5])),
             narrow=float(shared[6]),
+            falloff=(float(shared[7]), float(shared[8])),
         )
 
     @property
@@ -83,7 +85,8 @@ class Scene:
         """(SHARED + BALL k,) values that all views have in common, of k polished balls; inverse of :meth:`moved`."""
         sphere = [0.0, 0.0, 0.0, 1.0] if self.sample is None else [*self.sample.center, self.sample.radius]
         polished = [value for b in self.polished for value in (*b.center, b.radius)]
-        return np.array([*sphere, np.log(self.lamp_radius), np.log(self.black), self.narrow, *polished])
+        own = [np.log(self.lamp_radius), np.log(self.black), self.narrow, *self.falloff]
+        return np.array([*sphere, *own, *polished])
 
     @property
     def table(self) -> np.ndarray:
@@ -161,6 +164,7 @@ class _Board:
     noise: np.ndarray  # (n,) its variance
     square: np.ndarray  # (n,) int
     spread: np.ndarray  # (n, 3) covariance xx, xy, yy of what a sample stands for on the board
+    aside: np.ndarray  # (n,) how far from the middle of the picture, squared
     floor: np.ndarray  # (2, n) relative error of the model in full light and in shadow
     across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
     crowd: float  # samples of a square
@@ -174,10 +178,12 @@ class _Board:
         crowd = len(reading.level) / max(len(np.unique(samples.square)), 1)
         spread = np.zeros((len(samples), 3)) if samples.spread is None else samples.spread
         white = samples.white.astype(float)
-        own = [samples.points, white, reading.level, reading.noise, samples.square, spread]
+        aside = np.zeros(len(samples)) if samples.aside is None else samples.aside
+        own = [samples.points, white, reading.level, reading.noise, samples.square, spread, aside]
         floor = np.repeat([[_FLOOR], [_SHADOW_FLOOR]], len(reading.level), axis=1)
         if close is not None:
             more = [close.points, close.white, close.level, close.noise, close.square, close.spread]
+            more.append(np.zeros(len(close.level)) if close.aside is None else close.aside)
             own = [np.concatenate(both) for both in zip(own, more, strict=True)]
             floor = np.concatenate([floor, _close_floor(close)], axis=1)
         across = (2 * np.ascontiguousarray(own[0][:, :2].T) - low - high) / (high - low)
@@ -200,6 +206,8 @@ class _Board:
             scene.table,
             found,
         )
+        if any(scene.falloff):
+            found[:3] *= lens(self.aside, scene.falloff)
         own = slice(len(self.reading.level))
         return _Light(found, _middle(found[1, own], found[0, own]))
 

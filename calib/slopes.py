@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.board_light import slopes_of_shaded
-from calib.layout import BLACK, EVEN, LOCAL, NARROW, SHARED, THROWN
+from calib.board_light import lens, slopes_of_shaded
+from calib.layout import BLACK, EVEN, FALLOFF, LOCAL, NARROW, SHARED, THROWN
 from calib.occlusion import log_cosine
 
 if TYPE_CHECKING:
@@ -57,6 +57,9 @@ def slopes(
     design[7:9] = light.shaded * board.across
     if count > LOCAL:
         ink = np.exp(values[BLACK]) * (1.0 - board.white) * np.exp(values[3])
+        if any(now.falloff):
+            ink *= lens(board.aside, now.falloff)
         design[BLACK] = base * ink / light.tone
+        design[FALLOFF : FALLOFF + 2] = base * board.aside, base * board.aside**2
         design[NARROW] = light.shaded * light.tilt * log_cosine(board.points, values[:3], np.array(scene.aim))
     return design

@@ -64,6 +64,7 @@ def settle(
     values = first_values(photoset, model, camera, boards, sights, lamps, scene, sample)
     fixed = fixed_blocks(photoset, lamps)
     scale, beam = 1.0, scene is not None and scene.narrow != 0.0
+    lens = scene is not None and any(scene.falloff)
     asked: dict[str, np.ndarray] = {}  # where views' fits were last tried from besides
     for round_, steps in enumerate(_STEPS):
         fits: dict[str, ShadingFit] = {}
@@ -73,7 +74,7 @@ def settle(
             fits, tried = _shade(reader, sights, values, lamps, scene, steps, new)
             asked |= {name: shown[name] for name in tried}
             scene = replace(scene, error=pooled(fit.shown for fit in fits.values()))
-        terms = all_terms(photoset, model, boards, sights, lamps, values, fits, scale, beam)
+        terms = all_terms(photoset, model, boards, sights, lamps, values, fits, scale, beam, lens)
         done = adjust(values, terms, fixed)
         values = done.values
         for sight in sights:
@@ -89,7 +90,7 @@ def settle(
         lamps,
         _misses(model, values, sights, lamps),
         fits,
-        None if scene is None else replace(_present(scene, values), **({} if beam else {"narrow": 0.0})),
+        None if scene is None else _as_taken(_present(scene, values), beam, lens),
         _corner_rms(done, photos),
         scale,
     )
@@ -100,6 +101,11 @@ def _present(scene: Scene, values: Values) -> Scene:
     sphere = values["sample"] if scene.sample is not None else scene.shared[:4]
     balls = [values[f"ball {k}"] for k in range(len(scene.polished))]
     return scene.moved(np.concatenate([sphere, values["lamp"], *balls]))
+
+
+def _as_taken(scene: Scene, beam: bool, lens: bool) -> Scene:
+    """Without what was held about none: a lamp's beam, a lens that darkens its pictures."""
+    return replace(scene, narrow=scene.narrow if beam else 0.0, falloff=scene.falloff if lens else (0.0, 0.0))
 
 
 def _by_highlights(
@@ -258,7 +264,12 @@ def start_sample(camera: Camera, sights: list[Sight], sample: object) -> np.ndar
 
 
 def start_scene(
-    photoset: PhotoSet, camera: Camera, sights: list[Sight], sample: np.ndarray | None, narrow: float = 0.0
+    photoset: PhotoSet,
+    camera: Camera,
+    sights: list[Sight],
+    sample: np.ndarray | None,
+    narrow: float = 0.0,
+    falloff: tuple[float, float] = (0.0, 0.0),
 ) -> Scene | None:
     """The things on the board as shading sees them, in lamps' light that is ``narrow``; None where no photo shows
     enough paper."""
@@ -276,6 +287,7 @@ def start_scene(
         _EDGE_BLUR / scale,
         narrow=narrow,
         aim=_aimed_at(photoset, sample),
+        falloff=falloff,
     )
 
 

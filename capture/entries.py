@@ -218,7 +218,7 @@ RADIOMETRY_TABLE = {
     "white_level": Key(POSITIVE),
     "gain_electrons": Key(POSITIVE),
     "read_noise_electrons": Key(number(low=0.0)),
-    "vignetting": Key(choice("cos4", "none", "flat")),
+    "vignetting": Key(choice("auto", "cos4", "none", "flat")),
     "colour": Key(choice("camera", "srgb", "xyz")),
     "demosaic": Key(choice(*DEMOSAIC)),
 }

@@ -31,6 +31,14 @@ class Rays(Protocol):
     def rays(self, pixels: np.ndarray) -> np.ndarray: ...
 
 
+class Aside(Protocol):
+    """What a falloff needs of one."""
+
+    size: tuple[int, int]
+
+    def aside(self, pixels: np.ndarray) -> np.ndarray: ...
+
+
 @dataclass(frozen=True, slots=True)
 class Dark:
     """Signal without light: ``bias + rate * exposure_time``."""
@@ -111,6 +119,18 @@ def flat_gain(value: np.ndarray, variance: np.ndarray) -> np.ndarray:
     if not np.all(centre > 0) or not relative.min() > LEAST_FLAT:
         raise ValueError(f"the flat field falls below {LEAST_FLAT:g} of its centre")
     return (1.0 / relative).astype(np.float32)
+
+
+def falloff_gain(camera: Aside, terms: Sequence[float]) -> np.ndarray:
+    """What to multiply by, (h, w, 1) float32, against a lens that leaves exp(terms[0] a + terms[1] a^2 + ...) of the
+    light at ``a`` of ``camera.aside``. Rows at a time: no picture of doubles is in memory."""
+    width, height = camera.size
+    gain = np.empty((height, width, 1), np.float32)
+    across = np.arange(width)
+    for y in range(height):
+        aside = camera.aside(np.column_stack([across, np.full(width, y)]))
+        gain[y, :, 0] = np.exp(-sum(term * aside ** (k + 1) for k, term in enumerate(terms)))
+    return gain
 
 
 def cos4_gain(camera: Rays) -> np.ndarray:

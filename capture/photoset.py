@@ -64,7 +64,7 @@ class Radiometry:
     white_level: float | None = None  # at and above it a pixel is saturated; None: 1, or what a RAW file says
     gain_electrons: float | None = None  # electrons at white level
     read_noise_electrons: float | None = None
-    vignetting: str = "none"  # "cos4" | "none" | "flat"
+    vignetting: str = "auto"  # "auto" (told by the board's paper) | "cos4" | "none" | "flat"
     colour: str = (
         "camera"  # of the result: "camera" | "srgb" (linear) | "xyz"; the last two take a chart photo
     )

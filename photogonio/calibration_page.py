@@ -34,6 +34,10 @@ def _camera(setup: Setup) -> Table:
         ("principal point", f"{k[0, 2]:.2f}, {k[1, 2]:.2f} px"),
         ("distortion", ", ".join(f"{value:.5f}" for value in setup.camera.distortion) or "none"),
     ]
+    if setup.falloff is not None:
+        darker, error = setup.falloff.corner
+        done = "allowed for" if setup.falloff.allowed else "not sure, not allowed for"
+        rows.append(("light in the picture's corners", f"{darker:+.1%} +- {error:.1%}, {done}"))
     camera = setup.residuals.get("camera")
     if isinstance(camera, dict) and "rms_px" in camera:
         rows.append(("reprojection rms", f"{camera['rms_px']:.3f} px"))

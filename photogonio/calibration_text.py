@@ -26,6 +26,10 @@ def _camera(setup: Setup) -> Iterator[str]:
         yield f"  {name:14}{_with_error(value, errors.get(name))}"
     if "corner_error_px" in told:
         yield f"  a point at the picture's corner is sure to {told['corner_error_px']:.3f} px"
+    if setup.falloff is not None:
+        darker, error = (100 * value for value in setup.falloff.corner)
+        done = "allowed for" if setup.falloff.allowed else "not allowed for"
+        yield f"  light in the picture's corners {_with_error(darker, error)} % ({done})"
 
 
 def _sample(setup: Setup) -> Iterator[str]:

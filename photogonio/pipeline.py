@@ -14,6 +14,7 @@ from calib.calibrate import calibrate as find_setup
 from calib.setup import LeftOut, Setup, save_setup
 from capture.colour import ColourCorrection
 from capture.errors import InputError
+from capture.frames import falloff_gain
 from capture.images import Image
 from capture.manifest import load_photoset
 from capture.photoset import MANIFEST, PhotoSet, Plane
@@ -286,7 +287,10 @@ def _keeping(photoset: PhotoSet, scratch: Scratch) -> Callable[..., Image]:
 
 
 def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
-    """The reader with the gain of cos^4 where the manifest asks for it, which the camera tells."""
+    """The reader with the gain of cos^4 where the manifest asks for it, which the camera tells, or against what the
+    lens was found to darken."""
+    if setup.falloff is not None and setup.falloff.allowed:
+        return replace(radiance, gain=falloff_gain(setup.camera, setup.falloff.terms))
     if radiance.photoset.radiometry.vignetting != "cos4":
         return radiance
     return replace(radiance, gain=vignetting(radiance, setup.camera))
@@ -351,7 +355,8 @@ def _scale_error(setup: Setup) -> float:
     """Relative, of the scale that all photos share."""
     if setup.scale != "absolute":
         return 0.0
-    return float(np.hypot(SCALE_ERROR, setup.residuals.get("scale_error", 0.0)))
+    own = np.hypot(setup.scale_error, setup.residuals.get("scale_error", 0.0))
+    return float(np.hypot(SCALE_ERROR, own))
 
 
 def _fitted(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calib.camera import Camera, Pose
-from calib.setup import BoardSetup, LeftOut, Light, Marks, Setup, ViewSetup, load_setup, save_setup
+from calib.setup import BoardSetup, Falloff, LeftOut, Light, Marks, Setup, ViewSetup, load_setup, save_setup
 from capture.errors import InputError
 from capture.photoset import MirrorBall, Plane, Sphere
 
@@ -36,6 +36,8 @@ def setup(sample: Sphere | Plane) -> Setup:
         mirror_balls=(MirrorBall(rng.normal(size=3), 0.1 + 0.7),),
         boards=(BoardSetup("calibration/c.png", full.pose, 0.1 / 3, rng.normal(size=(6, 6)), marks),),
         ambient=rng.random(3),
+        falloff=Falloff(rng.normal(size=2), rng.normal(size=(2, 2)), allowed=True),
+        scale_error=0.1 / 3,
     )
 
 

@@ -61,6 +61,13 @@ def test_camera_directions_at_the_sample(setup, truth):
     assert np.median(apart) <= 0.2
 
 
+def test_no_falloff_is_found_where_the_lens_has_none(setup):
+    darker, error = setup.falloff.corner
+    assert not setup.falloff.allowed
+    assert error < 0.01
+    assert abs(darker) < 4 * error
+
+
 def test_focal_lengths(setup, truth):
     found, true = (m[[0, 1], [0, 1]] for m in (setup.camera.matrix, truth["K"]))
     assert np.abs(found / true - 1).max() <= 0.001

@@ -21,12 +21,15 @@ from benchmarks.coverage import (
     scene_of,
 )
 from calib.account import _shared_lights, account
+from calib.allowed import NO_FALLOFF, settle_allowing
 from calib.beam import beam_of, note_beam
 from calib.beside import light_beside, note_beside
 from calib.board import Corners
-from calib.calibrate import settled_from, usable
+from calib.board_light import lens
+from calib.calibrate import light_of, settled_from, usable
 from calib.checks import bad_photos, board_shape, view_warnings
 from calib.doubts import contradiction, washed_out
+from calib.falloff import brighten, note_falloff
 from calib.highlights import find_highlight
 from calib.lamps import Lamp, block_name
 from calib.looking import Reader, Seen
@@ -323,7 +326,12 @@ def test_a_room_that_is_not_dark_is_told(share):
         room = share * usual * np.where(reading.samples.white, 1.0, scene.black)
         lit = replace(reading, level=reading.level + room)
         fits[f"v{k}"] = fit_shading(lit, scene, drawn.world.lamps[k])
-    note_beside(light_beside(fits), None, drawn.notes)
+    beside = light_beside(fits)
+    note_beside(beside, None, drawn.notes)
+    less = replace(beside, level=0.01 * beside.bright)  # too little to be allowed for, and sure
+    assert not less.told
+    assert less.doubt == pytest.approx(0.01, rel=0.1)
+    assert (beside.doubt < 0.005) == (share == 0.0 or beside.told)
     found = drawn.notes.residuals["light_beside_lamps"]
     # squares are uneven by 0.002, as one part of what shadows leave, and some of a shadow is penumbra
     assert found["share"] == pytest.approx(share, abs=5 * found["error"] + 0.1 * share)
@@ -403,3 +411,48 @@ def test_a_lamp_that_was_thrown_under_the_board_comes_back():
     assert fits
     for name, fit in fits.items():
         assert np.linalg.norm(fit.place - true[name]) < 0.05 * np.linalg.norm(true[name])
+
+
+def dimmed(drawn: Drawn, boards, sights, corner: float):
+    """Paper, lamps and balls of all photos, through a lens that leaves ``1 + corner`` of the light in the corners."""
+    for sight in sights:
+        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=True)
+        lens = 1 + corner * sight.reading.samples.aside
+        samples = replace(sight.reading.samples, value=sight.reading.samples.value * lens[:, None])
+        sight.reading = replace(sight.reading, samples=samples, level=sight.reading.level * lens)
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+@pytest.mark.parametrize("corner", [0.0, -0.12, -0.4])
+def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
+    """The same in all photos, each under its own lamp: falloff of the lamp alone would have it stand elsewhere, against
+    its shadows, and otherwise in every photo."""
+    drawn = Drawn(4, fixed=fixed)
+    camera, model, boards, sights = drawn.camera()
+    dimmed(drawn, boards, sights, corner)
+    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
+
+    def settle(narrow, falloff):
+        return settled_from(drawn.photoset, reader, model, camera, boards, sights, quiet, narrow, falloff)
+
+    seen = [list(sight.highlights) for sight in sights]
+    settled, beam, found = settle_allowing(settle, settle(0.0, NO_FALLOFF), sights, seen, lens=True)
+    assert found.allowed == (corner < 0)
+    assert not beam.told
+    aside = np.linspace(0.05, max(s.reading.samples.aside.max() for s in sights), 20)
+    both = np.column_stack([aside, aside**2])
+    error = np.sqrt(np.einsum("ni,ij,nj->n", both, found.covariance, both))
+    # of the paper of each photo 0.2 % and more is uneven, which no number of its places lessens
+    assert error.max() < 0.02
+    assert (np.abs(both @ found.terms - np.log(1 + corner * aside)) < 4 * error + 0.002).all()
+    off = [
+        np.linalg.norm(light_of(settled, s).place - drawn.world.lamps[int(s.view.name[1:])]) for s in sights
+    ]
+    assert np.median(off) < 0.01 * 350
+    before = sights[0].reading.level
+    brighten(sights, found)
+    left = lens(sights[0].reading.samples.aside, found.terms)
+    np.testing.assert_allclose(sights[0].reading.level * left, before, rtol=1e-12)
+    note_falloff(found, drawn.notes)
+    assert drawn.said("darkens the corners") == (corner < 0)
+    assert drawn.notes.residuals["lens_falloff"]["allowed_for"] == (corner < 0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from capture.exposure import Exposure
-from capture.frames import cos4_gain, dark_of, flat_gain, hot_pixels
+from capture.frames import cos4_gain, dark_of, falloff_gain, flat_gain, hot_pixels
 from capture.signal import Signal
 
 SHAPE = (40, 50, 3)
@@ -96,6 +96,21 @@ class Pinhole:
         plane = (pixels - [300.0, 250.0]) / self.focal
         rays = np.column_stack([plane, np.ones(len(plane))])
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+
+
+def test_what_a_lens_leaves_is_divided_out():
+    class Middle:
+        size = (7, 5)
+
+        def aside(self, pixels):
+            return ((pixels - [3.0, 2.0]) ** 2).sum(1) / 13.0
+
+    gain = falloff_gain(Middle(), (-0.3, 0.05))
+    assert gain.shape == (5, 7, 1)
+    assert gain.dtype == np.float32
+    assert gain[2, 3, 0] == 1.0
+    np.testing.assert_allclose(gain[[0, 4, 0, 4], [0, 0, 6, 6], 0], np.exp(0.25), rtol=1e-6)
+    np.testing.assert_allclose(gain[2, 6, 0], np.exp(0.3 * 9 / 13 - 0.05 * (9 / 13) ** 2), rtol=1e-6)
 
 
 def test_cos4_is_the_fourth_power_of_each_pixels_cosine():

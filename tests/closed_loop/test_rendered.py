@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from photogonio.evaluate import Score, evaluate_scene
+from capture.photoset import MANIFEST
+from photogonio.evaluate import Score, evaluate_scene, rendered
 from photogonio.pipeline import write_result
 from photogonio.progress import Reporter
 from photogonio.score_table import score_table
@@ -78,6 +79,37 @@ def test_a_lit_room_that_nobody_tells_of_is_allowed_for(tmp_path: Path):
     assert any("lit by something besides the lamp" in one for one in found.result.warnings)
     assert found.error <= 0.01
     assert found.calibration.strength < 0.01
+
+
+@pytest.mark.parametrize(("name", "lamps", "most"), [("matte-ball", 8, 0.01), ("oren-nayar-plane", 10, 0.05)])
+def test_a_lens_that_darkens_the_corners_untold_is_allowed_for(name, lamps, most, tmp_path: Path):
+    """By 13 % in the corners, as cos^4 has it, before a still camera and a moving one."""
+    scene, quiet = changed(small(name, lamps), camera={"vignetting": "cos4"}), Reporter(quiet=True)
+    manifest = rendered(scene, tmp_path, workers=2, reporter=quiet) / MANIFEST
+    told = manifest.read_text(encoding="utf-8")
+    manifest.write_text(told.replace('vignetting = "cos4"', ""), encoding="utf-8")
+    assert "vignetting" not in manifest.read_text(encoding="utf-8")
+    found = evaluate_scene(scene, tmp_path, workers=2, reporter=quiet)
+    setup = found.result.setup
+    assert setup.falloff.allowed
+    assert any("darkens the corners" in one for one in setup.warnings)
+    camera, (darker, error) = setup.camera, setup.falloff.corner
+    corner = max(
+        ([x, y] for x in (0.0, 419.0) for y in (0.0, 279.0)), key=lambda c: camera.aside(np.array([c]))
+    )
+    assert darker == pytest.approx(camera.rays(np.array([corner]))[0, 2] ** 4 - 1, abs=4 * error)
+    assert error < 0.02
+    assert found.error <= most
+    assert found.calibration.light < 0.5
+
+
+def test_no_falloff_is_found_where_the_lens_has_none(ball: Score, plane: Score):
+    for found in (ball, plane):
+        falloff = found.result.setup.falloff
+        assert not falloff.allowed
+        darker, error = falloff.corner
+        assert abs(darker) < 4 * error
+        assert error < 0.02
 
 
 def test_an_oren_nayar_plane(plane: Score):
