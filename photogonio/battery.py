@@ -174,11 +174,12 @@ def error_and_interval(result: Result, truth: Known) -> tuple[float, float]:
 
 
 def half_widths(fit: FitResult, at: Directions) -> np.ndarray:
-    """Half the stated 95 % interval of f (n, c), 1/sr; some pairs at a time, for their modes take memory."""
+    """Half the stated 95 % interval of f (n, c), 1/sr, with what the model misses alike in all photos and what the file
+    cannot say, as the map of what is determined has it; some pairs at a time, for their modes take memory."""
     parts = []
     for first in range(0, len(at.incident), _PAIRS):
         cells = cells_at(at.incident[first : first + _PAIRS], at.exit[first : first + _PAIRS])
-        parts.append(fit.uncertainty.half_width(fit.uncertainty.standard_error(fit.model, cells)))
+        parts.append(fit.uncertainty.half_width(fit.standard_error(cells)))
     return np.concatenate(parts)
 
 

@@ -258,7 +258,7 @@ def _result(
 ) -> FitResult:
     model, cells = final.model, work.cells
     said = _said(model, options, cells.value)
-    misfit = misfit_of(cells, model.evaluate(cells))
+    misfit = misfit_of(cells, model.evaluate(cells), work.binning)
     region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
     errors = spread.file_errors(model, said)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.simulated import Plan, simulate
 from reconstruct.cells import cells_of
-from reconstruct.misfit import misfit_of
+from reconstruct.misfit import DOUBT, misfit_of
 from synthetic.brdf import make_brdf
 
 PLAN = Plan(views=14, pixels=2500, level=3, spoiled=0.0)
@@ -44,3 +44,11 @@ def test_a_place_counts_as_its_reciprocal_twin():
     misfit = misfit_of(cells, predicted)
     twins = replace(cells, theta_i=cells.theta_r, theta_r=cells.theta_i)
     np.testing.assert_allclose(misfit.at(twins, predicted), misfit.at(cells, predicted), rtol=1e-9)
+
+
+def test_a_share_of_what_binning_added_is_not_known():
+    cells, truth = cells_and_truth()
+    added = np.where((cells.theta_r < 0.5)[:, None], 0.2 * truth, 0.0)
+    with_it = misfit_of(cells, truth, added).at(cells, truth)
+    without = misfit_of(cells, truth).at(cells, truth)
+    np.testing.assert_allclose(np.sqrt(with_it**2 - without**2), DOUBT * added, atol=1e-12)
