@@ -445,10 +445,9 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
     # of the paper of each photo 0.2 % and more is uneven, which no number of its places lessens
     assert error.max() < 0.02
     assert (np.abs(both @ found.terms - np.log(1 + corner * aside)) < 4 * error + 0.002).all()
-    off = [
-        np.linalg.norm(light_of(settled, s).place - drawn.world.lamps[int(s.view.name[1:])]) for s in sights
-    ]
-    assert np.median(off) < 0.01 * 350
+    lights = [(light_of(settled, s), drawn.world.lamps[int(s.view.name[1:])]) for s in sights]
+    off = [(light.place - lamp, light.covariance) for light, lamp in lights]
+    assert np.median([d @ np.linalg.solve(cov, d) / 3 for d, cov in off]) < 4  # squares of standard errors
     before = sights[0].reading.level
     brighten(sights, found)
     left = lens(sights[0].reading.samples.aside, found.terms)
