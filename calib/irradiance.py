@@ -20,7 +20,9 @@ _WORST = 4.0  # standard errors beyond which a patch is not believed against the
 _FEW = 4  # patches that can outvote one; with fewer the brightest counts, since shadows only darken
 _WHITEST = 1.08  # reflectance above which paper cannot be: the patch that says so lies in shadow
 _PAPER_VARIES = 0.01  # relative: how far paper and patch may differ from view to view at the least
-_UNMEASURED = 0.02  # relative error of lamps that are taken as equal since nothing measures them
+_UNMEASURED = (
+    0.02  # relative error of lamps that are taken as equal since what should measure them cannot be read
+)
 _EQUAL = 0.004  # relative scatter up to which lamps may be taken as equal
 _APART = 3.0  # standard errors by which a view's lamp differs from one that all have in common
 _ALIKE = 0.03  # relative difference of patches in one photo
@@ -184,13 +186,15 @@ def tie(
 
 
 def _as_told(readings: dict[str, Reading], given: dict[str, np.ndarray], notes: Notes) -> dict[str, Tied]:
-    """Lamps in the proportions that the manifest states; of equal strength, more or less, where it states none.
+    """Lamps in the proportions that the manifest states, which are equal ones where it states none: more or less, if
+    patches were laid out to measure them and none can be read.
 
     Where paper is read they are all put on its scale, so that what shines beside them can be weighed against them.
     """
-    doubt = 0.0 if _explicit(given) else _UNMEASURED
+    unread = not _explicit(given) and any(r.patch.problem != _NO_PATCH for r in readings.values())
+    doubt = _UNMEASURED if unread else 0.0
     _note_scale(readings, {}, None, notes)
-    if doubt and any(r.patch.problem != _NO_PATCH for r in readings.values()):
+    if unread:
         notes.warnings.append(
             "neither white patch nor paper can be read in any photo: all lamps are taken as equally strong"
         )
