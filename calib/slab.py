@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
+import numba
 import numpy as np
 
 from calib.board import board_size
@@ -21,7 +22,7 @@ BESIDE = 0.4  # heights around the shadow and the sample that the lamp's width b
 MOST = 0.15  # of the direct light: paper that white sides would light up so much is not read
 ALBEDO, ALBEDO_SPREAD = 0.35, 0.25  # of the sides: anything
 FEWEST = 400  # samples of paper that must be left
-ALONG, UP = 24, 4  # pieces of a side
+ALONG, UP = 96, 4  # pieces around the outline, and from the board to its top
 
 
 def is_thick(board: Board | None, sample: Sphere | Plane) -> bool:
@@ -61,22 +62,39 @@ def shaded(points: np.ndarray, lamp: np.ndarray, sample: Plane) -> np.ndarray:
 def side_light(points: np.ndarray, lamp: np.ndarray, sample: Plane) -> np.ndarray:
     """Irradiance (n,) of the board at ``points`` (n, 3) by the prism's sides, white and diffuse, that a lamp of unit
     strength lights."""
-    outline, total = np.asarray(sample.outline, float), np.zeros(len(points))
-    middle = outline.mean(0)
-    height = (np.arange(UP) + 0.5) / UP * sample.height
-    share = ((np.arange(ALONG) + 0.5) / ALONG)[:, None]
-    for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        along = end - start
-        normal = np.array([along[1], -along[0]]) / np.hypot(*along)
-        normal *= np.sign(normal @ (start - middle))
-        for z in height:
-            pieces = np.column_stack([start + share * along, np.full(ALONG, z)])
-            offset = lamp - pieces
-            sent = np.maximum(offset[:, :2] @ normal, 0.0) / np.linalg.norm(offset, axis=1) ** 3
-            way = points[:, None, :] - pieces
-            facing = np.maximum(way[..., :2] @ normal, 0.0) * z / np.sum(way**2, axis=-1) ** 2
-            total += facing @ sent * (np.hypot(*along) / ALONG) * (sample.height / UP) / np.pi
+    pieces, normal, width = _pieces(np.asarray(sample.outline, float))
+    total = np.zeros(len(points))
+    for z in (np.arange(UP) + 0.5) / UP * sample.height:
+        offset = lamp - np.column_stack([pieces, np.full(len(pieces), z)])
+        facing = np.maximum(np.einsum("ij,ij->i", offset[:, :2], normal), 0.0)
+        sent = facing / np.linalg.norm(offset, axis=1) ** 3 * width * (sample.height / UP) / np.pi
+        _thrown(np.ascontiguousarray(points, float), pieces, normal, float(z), sent, total)
     return total
+
+
+def _pieces(outline: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middles (k, 2) of pieces of a convex outline, their normals (k, 2) outward and widths (k,): about ALONG on all of
+    it, and one at least on each of its sides."""
+    along = np.roll(outline, -1, axis=0) - outline
+    length = np.hypot(*along.T)
+    count = np.maximum(np.ceil(ALONG * length / length.sum()), 1).astype(int)
+    side = np.repeat(np.arange(len(outline)), count)
+    share = (np.arange(len(side)) - (np.cumsum(count) - count)[side] + 0.5) / count[side]
+    normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(length, 1e-300)[:, None]
+    normal *= np.sign(np.einsum("ij,ij->i", normal, outline - outline.mean(0)))[:, None]
+    return outline[side] + share[:, None] * along[side], normal[side], (length / count)[side]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _thrown(points, pieces, normal, height, sent, total):
+    """Adds to ``total`` (n,) what pieces of a side at one ``height``, which send ``sent`` (k,), throw on ``points``."""
+    for j in range(len(pieces)):
+        if sent[j] > 0.0:
+            for k in range(len(points)):
+                x, y = points[k, 0] - pieces[j, 0], points[k, 1] - pieces[j, 1]
+                facing = x * normal[j, 0] + y * normal[j, 1]
+                if facing > 0.0:
+                    total[k] += facing * height / (x * x + y * y + height * height) ** 2 * sent[j]
 
 
 def _cleared(reading: Reading, keep: np.ndarray, thrown: np.ndarray) -> Reading:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.slab import is_thick, shaded, side_light
+from calib.slab import _pieces, is_thick, shaded, side_light
 from capture.photoset import Board, Plane, Sphere
 
 OUTLINE = np.array([[50.0, 40.0], [120.0, 40.0], [120.0, 100.0], [50.0, 100.0]])
@@ -51,6 +51,19 @@ def test_a_lit_side_lights_the_board_before_it_as_a_wall_does():
         sent = offset[:, 0] / np.linalg.norm(offset, axis=1) ** 3
         expected = sent.sum() / len(way) if point[0] > OUTLINE[1, 0] else 0.0
         assert light == pytest.approx(expected, rel=0.03, abs=1e-12)
+
+
+def test_a_round_samples_side_lights_the_board_as_one_of_many_sides_does():
+    """However finely the outline is told, and whichever way around: 24 sides lie at most 0.3 behind the circle, of 11
+    or more to the points."""
+    lamp, points = np.array([400.0, 70.0, 300.0]), np.array([[135.0, 75.0, 0.0], [150.0, 40.0, 0.0]])
+    fine, coarse = (2 * np.pi * np.arange(count) / count for count in (240, 24))
+    circles = [np.array([90.0, 70.0]) + 35 * np.column_stack([np.cos(t), np.sin(t)]) for t in (fine, coarse)]
+    many, few = (side_light(points, lamp, Plane(circle, 20.0)) for circle in circles)
+    assert (many > 0).all()
+    np.testing.assert_allclose(few, many, rtol=2 * 0.3 / 11)
+    np.testing.assert_allclose(side_light(points, lamp, Plane(circles[0][::-1], 20.0)), many, rtol=1e-9)
+    assert len(_pieces(circles[0])[0]) == 240  # one of each side: no more than tells the light
 
 
 def test_only_a_thick_flat_sample_on_a_board_is_one():
