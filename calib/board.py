@@ -138,7 +138,7 @@ def corners_of_half(board: Board, image: np.ndarray) -> Corners | None:
         return None
     found = searched_corners(board, image, thorough=False)
     sides = np.linalg.norm(found.marker_pixels - np.roll(found.marker_pixels, 1, axis=1), axis=2)
-    if len(found) < FEWEST_CORNERS or sides.min() < _PLAIN:
+    if len(found) < _FEW_CORNERS or sides.min() < _PLAIN:  # few: the whole photo tells more of single markers
         return None
     doubled, quads = (2 * part + 0.5 for part in (found.pixels, found.marker_pixels))
     return replace(found, pixels=doubled, marker_pixels=quads)

@@ -127,6 +127,27 @@ def test_markers_in_a_large_photo_are_found_in_one_of_half_the_size(monkeypatch)
     assert sorted(found.marker_ids) == sorted(whole.marker_ids)
 
 
+def test_a_large_photo_in_which_few_corners_have_both_markers_loses_none(monkeypatch):
+    """Every other marker is hidden, as a large sample hides some: corners have but one to tell of them."""
+    half = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
+    camera = Camera(
+        np.diag([2.0, 2.0, 1.0]) @ (CAMERA.matrix + half) - half,
+        CAMERA.distortion,
+        (2 * SIZE[0], 2 * SIZE[1]),
+    )
+    pose = looking_at(MIDDLE + np.array([5.0, 3, 150]), MIDDLE, 0.2)
+    level = draw(camera, pose, NOISE, 1).astype(np.float32)
+    for k, marker in enumerate(opencv_board(BOARD).getObjPoints()):
+        if k % 2:
+            flat = np.asarray(marker, float).reshape(4, 3).mean(0) * [1, -1, 0] + [0, board_size(BOARD)[1], 0]
+            x, y = np.round(camera.project(pose, flat[None])[0]).astype(int)
+            level[max(y - 25, 0) : y + 25, max(x - 25, 0) : x + 25] = 0.8
+    whole = looking._corners(BOARD, level)
+    monkeypatch.setattr(looking, "_LARGE", 0)
+    assert len(whole) > 20
+    np.testing.assert_array_equal(looking._corners(BOARD, level).ids, whole.ids)
+
+
 def test_markers_that_are_small_in_half_the_size_are_not_looked_for_there(first):
     image = detection_image(halved(draw(CAMERA, POSES[0], NOISE, 0).astype(np.float32)))
     assert corners_of_half(BOARD, image) is None
