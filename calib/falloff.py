@@ -132,14 +132,17 @@ def _unknown(falloff: Falloff) -> np.ndarray:
 
 def _apart(photoset: PhotoSet, camera: Camera, view: ViewSetup) -> np.ndarray:
     """How much farther aside (and its square) the sample's middle lies in the picture than what its light was read
-    off, (2,)."""
+    off, (2,): the patches whose middles are in the picture."""
     sample, sheets = photoset.sample, photoset.white_patches
     flat = isinstance(sample, Plane)
     middle = np.append(np.mean(sample.outline, axis=0), sample.height) if flat else np.asarray(sample.center)
     read = [np.append(np.mean(sheet.outline, axis=0), sheet.height) for sheet in sheets]
-    aside = camera.aside(camera.project(view.pose, np.array([middle, *read], float)))
+    points = np.array([middle, *read], float)
+    pixels = camera.project(view.pose, points)
+    shown = (view.pose.apply(points)[:, 2] > 0) & (pixels >= 0).all(1) & (pixels < camera.size).all(1)
+    aside = camera.aside(pixels)
     both = np.column_stack([aside, aside**2])
-    return both[0] - both[1:].mean(0) if read else np.zeros(2)
+    return both[0] - both[1:][shown[1:]].mean(0) if shown[1:].any() else np.zeros(2)
 
 
 def note_falloff(falloff: Falloff | None, notes: Notes) -> None:
