@@ -66,7 +66,8 @@ def read_view(
         one = read_patch(image, settled.camera, sight.pose, light, patch, stray)
         readings.append(_of_lamp(one, np.asarray(patch.reflectance, float)))
     good = [r for r in readings if r.value is not None]
-    patch = _mean(good) if good else (readings[0] if readings else no_strength(_NO_PATCH))
+    refused = sorted(readings, key=lambda r: r.rough is None)  # what tells something in spite of it first
+    patch = _mean(good) if good else (*refused, no_strength(_NO_PATCH))[0]
     if sight.reading is None:
         return Reading(patch, no_strength("no paper is seen"), no_strength("no print is seen"))
     shown = light_shape(sight.reading.samples.points, light, stray)

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from calib.camera import Camera
-from calib.irradiance import Reading, _mean, tie
+from calib.irradiance import Reading, _mean, read_view, tie
 from calib.notes import Notes
 from calib.paper import PaperSamples
 from calib.patch import UNEVEN, Stray, Strength, no_strength, read_paper, read_patch
@@ -116,6 +117,22 @@ def test_a_patch_in_a_soft_shadow_is_not_believed():
     found = read(replace(image, value=(image.value * across).astype(np.float32)), NEAR)
     assert found.value is None
     assert "uneven" in found.problem
+
+
+def test_what_an_uneven_patch_tells_is_not_lost_beside_one_that_is_not_in_the_picture():
+    away, image = replace(PATCH, outline=PATCH.outline + 400.0), photo(NEAR)
+    image = replace(
+        image, value=(image.value * np.linspace(0.2, 1.0, SIZE[0])[None, :, None]).astype(np.float32)
+    )
+    settled, sight = SimpleNamespace(camera=CAMERA, scene=None), SimpleNamespace(pose=POSE, reading=None)
+    one, *more = (
+        read_view(replace(SET, white_patches=sheets), image, settled, sight, NEAR).patch
+        for sheets in ((PATCH,), (PATCH, away), (away, PATCH))
+    )
+    assert one.problem == UNEVEN
+    for found in more:
+        assert found.problem == UNEVEN
+        np.testing.assert_array_equal(found.rough.value, one.rough.value)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.35, 0.6, 0.9])
