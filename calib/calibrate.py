@@ -13,14 +13,14 @@ from calib.account import (
     sample_in_picture,
 )
 from calib.allowed import NO_FALLOFF, settle_allowing
-from calib.beam import note_beam
-from calib.beside import ambient_irradiance, expect, light_beside, note_beside
+from calib.beam import Beam, note_beam
+from calib.beside import Beside, ambient_irradiance, expect, light_beside, note_beside
 from calib.board import Corners
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
 from calib.doubts import contradiction, denied_by_patch, washed_out
 from calib.evidence import Posed
-from calib.falloff import brighten, brightened_image, doubted, falloff_of, note_falloff
+from calib.falloff import brighten, brightened_image, doubted, note_falloff
 from calib.ghosts import ghost_warnings
 from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
@@ -63,23 +63,7 @@ def calibrate(
     check_camera(photoset, camera, model, boards, sights, notes)
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     sights = usable(photoset, sights, notes)
-    seen = [list(sight.highlights) for sight in sights]
-
-    def settle_for(narrow: float, falloff: tuple[float, float]) -> Settled:
-        return settled_from(photoset, reader, model, camera, boards, sights, tell, narrow, falloff)
-
-    settled = settle_for(0.0, NO_FALLOFF)
-    if is_thick(photoset.board, photoset.sample):
-        clear_of_slab(photoset.sample, settled, sights)
-        start_over(sights, seen)
-        settled = settle_for(0.0, NO_FALLOFF)
-    sought = photoset.radiometry.vignetting == "auto"
-    settled, beam, falloff = settle_allowing(settle_for, settled, sights, seen, lens=sought)
-    beside = light_beside(settled.shading)
-    if beside is not None and beside.told and settled.scene is not None:
-        expect(sights, seen, beside)
-        settled = settle_for(settled.scene.narrow, settled.scene.falloff)
-        falloff = falloff_of(settled) if falloff is not None else None
+    settled, beam, beside, falloff = settled_at_last(photoset, reader, model, camera, boards, sights, tell)
     if falloff is not None and falloff.allowed:
         brighten(sights, falloff)
     views, scale = _views(photoset, reader, settled, sights, falloff, notes)
@@ -139,6 +123,38 @@ def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     hand_over(sights, kept)
     return kept
+
+
+def settled_at_last(
+    photoset: PhotoSet,
+    reader: Reader,
+    model: Model,
+    camera: Camera,
+    boards: list[Posed],
+    sights: list[Sight],
+    tell: Progress,
+) -> tuple[Settled, Beam | None, Beside | None, Falloff | None]:
+    """Everything settled, once more for each thing that shows by it: a thick sample's shadow, narrow lamps, a lens that
+    darkens its pictures, a room that is not dark; and the last three of these."""
+    seen = [list(sight.highlights) for sight in sights]
+    lens = photoset.radiometry.vignetting == "auto"
+
+    def settle_for(narrow: float, falloff: tuple[float, float]) -> Settled:
+        return settled_from(photoset, reader, model, camera, boards, sights, tell, narrow, falloff)
+
+    settled = settle_for(0.0, NO_FALLOFF)
+    if isinstance(photoset.sample, Plane) and is_thick(photoset.board, photoset.sample):
+        clear_of_slab(photoset.sample, settled, sights)
+        start_over(sights, seen)
+        settled = settle_for(0.0, NO_FALLOFF)
+    settled, beam, falloff = settle_allowing(settle_for, settled, sights, seen, lens=lens)
+    beside = light_beside(settled.shading)
+    if beside is not None and beside.told:
+        # anew: what the room does may have passed for a beam, and have hidden what the lens does
+        expect(sights, seen, beside)
+        settled = settle_for(0.0, NO_FALLOFF)
+        settled, beam, falloff = settle_allowing(settle_for, settled, sights, seen, lens=lens)
+    return settled, beam, beside, falloff
 
 
 def settled_from(

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.coverage import (
+    BLACK,
+    PAPER,
     SAMPLE,
     SIZE,
     deviations,
@@ -26,7 +28,7 @@ from calib.beam import beam_of, note_beam
 from calib.beside import light_beside, note_beside
 from calib.board import Corners
 from calib.board_light import lens
-from calib.calibrate import light_of, settled_from, usable
+from calib.calibrate import light_of, settled_at_last, settled_from, usable
 from calib.checks import bad_photos, board_shape, view_warnings
 from calib.doubts import contradiction, washed_out
 from calib.falloff import brighten, note_falloff
@@ -455,3 +457,28 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
     note_falloff(found, drawn.notes)
     assert drawn.said("darkens the corners") == (corner < 0)
     assert drawn.notes.residuals["lens_falloff"]["allowed_for"] == (corner < 0)
+
+
+def test_a_lens_is_found_in_a_lit_room_which_passed_for_a_beam():
+    """Of the room's light, 0.1 of the lamp's, lamps that shine less aside explain a part: known, it is found again."""
+    drawn = Drawn(27)
+    camera, model, boards, sights = drawn.camera()
+    for sight in sights:
+        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=True)
+        reading, samples = sight.reading, sight.reading.samples
+        room = 0.1 * np.median(reading.level[samples.white]) * np.where(samples.white, 1.0, BLACK / PAPER)
+        level = (reading.level + room) * (1 - 0.12 * samples.aside)
+        value = samples.value * (level / reading.level)[:, None]
+        sight.reading = replace(reading, level=level, samples=replace(samples, value=value))
+    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
+    settled, beam, beside, falloff = settled_at_last(
+        drawn.photoset, reader, model, camera, boards, sights, quiet
+    )
+    assert beside.told
+    assert falloff.allowed and not beam.told
+    darker, error = falloff.corner
+    assert abs(darker + 0.12) < 4 * error
+    off = [
+        np.linalg.norm(light_of(settled, s).place - drawn.world.lamps[int(s.view.name[1:])]) for s in sights
+    ]
+    assert np.median(off) < 0.015 * 400
