@@ -12,6 +12,7 @@ from calib.lamps import expected_pixel
 from calib.notes import Notes
 from calib.plane import PlaneMove
 from calib.setup import Marks
+from calib.shading import ShadingFit
 from calib.sight import Sight
 from calib.together import Settled
 from capture.photoset import PhotoSet, Plane, Sphere
@@ -21,7 +22,8 @@ _IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed
 _TILTED = np.radians(0.7)
 _SURE_TILT = 5.0  # standard errors at which a tilt is told
 _CONTRADICTED = 3.0  # times their errors, by which highlights miss all lamps; path-traced sets: 0.4 to 1.2
-_SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart
+_SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart, and
+_SURE_APART = 4.0  # standard errors of a photo's own
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
@@ -46,19 +48,28 @@ def account(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: No
 
 
 def _shared_lights(settled: Settled, sights: list[Sight], notes: Notes) -> None:
-    """Lights that stood in several places under one name: each photo's paper tells its own."""
+    """Lights that stood in several places under one name: each photo's paper tells its own, if it shows enough."""
     for lamp in settled.lamps.values():
-        fits = [settled.shading.get(s.view.name) for s in sights if s.light == lamp.name]
-        places = np.array([fit.place for fit in fits if fit is not None])
-        if lamp.attached or len(places) < 2:
+        found = [settled.shading.get(s.view.name) for s in sights if s.light == lamp.name]
+        fits = [fit for fit in found if fit is not None]
+        if lamp.attached or len(fits) < 2:
             continue
-        toward = places / np.linalg.norm(places, axis=1, keepdims=True)
-        apart = np.linalg.norm(toward - np.median(toward, axis=0), axis=1).max()
-        if apart > _SHARED_APART:
+        toward = np.array([fit.place / np.linalg.norm(fit.place) for fit in fits])
+        apart = np.linalg.norm(toward - np.median(toward, axis=0), axis=1)
+        sure = apart > _SURE_APART * np.array([_aside(fit) for fit in fits])
+        worst = apart[sure].max(initial=0.0)
+        if worst > _SHARED_APART:
             notes.warnings.append(
-                f"photos of light {lamp.name!r} show it in directions {np.degrees(apart):.0f} degrees apart: give each "
+                f"photos of light {lamp.name!r} show it in directions {np.degrees(worst):.0f} degrees apart: give each "
                 "place of a lamp an id of its own"
             )
+
+
+def _aside(fit: ShadingFit) -> float:
+    """Standard error, radians, of the direction in which one photo's paper has its lamp."""
+    far = float(np.linalg.norm(fit.place))
+    across = np.eye(3) - np.outer(fit.place, fit.place) / far**2
+    return float(np.sqrt(np.linalg.norm(across @ fit.covariance() @ across, 2))) / far
 
 
 def _camera(settled: Settled, notes: Notes) -> None:

@@ -252,11 +252,17 @@ def test_a_lamp_seen_in_one_ball_only():
     assert np.sqrt(np.linalg.eigvalsh(covariance)[-1]) > 50
 
 
-@pytest.mark.parametrize(("apart", "said"), [(0.0, False), (15.0, True)])
-def test_one_light_in_two_places_is_told(apart, said):
+@pytest.mark.parametrize(
+    ("apart", "error", "said"), [(0.0, 0.1, False), (15.0, 0.1, True), (15.0, 5.0, False)]
+)
+def test_one_light_in_two_places_is_told(apart, error, said):
+    """If the photos' paper is sure of it: one that shows a corner of the board has directions off by degrees."""
     turn = np.radians(apart)
     places = [430.0 * np.array([np.sin(t), 0.1, np.cos(t)]) for t in (0.3, 0.3 + turn)]
-    shading = {name: SimpleNamespace(place=place) for name, place in zip("ab", places, strict=True)}
+    spread = np.eye(3) * (np.radians(error) * np.linalg.norm(places[0])) ** 2
+    shading = {
+        n: SimpleNamespace(place=p, covariance=lambda: spread) for n, p in zip("ab", places, strict=True)
+    }
     sights = [SimpleNamespace(view=SimpleNamespace(name=name), light="one") for name in "ab"]
     settled = SimpleNamespace(lamps={"one": Lamp("one", None, "point", places[0], "board")}, shading=shading)
     notes = Notes()
