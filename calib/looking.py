@@ -23,7 +23,7 @@ from calib.masks import things_mask
 from calib.misprint import judging_photos, misplaced_markers, misprint_warning
 from calib.pattern import Print, draw_print
 from calib.pose import fit_pose
-from calib.register import Around, refined_corners
+from calib.register import KEPT_BYTES, Around, refined_corners
 from calib.tone import (
     detection_image,
     fine_about,
@@ -47,7 +47,8 @@ Progress = Callable[[str, int, int], None]
 _CACHE_BYTES = 250_000_000  # a few small photos; large ones are read again
 _GROW = 3  # pixels kept clear around whatever stands on the board
 _LARGE = 6_000_000  # pixels of a photo whose markers are large enough in one of half the size, mostly
-_KEPT = 40  # photos of a role, a megabyte each, of which the pixels about the corners are kept for the second look
+# photos of a role of which the pixels about the corners are kept for the second look, and bytes of all of them
+_KEPT, _MOST_BYTES = 40, 40_000_000
 _ABOUT = 16  # pixels around a corner that placing it takes: its window, and two for what moves it
 
 
@@ -158,7 +159,9 @@ class Seen:
 def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str) -> list[Seen]:
     """Find the board in each view that can be read."""
     seen = []
-    tasks = [(view, k < _KEPT) for k, view in enumerate(views)]
+    board = reader.photoset.board
+    most = 0 if board is None else min(_KEPT, _MOST_BYTES // (KEPT_BYTES * len(board_points(board))))
+    tasks = [(view, k < most) for k, view in enumerate(views)]
     for k, one in enumerate(reader.abreast(lambda task: _look_at(reader, *task), tasks)):
         if one is not None:
             seen.append(one)

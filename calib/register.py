@@ -20,6 +20,7 @@ _LARGEST = 14  # pixels of half window; larger ones are not needed
 _SMALLEST = 6
 _NEAREST = 4  # pixels between a corner and the picture's edge
 _ASTRAY = 10  # pixels by which a corner may be off the place about which a photo was kept
+KEPT_BYTES = 4 * (2 * (_LARGEST + _ASTRAY) + 1) ** 2  # of a photo for each corner
 
 
 @dataclass(frozen=True, slots=True)

@@ -99,6 +99,14 @@ def test_markers_printed_off_their_places_do_not_pull_the_corners():
     assert np.sqrt((miss**2).sum(1).mean()) < 0.05
 
 
+@pytest.mark.parametrize("most", [0, 1_000_000, 40_000_000])
+def test_what_is_kept_of_photos_is_bounded_however_many_corners_a_board_has(reader, monkeypatch, most):
+    monkeypatch.setattr(looking, "_MOST_BYTES", most)
+    kept = [s.around.level.nbytes for s in look(reader, views_of(reader), quiet, "") if s.around is not None]
+    assert sum(kept) <= most
+    assert len(kept) == min(most // (4 * 49**2 * len(board_points(BOARD))), len(POSES))
+
+
 @pytest.mark.parametrize("known", ["nothing", "another place"])
 def test_corners_are_the_same_where_a_photo_is_read_again(known, reader, first, closer):
     off = np.full((len(board_points(BOARD)), 2), 200.0)
