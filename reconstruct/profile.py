@@ -138,35 +138,39 @@ def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TO
     place = np.clip(lobes.flat(), low + step, high - step)
     here, damping = profile.slope(lobes.with_flat(place)), _DAMPING[0]
     for _ in range(STEPS):
-        there = np.clip(place + _step(here, place, low, high, damping), low, high)
-        move = there - place
+        move = _step(here, low - place, high - place, damping)
         expected = -(here.first @ move) - 0.5 * move @ here.second @ move
-        if np.abs(move).max() < tolerance or expected < SETTLED:
-            place = there if expected > 0.0 else place
+        if np.abs(move).max() < tolerance or 0.0 <= expected < SETTLED:
+            place = place + move if expected > 0.0 else place
             break
-        tried = profile.slope(lobes.with_flat(there))
+        tried = profile.slope(lobes.with_flat(place + move)) if expected > 0.0 else here
         if tried.cost < here.cost:
             good = (here.cost - tried.cost) / expected
-            place, here, damping = there, tried, damping * (0.1 if good > 0.25 else 2.0)
+            place, here, damping = place + move, tried, damping * (0.1 if good > 0.25 else 2.0)
         else:
-            damping *= 10.0
+            damping = max(10.0 * damping, _DAMPING[0])
         if damping > _DAMPING[1]:
             break
-    return lobes.with_flat(place)
+    return lobes.with_flat(np.clip(place, low, high))
 
 
-def _step(here: Slope, place: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float) -> np.ndarray:
-    """Toward the least of the quadratic model, damped; shapes at a bound that would pass it stay."""
-    step = np.zeros_like(place)
-    free = ~(((place <= low) & (here.first > 0.0)) | ((place >= high) & (here.first < 0.0)))
-    if not free.any():
-        return step
-    second = here.second[np.ix_(free, free)]
-    diagonal = np.diag(second)
+def _step(here: Slope, down: np.ndarray, up: np.ndarray, damping: float) -> np.ndarray:
+    """Toward the least of the damped quadratic model between ``down`` <= 0 and ``up`` >= 0: a shape that would pass a
+    bound is held there, and the others take their steps anew."""
+    diagonal = np.diag(here.second)
     least = max(1e-6 * diagonal.max(), np.finfo(float).tiny)
-    damped = second + damping * np.diag(np.maximum(diagonal, least))
-    step[free] = -np.linalg.solve(damped, here.first[free])
-    return step * min(1.0, FARTHEST / max(np.abs(step).max(), np.finfo(float).tiny))
+    damped = here.second + damping * np.diag(np.maximum(diagonal, least))
+    step, down, up = np.zeros_like(down), np.maximum(down, -FARTHEST), np.minimum(up, FARTHEST)
+    free = ~(((down >= 0.0) & (here.first > 0.0)) | ((up <= 0.0) & (here.first < 0.0)))
+    while free.any():
+        slope = here.first + damped @ np.where(free, 0.0, step)
+        step[free] = -np.linalg.solve(damped[np.ix_(free, free)], slope[free])
+        within = np.clip(step, down, up)
+        free &= within == step
+        if (within == step).all():
+            break
+        step = within
+    return step
 
 
 def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:

@@ -89,7 +89,16 @@ def test_a_narrow_valley_is_followed_in_few_steps(monkeypatch):
     assert len(visited) < 12  # steps along the gradient took some twenty and more
 
 
-def test_shapes_stay_within_their_bounds():
-    profile = profile_of(COAT, [0.2, 0.001], [[0.05, 0.1]], noise=0.0)  # a coat below the least index
-    found = descend(profile, start_of(COAT, 0.25), 0.15)
-    assert 0.005 <= found.shapes[0][1] < 0.006
+@pytest.mark.parametrize(("shape", "at"), [([0.2, 0.001], 0), ([0.4, 0.4], 1)])
+@pytest.mark.parametrize("start", [0.06, 0.12, 0.25, 0.5])
+def test_a_shape_that_ends_at_its_bound_does_not_hold_up_the_other(shape, at, start):
+    """A coat whose index is below, or above, all that are tried: its roughness is the best at that bound."""
+    profile = profile_of(COAT, shape, [[0.3, 0.2]])
+    found = descend(profile, start_of(COAT, start), 0.15)
+    bound = np.exp(profile.bounds(found)[1, at])
+    assert found.shapes[0][1] == pytest.approx(bound, rel=1e-9)
+    beside = [
+        profile.cost(LobeSet((COAT,), (np.array([found.shapes[0][0] * by, bound]),)))
+        for by in (0.99, 1.0, 1.01)
+    ]
+    assert min(beside) == beside[1]
