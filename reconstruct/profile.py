@@ -179,9 +179,13 @@ def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
 
 
 def _least_roughness(cells: Cells, retro: bool) -> float:
-    """Least roughness of a lobe about the mirror direction, or about the light's own, that ``cells`` can tell."""
-    incident, exit = np.sin(cells.theta_i), np.sin(cells.theta_r)
-    across = 2.0 * incident * exit * np.cos(cells.dphi) * (-1.0 if retro else 1.0)
-    along = np.cos(cells.theta_i) + np.cos(cells.theta_r)
-    slope = np.sqrt(np.maximum(incident**2 + exit**2 + across, 0.0)) / np.maximum(along, 1e-9)
+    """Least roughness of a lobe about the mirror direction, or about the light's own, that ``cells`` can tell: by the
+    slopes that each takes its density at (:mod:`reconstruct.lobes`)."""
+    if retro:
+        across = np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.sin(0.5 * cells.dphi) ** 2
+        slope = np.tan(np.arcsin(np.sqrt(np.sin(0.5 * (cells.theta_i - cells.theta_r)) ** 2 + across)))
+    else:
+        incident, exit = np.sin(cells.theta_i), np.sin(cells.theta_r)
+        aside = (incident - exit) ** 2 + 4.0 * incident * exit * np.cos(0.5 * cells.dphi) ** 2
+        slope = np.sqrt(aside) / np.maximum(np.cos(cells.theta_i) + np.cos(cells.theta_r), 1e-9)
     return float(np.clip(SEEN * slope.min(), ROUGHNESS_BOUNDS[0], MOST_LEAST))

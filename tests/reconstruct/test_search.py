@@ -7,7 +7,7 @@ from reconstruct.basis import Basis
 from reconstruct.cells import Cells
 from reconstruct.microfacet import families, lobe_columns, retro_lobe
 from reconstruct.model import LobeSet
-from reconstruct.profile import SEEN
+from reconstruct.profile import SEEN, Profile
 from reconstruct.robust import independence
 from reconstruct.search import search_lobes, starting_shape
 from reconstruct.select import Prior
@@ -87,3 +87,24 @@ def test_a_peak_that_no_data_come_near_is_not_made_up():
     at_peak = lobes.columns(Cells.of_angles(*np.radians([[40.0], [40.0], [0.0]])))[1].max()
     # masking and the cosines change by less than half between the data and the peak
     assert at_peak < 1.5 * (1.0 + SEEN**-2) ** 2 * lobes.columns(cells)[1].max()
+
+
+@pytest.mark.parametrize("retro", [False, True])
+@pytest.mark.parametrize(("theta", "off"), [(20.0, 30.0), (70.0, 10.0), (75.0, 20.0)])
+def test_the_narrowest_peak_that_may_be_is_the_same_at_any_incidence(retro, theta, off):
+    """Seen by one cell, ``off`` degrees in azimuth beside it: GGX has there (1 + SEEN^-2)^-2 of its peak, over the
+    fourth power of the cosine of the slope."""
+    family = retro_lobe(absolute=True) if retro else families(absolute=False)[0]
+    angle = np.radians([theta])
+    cells = Cells.of_angles(angle, angle, np.radians([off if retro else 180.0 - off]))
+    cells = cells.with_value(np.ones((1, 1)))
+    profile = Profile(cells, np.ones((1, 1)), np.ones((1, 1)), np.zeros((1, 1)))
+    least = np.exp(profile.bounds(start_of(family))[0, 0])
+    peak = Cells.of_angles(angle, angle, np.array([0.0 if retro else np.pi]))
+    lobes = LobeSet((family,), (np.array([least]),))
+    ratio = lobes.columns(peak)[1][0, 0] / lobes.columns(cells)[1][0, 0]
+    aside = np.sin(np.radians(0.5 * off))
+    cosine2 = (
+        1.0 - (np.sin(angle[0]) * aside) ** 2 if retro else 1.0 / (1.0 + (np.tan(angle[0]) * aside) ** 2)
+    )
+    assert ratio == pytest.approx((1.0 + SEEN**-2) ** 2 * cosine2**2, rel=1e-6)
