@@ -37,10 +37,9 @@ def cover_slopes(model: Model, cells: Cells) -> np.ndarray:
 
 def _spread(f0: float) -> float:
     """Standard deviation of the weight's logarithm for a lobe that looks like one of base reflectance ``f0``."""
-    if f0 >= METAL_F0:
-        off = 0.0
-    else:
-        off = np.log(max(f0, 1e-6) / BULK_F0)
+    f0 = max(f0, 1e-6)
+    # to the nearer kind of bulk: what lies far from both is likelier a part of something
+    off = min(abs(np.log(f0 / BULK_F0)), max(float(np.log(METAL_F0 / f0)), 0.0))
     whole = (1.0 - PARTIAL) * _density(off, BULK_SPREAD)
     part = PARTIAL * _density(off, float(np.hypot(BULK_SPREAD, PARTIAL_SPREAD)))
     return PARTIAL_SPREAD * float(np.sqrt(part / (part + whole)))

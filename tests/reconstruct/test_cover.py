@@ -91,3 +91,17 @@ def test_an_index_that_no_bulk_has_is_doubted_more():
 
     assert (doubt(0.02) > 2.0 * doubt(F0)).all() and (doubt(0.1) > 2.0 * doubt(F0)).all()
     np.testing.assert_array_less(doubt(0.02), 0.5)
+
+
+def test_doubt_has_no_step_where_metals_begin():
+    """A metal of base reflectance 0.49 is no more a part of one than that of 0.51."""
+    few = seen(40.0, 1.0)[0].take(np.arange(10))
+    metal = families(absolute=True)[0]
+    lobes = LobeSet((metal,), (np.array([ROUGHNESS]),))
+
+    def doubt(f0: float) -> np.ndarray:
+        model = Model(Basis("isotropic", 0), np.zeros((1, 2)), lobes, np.full((1, 2), f0))
+        return cover_slopes(model, few)[:, 0] / model.evaluate(few)
+
+    np.testing.assert_allclose(doubt(0.49), doubt(0.51), rtol=0.01)
+    assert (doubt(0.15) > 2.0 * doubt(0.51)).all()  # neither a gloss nor a metal
