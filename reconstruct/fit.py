@@ -178,6 +178,8 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
     keep &= np.isfinite(cells.value).all(1)
     if not keep.any():
         raise InputError("table", "no cell with samples is left to fit")
+    for name in np.array(cells.channels)[~cells.value[keep].any(0)]:
+        raise InputError(f"table: channel {name}", "is 0 in every cell; leave it out with --channels")
     if cells.binned and keep.sum() > MOST_CELLS:
         evenly = np.linspace(0, keep.sum(), MOST_CELLS, endpoint=False).astype(int)
         return cells.take(np.flatnonzero(keep)[evenly])

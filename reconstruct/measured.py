@@ -114,7 +114,10 @@ def samples_table(samples: Samples) -> FacetTable:
 
 
 def _relative_variance(value: np.ndarray) -> np.ndarray:
-    floor = _FLOOR * np.median(np.abs(value), axis=0)
+    size = np.abs(value)
+    middle, least = np.median(size, axis=0), np.min(size, axis=0, where=size > 0.0, initial=np.inf)
+    # a table of zeros for the most part, as beside a narrow peak, knows them no better than its least reading
+    floor = np.where(middle > 0.0, _FLOOR * middle, np.where(np.isfinite(least), least, 0.0))
     return np.maximum(value**2, np.maximum(floor**2, np.finfo(float).tiny))
 
 

@@ -40,7 +40,14 @@ def error_model(cells: Cells, stray: np.ndarray | None = None) -> np.ndarray:
 
 def level(cells: Cells) -> np.ndarray:
     """A channel's typical value (c,), 1/sr: what smoothness and floors are measured against."""
-    return np.maximum(np.median(np.abs(cells.value), axis=0), np.finfo(float).tiny)
+    return np.maximum(typical(cells.value), np.finfo(float).tiny)
+
+
+def typical(value: np.ndarray) -> np.ndarray:
+    """Size (c,) of the middle one of ``value`` (n, c); of all, where most are 0, as beside a narrow peak."""
+    size = np.abs(value)
+    middle = np.median(size, axis=0)
+    return np.where(middle > 0.0, middle, size.mean(axis=0))
 
 
 def residual_scale(scaled: np.ndarray) -> float:

@@ -8,12 +8,13 @@ import pytest
 
 from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
 from benchmarks.simulated import Plan, simulate
+from capture.errors import InputError
 from reconstruct.angles import pair_angles
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells, cells_of
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.measured import Samples, read_samples, samples_table
-from reconstruct.microfacet import CORRELATED_SCHLICK
+from reconstruct.microfacet import CORRELATED_SCHLICK, lobe_columns
 from reconstruct.model import LobeSet, Model
 from reconstruct.physics import held_pairs
 from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
@@ -171,10 +172,36 @@ def test_a_goniometer_s_gloss_that_is_no_lobe_of_ours_gets_the_modes_it_needs():
 
 def test_cells_without_a_number_are_refused_in_words():
     table = simulate(make_brdf("lambert"), replace(PLAN, views=4, pixels=300, level=2))
-    from capture.errors import InputError
-
     with pytest.raises(InputError, match="no cell"):
         fit_table(replace(table, value=np.full_like(table.value, np.nan)))
+
+
+def rows_of(value, theta_i, theta_r, phi_r):
+    return samples_table(
+        Samples(theta_i, np.zeros_like(theta_i), theta_r, phi_r, value, None, ("R", "G")[: value.shape[1]])
+    )
+
+
+def test_a_channel_that_is_0_everywhere_is_refused_in_words():
+    angle = np.linspace(0.1, 1.0, 50)
+    value = np.column_stack([np.full(50, 0.2), np.zeros(50)])
+    with pytest.raises(InputError, match=r"channel G.*0 in every cell"):
+        fit_table(rows_of(value, angle, angle, angle))
+
+
+def test_a_narrow_peak_among_zeros_is_fitted():
+    """Readings to two places: beside the peak most are 0, and say no more than that f is below 0.01."""
+    rng = np.random.default_rng(0)
+    theta_i, theta_r = np.radians(rng.uniform(0.0, 70.0, (2, 600)))
+    phi_r = np.pi - np.minimum(np.abs(rng.normal(size=600)), np.pi)
+    metal, shape = CORRELATED_SCHLICK.with_beckmann, np.array([0.05])
+    fixed, column = lobe_columns(metal, shape, theta_i, theta_r, phi_r)
+    value = np.round(fixed[:, None] + 0.8 * column, 2)
+    assert np.median(value) == 0.0
+    found = fit_table(rows_of(value, theta_i, theta_r, phi_r))
+    np.testing.assert_allclose(found.model.lobes.shapes[0], shape, rtol=0.02)
+    # of a metal of base reflectance 0.8, whose least albedo is that
+    assert 0.78 < found.brdf.bihemispherical_albedo()[0] < 0.84
 
 
 def test_a_model_is_evaluated_the_same_by_fit_and_file():
