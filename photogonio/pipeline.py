@@ -115,31 +115,15 @@ def process(
             table = take_channels(reduced.table, options)
             watch.lap("reduce")
             beside, table = told_around(photoset, setup, table, reduced.around)
-            errors = view_errors(setup, table)
-            fit = _fitted(
-                table,
-                options,
-                symmetry,
-                setup.scale,
-                reporter,
-                view_errors=errors,
-                scale_error=_scale_error(setup),
-                lamps=lamp_variances(setup, table),
-                stray=beside.known,
-                doubt=beside.unknown,
-            )
+            fit = _fitted_photos(table, setup, beside, options, symmetry, reporter)
             watch.lap("fit")
             turned = () if last else turned_lights(fit.cells, fit.model, setup)
             if not turned:
                 break
             setup = relit(setup, turned, photoset.white_patches)
             reporter.warn(relit_warning(turned))
-    contradicted = contradicted_photos(fit)
-    for photo in (*reduced.left_out, *contradicted):
-        reporter.warn(f"{photo.name}: left out, {photo.reason}")
-    for warning in spoilt_warnings(beside):
-        reporter.warn(warning)
-    _announce(fit, table, reporter)
+    left_out = (*reduced.left_out, *contradicted_photos(fit))
+    _announce_photos(fit, table, left_out, beside, reporter)
     provenance = _provenance("process", photoset, options, reduced.hashes)
     result = Result(
         name=photoset.name,
@@ -147,7 +131,7 @@ def process(
         table=table,
         fit=fit,
         choices=(level, *fit_choices(fit)),
-        left_out=(*setup.left_out, *reduced.left_out, *contradicted),
+        left_out=(*setup.left_out, *left_out),
         warnings=tuple(reporter.warnings),
         provenance=provenance,
         seconds=watch.seconds,
@@ -359,6 +343,29 @@ def _scale_error(setup: Setup) -> float:
     return float(np.hypot(SCALE_ERROR, own))
 
 
+def _fitted_photos(
+    table: FacetTable,
+    setup: Setup,
+    beside: LightAround,
+    options: Options,
+    symmetry: str,
+    reporter: Reporter,
+) -> FitResult:
+    """The fit of photos' cells, with what calibration is not sure of."""
+    return _fitted(
+        table,
+        options,
+        symmetry,
+        setup.scale,
+        reporter,
+        view_errors=view_errors(setup, table),
+        scale_error=_scale_error(setup),
+        lamps=lamp_variances(setup, table),
+        stray=beside.known,
+        doubt=beside.unknown,
+    )
+
+
 def _fitted(
     table: FacetTable,
     options: Options,
@@ -392,6 +399,20 @@ def _fitted(
     if symmetry not in ("auto", found.brdf.symmetry):
         raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
     return found
+
+
+def _announce_photos(
+    fit: FitResult,
+    table: FacetTable,
+    left_out: Sequence[LeftOut],
+    beside: LightAround,
+    reporter: Reporter,
+) -> None:
+    for photo in left_out:
+        reporter.warn(f"{photo.name}: left out, {photo.reason}")
+    for warning in spoilt_warnings(beside):
+        reporter.warn(warning)
+    _announce(fit, table, reporter)
 
 
 def _announce(found: FitResult, table: FacetTable, reporter: Reporter) -> None:

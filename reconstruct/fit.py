@@ -282,21 +282,7 @@ def _result(
     brdf = brdf_of(len(spread.basis.modes))
     brdf, physics = _physical(brdf, brdf_of, said.error, model, spread, misfit, options.physics)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
-    diagnostics = {
-        "order": chosen.order,
-        "order of best": best.order,
-        "symmetry": verdict.plain(),
-        "lobes": chosen.lobes.name,
-        "prior strength": chosen.prior.strength,
-        "prior decay": chosen.prior.decay,
-        "residual scale": final.scale,
-        "views left out": list(work.discordant),
-        "contradiction": None if np.isnan(work.contradiction) else work.contradiction,
-        "views rescaled": [cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
-        "representation error": said.error.tolist(),
-        "binning error": _binning_error(work),
-        "physics": physics,
-    }
+    diagnostics = _diagnostics(work, final, verdict, chosen, best, said) | {"physics": physics}
     brdf = replace(brdf, fit=diagnostics)
     return FitResult(
         brdf,
@@ -312,6 +298,26 @@ def _result(
         region,
         diagnostics,
     )
+
+
+def _diagnostics(
+    work: Cleaned, final: Fitted, verdict: Verdict, chosen: Candidate, best: Candidate, said: Represented
+) -> dict[str, object]:
+    """What was chosen and found, in plain JSON values."""
+    return {
+        "order": chosen.order,
+        "order of best": best.order,
+        "symmetry": verdict.plain(),
+        "lobes": chosen.lobes.name,
+        "prior strength": chosen.prior.strength,
+        "prior decay": chosen.prior.decay,
+        "residual scale": final.scale,
+        "views left out": list(work.discordant),
+        "contradiction": None if np.isnan(work.contradiction) else work.contradiction,
+        "views rescaled": [work.cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
+        "representation error": said.error.tolist(),
+        "binning error": _binning_error(work),
+    }
 
 
 def _binning_error(work: Cleaned) -> list[float]:
