@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from calib.account import (
@@ -12,7 +14,7 @@ from calib.account import (
     marks,
     sample_in_picture,
 )
-from calib.allowed import NO_FALLOFF, settle_allowing
+from calib.allowed import NO_FALLOFF, Settle, settle_allowing
 from calib.beam import Beam, note_beam
 from calib.beside import Beside, ambient_irradiance, expect, light_beside, note_beside
 from calib.board import Corners
@@ -63,7 +65,8 @@ def calibrate(
     check_camera(photoset, camera, model, boards, sights, notes)
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     sights = usable(photoset, sights, notes)
-    settled, beam, beside, falloff = settled_at_last(photoset, reader, model, camera, boards, sights, tell)
+    settle_for = partial(settled_from, photoset, reader, model, camera, boards, sights, tell)
+    settled, beam, beside, falloff = settled_at_last(photoset, sights, settle_for)
     if falloff is not None and falloff.allowed:
         brighten(sights, falloff)
     views, scale = _views(photoset, reader, settled, sights, falloff, notes)
@@ -92,8 +95,14 @@ def calibrate(
         boards=tuple(_board(settled, *board) for board in boards),
         ambient=ambient,
         falloff=falloff,
-        scale_error=common if beside is None else float(np.hypot(common, beside.doubt)),
+        scale_error=_scale_error(common, beside, notes),
     )
+
+
+def _scale_error(lens: float, beside: Beside | None, notes: Notes) -> float:
+    """Relative error that all strengths share: of lens, room, and patches that are unevenly lit."""
+    room, uneven = 0.0 if beside is None else beside.doubt, notes.residuals.get("uneven_patches_error", 0.0)
+    return float(np.linalg.norm([lens, room, uneven]))
 
 
 def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes: Notes) -> list[Sight]:
@@ -126,22 +135,13 @@ def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]
 
 
 def settled_at_last(
-    photoset: PhotoSet,
-    reader: Reader,
-    model: Model,
-    camera: Camera,
-    boards: list[Posed],
-    sights: list[Sight],
-    tell: Progress,
+    photoset: PhotoSet, sights: list[Sight], settle_for: Settle
 ) -> tuple[Settled, Beam | None, Beside | None, Falloff | None]:
     """Everything settled, once more for each thing that shows by it: a thick sample's shadow, narrow lamps, a lens that
-    darkens its pictures, a room that is not dark; and the last three of these."""
+    darkens its pictures, a room that is not dark; and the last three of these. ``settle_for``: :func:`settled_from`
+    of the set and its ``sights``, for a beam and a falloff."""
     seen = [list(sight.highlights) for sight in sights]
     lens = photoset.radiometry.vignetting == "auto"
-
-    def settle_for(narrow: float, falloff: tuple[float, float]) -> Settled:
-        return settled_from(photoset, reader, model, camera, boards, sights, tell, narrow, falloff)
-
     settled = settle_for(0.0, NO_FALLOFF)
     if isinstance(photoset.sample, Plane) and is_thick(photoset.board, photoset.sample):
         clear_of_slab(photoset.sample, settled, sights)

@@ -180,19 +180,21 @@ def tie(
         if options:
             tied[name] = _combine(options)
     if not tied or (not absolute and _explicit(given)):
-        return _as_told(readings, given, notes), "relative"
+        return _as_told(photoset, readings, given, notes), "relative"
     _note_scale(readings, tied, ratio, notes)
     _fill(readings, tied, given, notes)
     return _equal_lamps(tied, lights, middle, notes), "absolute" if absolute else "relative"
 
 
-def _as_told(readings: dict[str, Reading], given: dict[str, np.ndarray], notes: Notes) -> dict[str, Tied]:
+def _as_told(
+    photoset: PhotoSet, readings: dict[str, Reading], given: dict[str, np.ndarray], notes: Notes
+) -> dict[str, Tied]:
     """Lamps in the proportions that the manifest states, which are equal ones where it states none: more or less, if
-    patches were laid out to measure them and none can be read.
+    patches or a board's paper were there to measure them and cannot be read.
 
     Where paper is read they are all put on its scale, so that what shines beside them can be weighed against them.
     """
-    unread = not _explicit(given) and any(r.patch.problem != _NO_PATCH for r in readings.values())
+    unread = not _explicit(given) and (photoset.board is not None or bool(photoset.white_patches))
     doubt = _UNMEASURED if unread else 0.0
     _note_scale(readings, {}, None, notes)
     if unread:
@@ -254,7 +256,7 @@ def _make_do(readings: dict[str, Reading], notes: Notes) -> None:
     if not rough or any(r.patch.value is not None for r in readings.values()):
         return
     doubt = float(np.median([(one.error / one.value).max() for one in rough.values()]))
-    notes.residuals["scale_error"] = doubt
+    notes.residuals["uneven_patches_error"] = doubt
     notes.warnings.append(
         f"no white patch is evenly lit in any photo: the scale is by {len(rough)} that are not, by {doubt:.0%} in "
         "themselves, and as unsure; keep shadows, reflections and the edge of the lamp's beam off them"

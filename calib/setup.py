@@ -123,7 +123,9 @@ class Setup:
         None  # (c,) irradiance of level ground by light beside the lamps, as strengths have it
     )
     falloff: Falloff | None = None  # None: the manifest says, or no photo does
-    scale_error: float = 0.0  # relative, that all strengths share by what is not known of lens and room
+    scale_error: float = (
+        0.0  # relative, that all strengths share by what is not known of lens, room and patches
+    )
 
 
 def save_setup(setup: Setup, path: str | Path) -> None:

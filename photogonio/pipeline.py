@@ -339,8 +339,7 @@ def _scale_error(setup: Setup) -> float:
     """Relative, of the scale that all photos share."""
     if setup.scale != "absolute":
         return 0.0
-    own = np.hypot(setup.scale_error, setup.residuals.get("scale_error", 0.0))
-    return float(np.hypot(SCALE_ERROR, own))
+    return float(np.hypot(SCALE_ERROR, setup.scale_error))
 
 
 def _fitted_photos(

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.coverage import BOARD
 from calib.camera import Camera
 from calib.irradiance import Reading, _mean, read_view, tie
 from calib.notes import Notes
@@ -333,14 +334,22 @@ def test_without_a_patch_the_scale_is_relative_but_the_proportions_hold():
     np.testing.assert_allclose(ratios, np.broadcast_to(ratios[0], (6, 3)), rtol=1e-9)
 
 
-def test_lamps_of_which_nothing_measures_any_are_equal_more_or_less_and_it_is_said_why():
-    blind = Reading(
-        *(no_strength(p) for p in ("the patch is clipped", "too little lit paper is seen", "no print"))
+@pytest.mark.parametrize("patches, board", [((PATCH,), None), ((), BOARD), ((), None)])
+def test_lamps_that_nothing_read_measures_are_equal_more_or_less_and_that_is_told(patches, board):
+    """As surely as the manifest has it, where nothing was laid out to measure them."""
+    patch = "the patch is clipped" if patches else "the set has no white patch"
+    blind = Reading(*(no_strength(p) for p in (patch, "too little lit paper is seen", "no print")))
+    values, scale, notes = tied(
+        dict.fromkeys(STRENGTHS, blind), replace(SET, white_patches=patches, board=board)
     )
-    values, scale, notes = tied(dict.fromkeys(STRENGTHS, blind))
+    measured = bool(patches or board)
     assert scale == "relative"
-    assert all(0.01 < (one.error / one.value).max() < 0.05 for one in values.values())
-    assert any("clipped" in w for w in notes.warnings) and any("equally strong" in w for w in notes.warnings)
+    for one in values.values():
+        np.testing.assert_array_equal(one.value, 1.0)
+        assert (0.01 < (one.error / one.value).max() < 0.05) == measured
+        assert one.error.any() == measured
+    assert any("equally strong" in w for w in notes.warnings) == measured
+    assert any("clipped" in w for w in notes.warnings) == bool(patches)
 
 
 def test_patches_that_are_unevenly_lit_are_better_than_none():
@@ -351,7 +360,7 @@ def test_patches_that_are_unevenly_lit_are_better_than_none():
     }
     values, scale, notes = tied(dict(uneven))
     assert scale == "absolute" and any("no white patch is evenly lit" in w for w in notes.warnings)
-    assert notes.residuals["scale_error"] == pytest.approx(0.06)
+    assert notes.residuals["uneven_patches_error"] == pytest.approx(0.06)
     for name, true in STRENGTHS.items():
         np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
     wrong = {

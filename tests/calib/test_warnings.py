@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -478,7 +479,9 @@ def test_a_lens_is_found_in_a_lit_room_which_passed_for_a_beam():
         sight.reading = replace(reading, level=level, samples=replace(samples, value=value))
     reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
     settled, beam, beside, falloff = settled_at_last(
-        drawn.photoset, reader, model, camera, boards, sights, quiet
+        drawn.photoset,
+        sights,
+        partial(settled_from, drawn.photoset, reader, model, camera, boards, sights, quiet),
     )
     assert beside.told
     assert falloff.allowed and not beam.told
