@@ -72,23 +72,12 @@ def _fit(tone, clear, bare, scale, flat, level, middle, half, shift):
 @_jit
 def _place(flat, u, v):
     """Board x and y of a pixel's offsets over the half width."""
-    x = (
-        flat[0, 0]
-        + flat[0, 1] * u
-        + flat[0, 2] * v
-        + flat[0, 3] * u * u
-        + flat[0, 4] * u * v
-        + flat[0, 5] * v * v
-    )
-    y = (
-        flat[1, 0]
-        + flat[1, 1] * u
-        + flat[1, 2] * v
-        + flat[1, 3] * u * u
-        + flat[1, 4] * u * v
-        + flat[1, 5] * v * v
-    )
-    return x, y
+    return _quadratic(flat[0], u, v), _quadratic(flat[1], u, v)
+
+
+@_jit
+def _quadratic(of, u, v):
+    return of[0] + of[1] * u + of[2] * v + of[3] * u * u + of[4] * u * v + of[5] * v * v
 
 
 @_jit

@@ -2,9 +2,8 @@
 
 Calibration looks at a photo several times, each time with more known. Decoding costs most of a look; what was decoded
 is mapped into memory again, of which only the parts that are looked at cost anything, as long as the system's own file
-cache holds them. So much is kept as fits in
-half of the memory that is free, which the system may take back at any time; photos beyond that are decoded anew. The
-file has no name: it is gone when the process is, however that ends.
+cache holds them. So much is kept as fits in half of the memory that is free, which the system may take back at any
+time; photos beyond that are decoded anew. The file has no name: it is gone when the process is, however that ends.
 """
 
 from __future__ import annotations

@@ -28,9 +28,8 @@ class Misfit:
     """Relative misfit at the places of the data."""
 
     places: np.ndarray  # (k, 4) of reconstruct.discord.pair_places
-    relative: (
-        np.ndarray
-    )  # (k, c) what the cells near share, and what is not known of them alike, over the model's size
+    # (k, c) what the cells near share, and what is not known of them alike, over the model's size
+    relative: np.ndarray
     floor: np.ndarray  # (c,) least size of the model
 
     def at(self, cells: Cells, predicted: np.ndarray) -> np.ndarray:

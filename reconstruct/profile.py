@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reconstruct.angles import half_difference, unit_vectors
 from reconstruct.cells import Cells
 from reconstruct.microfacet import F0_BOUNDS, ROUGHNESS_BOUNDS, TURN_BOUNDS
 from reconstruct.model import LobeSet
@@ -51,7 +52,7 @@ class Profile:
         """``design`` (n, m) of the modes at ``cells``, ``weight`` (n, c), ``penalty`` (c, m) of their squares."""
         self._cells, self._design, self._weight, self._common = cells, design, weight, common
         self._penalty = penalty
-        self._least = [_least_roughness(cells, retro) for retro in (False, True)]
+        self._least = _least_roughness(cells)
         self._folded = FoldedDesign(design, weight, np.zeros(len(cells), int), common)
         self._factors = Factors(self._folded.modes_gram, penalty)
 
@@ -178,14 +179,10 @@ def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
     return fixed[:, None] + columns @ coefficients
 
 
-def _least_roughness(cells: Cells, retro: bool) -> float:
-    """Least roughness of a lobe about the mirror direction, or about the light's own, that ``cells`` can tell: by the
-    slopes that each takes its density at (:mod:`reconstruct.lobes`)."""
-    if retro:
-        across = np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.sin(0.5 * cells.dphi) ** 2
-        slope = np.tan(np.arcsin(np.sqrt(np.sin(0.5 * (cells.theta_i - cells.theta_r)) ** 2 + across)))
-    else:
-        incident, exit = np.sin(cells.theta_i), np.sin(cells.theta_r)
-        aside = (incident - exit) ** 2 + 4.0 * incident * exit * np.cos(0.5 * cells.dphi) ** 2
-        slope = np.sqrt(aside) / np.maximum(np.cos(cells.theta_i) + np.cos(cells.theta_r), 1e-9)
-    return float(np.clip(SEEN * slope.min(), ROUGHNESS_BOUNDS[0], MOST_LEAST))
+def _least_roughness(cells: Cells) -> tuple[float, float]:
+    """Least roughness of a lobe about the mirror direction, and about the light's own, that ``cells`` can tell: by the
+    slopes that each takes its density at, of the half vector and of half the angle between the directions."""
+    incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    nearest = np.tan([one.min() for one in half_difference(incident, exit)[:2]])
+    mirror, retro = np.clip(SEEN * nearest, ROUGHNESS_BOUNDS[0], MOST_LEAST)
+    return float(mirror), float(retro)
