@@ -74,20 +74,19 @@ def bihemispherical_albedo(
 
 
 def albedo_by_quadrature(value: Callable[..., np.ndarray], theta_i: ArrayLike, finest: float) -> np.ndarray:
-    """(..., c) directional albedo of ``value(theta_i, theta_r, dphi) -> (..., c)``, whatever its form.
+    """(..., c) directional albedo of ``value(theta_i, theta_r, dphi) -> (..., c)``, even in dphi, whatever its form.
 
     ``finest`` (radians) is the width of its narrowest feature, a peak in the mirror or retro-direction or at grazing
     angles: panels of POINTS Gauss points close in on those to a quarter of it.
     """
     theta_i = np.asarray(theta_i, float)
     level = max(2, int(np.ceil(np.log2(4 / finest))))
-    half, share = azimuth_rule(POINTS, level=level)
-    dphi, weight = np.concatenate([half, -half]), np.concatenate([share, share])
+    dphi, weight = azimuth_rule(POINTS, level=level)
     result = np.empty((theta_i.size, value(0.0, 0.0, 0.0).shape[-1]))
     for row, angle in zip(result, theta_i.ravel(), strict=True):
         theta_r, inner = elevation_rule(POINTS, level=level, peak=angle)
         given = value(angle, theta_r[:, None], dphi[None, :])
-        row[:] = np.einsum("r,p,rpc->c", inner * np.cos(theta_r), weight, given, optimize=True)
+        row[:] = np.einsum("r,p,rpc->c", inner * np.cos(theta_r), 2.0 * weight, given, optimize=True)
     return result.reshape(*theta_i.shape, result.shape[1])
 
 
@@ -97,7 +96,8 @@ def albedo_of(
     """(..., c) directional albedo of any callable BRDF on unit vectors; see :func:`albedo_by_quadrature`."""
 
     def value(incident: np.ndarray, exit: np.ndarray, dphi: np.ndarray) -> np.ndarray:
-        return brdf(unit_vectors(incident, phi_i), unit_vectors(exit, phi_i + dphi))
+        sides = (unit_vectors(exit, phi_i + sign * dphi) for sign in (1.0, -1.0))
+        return 0.5 * sum(brdf(unit_vectors(incident, phi_i), side) for side in sides)
 
     return albedo_by_quadrature(value, theta_i, finest)
 
