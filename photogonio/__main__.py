@@ -1,7 +1,5 @@
 """``python -m photogonio``."""
 
-import sys
+from photogonio.cli import program
 
-from photogonio.cli import main
-
-sys.exit(main())
+program()

@@ -77,5 +77,17 @@ def _interrupt(signum: int, frame: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def program() -> NoReturn:
+    """:func:`main` as a program of its own, which ends at once: the system frees a process's memory faster than the
+    interpreter takes its objects apart one by one, a third of a second after photos were processed."""
+    status = main()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:
+        status = status or _FAILED
+    os._exit(status)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    program()
