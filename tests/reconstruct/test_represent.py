@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from reconstruct.angles import pair_angles, unit_vectors
 from reconstruct.basis import Basis
 from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells
@@ -78,6 +79,49 @@ def test_the_stated_error_is_true_and_falls_with_the_order(name):
     assert stated[1] < stated[0]
     # Schlick's formula is off by a few per cent of the lobe, f about 0.3 here: without modes this were 0.01
     assert stated[1] < 2e-3
+
+
+def about_the_peak(roughness, count=40_000, seed=3):
+    """Random pairs below the limit, half of them about the mirror direction as a lobe sends them, and the weights
+    cos_i cos_r over their density."""
+    rng = np.random.default_rng(seed)
+    incident = unit_vectors(np.arccos(rng.uniform(np.cos(JUDGED), 1.0, count)), 0.0)
+    share = rng.uniform(size=count)
+    theta_h = np.arctan(roughness * np.sqrt(share / (1.0 - share)))
+    half = unit_vectors(theta_h, rng.uniform(0.0, 2 * np.pi, count))
+    mirrored = 2.0 * np.sum(incident * half, axis=1, keepdims=True) * half - incident
+    anywhere = unit_vectors(
+        np.arccos(rng.uniform(np.cos(JUDGED), 1.0, count)), rng.uniform(0.0, 2 * np.pi, count)
+    )
+    exit = np.where(rng.uniform(size=(count, 1)) < 0.5, mirrored, anywhere)
+    below = exit[:, 2] > np.cos(JUDGED)
+    incident, exit = incident[below], exit[below]
+    half = incident + exit
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    cos_h, cos_d = half[:, 2], np.sum(incident * half, axis=1)
+    normals = roughness**2 / (np.pi * (cos_h**2 * (roughness**2 - 1.0) + 1.0) ** 2)
+    density = 0.5 * normals * cos_h / (4.0 * cos_d) + 0.5 / (2.0 * np.pi * (1.0 - np.cos(JUDGED)))
+    theta_i, theta_r, dphi = pair_angles(incident, exit)
+    return Cells.of_angles(theta_i, theta_r, np.abs(dphi)), incident[:, 2] * exit[:, 2] / density
+
+
+@pytest.mark.parametrize("roughness", [0.03, 0.07, 0.15])
+def test_a_narrow_peak_is_said_as_well_as_schlicks_formula_can(roughness):
+    """Of Fresnel's reflectance at n = 1.5, up to 80 degrees, the best constant and (1 - cos)^5 leave 9.8 % (weighed as
+    a narrow lobe's square is, by tan theta); a peak between the nodes of a rule left 60 % of the narrowest lobe here,
+    and the stated error did not know."""
+    family = next(f for f in families(absolute=True) if f.name == "correlated-dielectric")
+    shape = np.array([roughness, 0.04])
+    model = Model(Basis("isotropic", 0), np.zeros((1, 1)), LobeSet((family,), (shape,)), np.full((1, 1), 0.3))
+    said = represent(model, 8)
+    cells, weight = about_the_peak(roughness)
+    true = model.evaluate(cells)[:, 0]
+    found = Basis("isotropic", 8).design(cells) @ said.coefficients
+    found = found + sum(lobe.evaluate(cells.theta_i, cells.theta_r, cells.dphi) for lobe in said.lobes)
+    # of the random pairs, the error of both sums is some 2 %
+    rms = np.sqrt(np.sum(weight * (found[:, 0] - true) ** 2) / np.sum(weight))
+    assert said.error[0] == pytest.approx(rms, rel=0.1)
+    assert rms < 0.098 * np.sqrt(np.sum(weight * true**2) / np.sum(weight))
 
 
 @pytest.mark.parametrize(("name", "most"), [("correlated-schlick", 0.01), ("correlated-dielectric", 0.015)])
