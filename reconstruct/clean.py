@@ -134,7 +134,8 @@ def _alone(family: Family) -> LobeSet:
 
 def _without_tails(work: Cleaned, pilots: Sequence[Fitted]) -> list[Fitted]:
     """Pilots of Beckmann's form of the likeliest lobe and, if that is likelier, of the likeliest of the other kind of
-    Fresnel's term: where tails are wrong, which of the kinds with tails does best says little."""
+    Fresnel's term: where tails are wrong, which of the kinds with tails does best says little. Measured rows, which
+    may hold next to nothing but tails, are tried with both."""
     single = sorted((one for one in pilots if len(one.model.lobes.families) == 1), key=lambda one: one.cost)
     tried: list[Fitted] = []
     for one in single:
@@ -144,7 +145,7 @@ def _without_tails(work: Cleaned, pilots: Sequence[Fitted]) -> list[Fitted]:
         ):
             continue
         tried.append(_pilot(work, _alone(family.with_beckmann), None))
-        if tried[0].cost >= single[0].cost:
+        if work.cells.binned and tried[0].cost >= single[0].cost:
             break
     return tried
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from benchmarks.simulated import Plan, simulate
 from reconstruct.basis import Basis
-from reconstruct.cells import cells_of
+from reconstruct.cells import Cells, cells_of
 from reconstruct.clean import clean
+from reconstruct.measured import Samples, samples_table
 from reconstruct.microfacet import CORRELATED_SCHLICK
 from reconstruct.model import LobeSet, Model
 from synthetic.brdf import make_brdf
@@ -89,3 +90,23 @@ def test_the_flank_of_a_clipped_metal_tells_its_roughness():
 def test_cells_that_are_all_but_black_contradict_nothing():
     work = clean(flank_of(0.2, 12.0, 1e-3), np.full(14, 0.003), lobes=1, absolute=True)
     assert work.contradiction < 0.05 and not work.discordant
+
+
+def test_rows_of_next_to_nothing_but_tails_tell_a_gloss_without_any():
+    """A metal of Gaussian slopes seen anywhere, to 1 % and 2e-4 / sr: of lobes with tails the likeliest is one of the
+    wrong kind of Fresnel's term, and that kind without tails is worse; the right one was not tried."""
+    rng = np.random.default_rng(2)
+    theta_i, theta_r = np.arccos(rng.uniform(0.2, 1.0, (2, 900)))
+    dphi = rng.uniform(0.0, 2.0 * np.pi, 900)
+    metal = LobeSet((CORRELATED_SCHLICK.with_beckmann,), (np.array([0.2]),))
+    basis = Basis("isotropic", 0)
+    model = Model(basis, np.zeros((1, 1)), metal, np.full((1, 1), 0.8))
+    true = model.evaluate(Cells.of_angles(theta_i, theta_r, dphi))
+    sigma = np.hypot(0.01 * true, 2e-4)
+    value = true + sigma * rng.standard_normal(true.shape)
+    rows = Samples(theta_i, np.zeros(900), theta_r, dphi, value, sigma, ("Y",))
+    found = clean(cells_of(samples_table(rows)), np.full(1, 0.003), lobes=None, absolute=True).reference
+    family, shape = found.model.lobes.families[0], found.model.lobes.shapes[0]
+    assert (family.distribution, family.fresnel) == ("beckmann", "schlick")
+    # some 60 rows lie within the peak: 1 % of f there is 1 % of the density, half as much of the roughness
+    np.testing.assert_allclose(shape[0], 0.2, rtol=0.005)
