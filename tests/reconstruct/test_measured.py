@@ -9,7 +9,7 @@ import pytest
 
 from capture.errors import InputError
 from reconstruct.angles import pair_angles
-from reconstruct.measured import UNBINNED, read_samples, samples_table
+from reconstruct.measured import UNBINNED, Samples, read_samples, samples_table
 
 SHARED = Path(__file__).parents[2].parent / "shared"
 PTFE = SHARED / "data/nist-ptfe/PTFE.data.csv"
@@ -113,3 +113,23 @@ def test_a_real_table():
     assert samples.value.shape == (1824, 1)
     # sintered PTFE is a near-perfect white diffuser: f is about 1/pi
     assert abs(np.median(samples.value) * np.pi - 1) < 0.1
+
+
+def test_values_below_zero_tell_the_noise_of_rows_without_errors():
+    """A metal's peak, and beside it noise: weighed by its own size alone, noise were as sure as the peak."""
+    rng = np.random.default_rng(4)
+    peak, dark = np.linspace(1.0, 30.0, 100), 2e-4 * rng.standard_normal(900)
+    value = np.concatenate([peak * (1 + 0.01 * rng.standard_normal(100)), dark])[:, None]
+    angle = np.zeros(1000)
+    table = samples_table(Samples(angle, angle, angle, angle, value, None, ("Y",)))
+    relative = np.sqrt(table.variance[:, 0])  # over 1 %, which is taken for the errors of the peak
+    # of 450 values below zero the median is known to 1.25 / sqrt(450) of its own: 3 standard errors and more
+    np.testing.assert_allclose(relative[100:], 2e-4 / 0.01, rtol=0.2)
+    np.testing.assert_allclose(relative[:100], value[:100, 0], rtol=3e-4)
+
+
+def test_a_few_values_below_zero_are_no_noise():
+    value = np.concatenate([np.linspace(0.1, 0.5, 1000), [-0.3] * 4])[:, None]
+    angle = np.zeros(len(value))
+    table = samples_table(Samples(angle, angle, angle, angle, value, None, ("Y",)))
+    np.testing.assert_array_equal(np.sqrt(table.variance), np.abs(value))
