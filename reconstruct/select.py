@@ -143,10 +143,11 @@ def choose(
     """The simplest candidate that predicts as well as the best, and the best.
 
     A lobe must pay: fewer lobes are kept unless more lower the loss by :data:`WORTH_A_LOBE` and by more than its
-    standard error, or, if ``thrifty``, do as well with a share :data:`SAVED` of the modes. Losses that differ by less
-    than ``tolerated`` count as equal: calibration and stray light leave misfits of that size, and a mode bought to
-    follow them goes astray where no photo holds it. Among lobes that predict equally well with as many modes, those
-    are taken that need the modes least: whose loss with the fewest modes tried is least.
+    standard error, or, if ``thrifty``, do as well with a share :data:`SAVED` of the modes, of which fewer lobes would
+    lack as much. Losses that differ by less than ``tolerated`` count as equal: calibration and stray light leave
+    misfits of that size, and a mode bought to follow them goes astray where no photo holds it. Among lobes that
+    predict equally well with as many modes, those are taken that need the modes least: whose loss with the fewest
+    modes tried is least.
     """
     best = min(candidates, key=lambda one: one.loss.mean())
     simple: list[Candidate] = []
@@ -171,8 +172,12 @@ def _pays(
     ):
         return True
     enough = [one for one in more if one.loss.mean() <= least.loss.mean()]
+    if not (thrifty and enough):
+        return False
+    spare = min(enough, key=_modes_of)
     saved = _modes_of(_simplest(fewer, tolerated)[0])
-    return thrifty and bool(enough) and min(map(_modes_of, enough)) <= SAVED * saved
+    lacking = min((one.loss.mean() for one in fewer if one.order <= spare.order), default=np.inf)
+    return _modes_of(spare) <= SAVED * saved and lacking > (1.0 + WORTH_A_LOBE) * spare.loss.mean()
 
 
 def _simplest(candidates: list[Candidate], tolerated: float) -> list[Candidate]:

@@ -84,9 +84,15 @@ def test_a_lobe_must_pay():
 
 
 def test_a_lobe_that_only_saves_modes_is_taken_where_the_data_can_tell_lobes():
-    many, few = one(8, [1.0, 1.1, 0.9]), one(0, [0.9, 1.0, 0.8], 1)
-    assert choose([many, few])[0] is few
-    assert choose([many, few], thrifty=False)[0] is many
+    bare, many, few = one(0, [2.0, 2.1, 1.9]), one(8, [1.0, 1.1, 0.9]), one(0, [0.9, 1.0, 0.8], 1)
+    assert choose([bare, many, few])[0] is few
+    assert choose([bare, many, few], thrifty=False)[0] is many
+
+
+def test_modes_that_gain_next_to_nothing_are_not_saved_by_a_lobe():
+    """What a lobe does as well as many modes, none of them does nearly as well."""
+    bare, many, few = one(0, [1.05, 1.16, 0.95]), one(8, [1.0, 1.1, 0.9]), one(0, [0.95, 1.05, 0.85], 1)
+    assert choose([bare, many, few])[0] is many
 
 
 def test_what_crosses_half_angles_and_differences():
