@@ -37,7 +37,7 @@ def test_photos_that_agree_raise_no_doubt_and_photos_at_odds_do(fit):
     assert any("contradict one another" in line for line in doubts(at_odds))
 
 
-@pytest.mark.parametrize(("most", "told"), [(80.0, True), (150.0, False)])
+@pytest.mark.parametrize(("most", "told"), [(80.0, True), (104.0, True), (150.0, False)])
 def test_a_gloss_that_was_seen_from_above_alone_is_told(most, told):
     """``most`` degrees between light and camera are half as many of incidence on a mirror."""
     many = replace(PLAN, views=40)
