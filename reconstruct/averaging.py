@@ -34,3 +34,15 @@ def believed(
     weight = (share / share.sum(0)).mean(1)
     weight = np.where(weight >= min(LEAST, weight.max()), weight, 0.0)
     return [(one, w / weight.sum()) for one, w in zip(candidates, weight.tolist(), strict=True) if w > 0.0]
+
+
+def rivals_of(
+    chosen: Candidate, candidates: Sequence[Candidate], observations: float
+) -> list[tuple[Candidate, float]]:
+    """The best model of every other set of lobes than that of ``chosen``, with its weight among the best of all."""
+    best: dict[int, Candidate] = {}
+    for one in candidates:
+        before = best.setdefault(id(one.lobes), one)
+        best[id(one.lobes)] = one if one.loss.mean() < before.loss.mean() else before
+    weighed = believed(list(best.values()), observations)
+    return [(one, weight) for one, weight in weighed if one.lobes is not chosen.lobes]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from capture.errors import InputError
-from reconstruct.averaging import believed
+from reconstruct.averaging import believed, rivals_of
 from reconstruct.basis import Basis
 from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells, cells_of
@@ -25,7 +25,7 @@ from reconstruct.region import Region, region_of
 from reconstruct.represent import Represented, represent
 from reconstruct.represent_turning import closely, covariance_of_error, in_file
 from reconstruct.robust import ViewScales, independence, level
-from reconstruct.search import Fitted, common_error, search_lobes
+from reconstruct.search import Fitted, common_error, search_lobes, thinned
 from reconstruct.select import Candidate, choose, crosses, try_all
 from reconstruct.symmetry import Verdict, asked, judge, turning_kinds
 from reconstruct.table import FacetTable
@@ -135,6 +135,7 @@ def fit_table(
         view_errors=work.scales.error,
         scale_error=scale_error,
     )
+    spread = replace(spread, rivals=_rivals(tried, chosen, work, verdict.symmetry))
     return _result(work, final, spread, verdict, chosen, best, options)
 
 
@@ -170,6 +171,29 @@ def _believed(tried: list[Candidate], chosen: Candidate, cells: Cells) -> list[t
     """Models with the chosen lobes that predict as well, with their weights."""
     same = [one for one in tried if one.lobes is chosen.lobes]
     return believed(same, float(independence(cells).sum()))
+
+
+def _rivals(
+    tried: list[Candidate], chosen: Candidate, work: Cleaned, symmetry: str
+) -> tuple[tuple[Model, float], ...]:
+    """Models with other lobes that predict as well, on thinned cells, with their weights."""
+    cells, deviation = thinned(work.cells, work.deviation)
+    return tuple(
+        (
+            search_lobes(
+                cells,
+                deviation,
+                Basis(symmetry, one.order),
+                one.prior,
+                one.lobes,
+                free=0,
+                refine=False,
+                view_errors=work.scales.error,
+            ).model,
+            weight,
+        )
+        for one, weight in rivals_of(chosen, tried, float(independence(work.cells).sum()))
+    )
 
 
 def _usable(cells: Cells, options: FitOptions) -> Cells:

@@ -24,6 +24,7 @@ FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one
 IMMATERIAL = 0.005  # of the loss: a gain of less is not worth a higher order
 WORTH_A_LOBE = 0.25  # of the loss: every lobe must lower it by as much
+FEW_ORDERS = 2  # the last of which has few modes, and more than a Lambertian
 SAVED = 0.2  # of the modes: or make do with as few
 CROSSED = np.radians(3.0)  # spread of the angle of difference at the same half angle
 BLOCK = np.radians(15.0)
@@ -146,8 +147,8 @@ def choose(
     standard error, or, if ``thrifty``, do as well with a share :data:`SAVED` of the modes, of which fewer lobes would
     lack as much. Losses that differ by less than ``tolerated`` count as equal: calibration and stray light leave
     misfits of that size, and a mode bought to follow them goes astray where no photo holds it. Among lobes that
-    predict equally well with as many modes, those are taken that need the modes least: whose loss with the fewest
-    modes tried is least.
+    predict equally well with as many modes, those are taken that need the modes least: whose loss is least with few
+    of them and with as many as help, in the product.
     """
     best = min(candidates, key=lambda one: one.loss.mean())
     simple: list[Candidate] = []
@@ -193,10 +194,15 @@ def _modes_of(candidate: Candidate) -> int:
 
 
 def _alone(candidates: list[Candidate], lobes: LobeSet) -> float:
-    """Least loss of ``lobes`` with the fewest modes tried."""
+    """Least loss of ``lobes`` with the fewest modes tried but one order, times that with any.
+
+    Shapes were found beside modes; with a Lambertian alone the loss is more of what they lack than of the lobes. With
+    any modes it is what the lobes miss for good, where those take up what is theirs as well.
+    """
     same = [one for one in candidates if one.lobes is lobes]
-    fewest = min(one.order for one in same)
-    return min(float(one.loss.mean()) for one in same if one.order == fewest)
+    few = sorted({one.order for one in same})[:FEW_ORDERS][-1]
+    least = [float(one.loss.mean()) for one in same]
+    return min(least) * min(loss for loss, one in zip(least, same, strict=True) if one.order == few)
 
 
 def _as_good(loss: np.ndarray, least: np.ndarray, tolerated: float) -> bool:

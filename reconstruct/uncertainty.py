@@ -44,6 +44,7 @@ class Uncertainty:
     coefficients: int  # lobe coefficients among the parameters
     freedom: float  # degrees of freedom of the covariance
     scale_error: float = 0.0  # relative standard error of everything at once: the white reference's
+    rivals: tuple[tuple[Model, float], ...] = ()  # with other lobes, each with how much it is believed
 
     @property
     def modes(self) -> int:
@@ -67,7 +68,11 @@ class Uncertainty:
         common = np.hstack([self.basis.design(cells), model.lobes.columns(cells)[1]])
         slopes = _shared_slopes(model, cells)
         own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
-        return np.hypot(np.stack(own, axis=1), self.scale_error * np.abs(model.evaluate(cells)))
+        said = model.evaluate(cells)
+        variance = np.stack(own, axis=1) ** 2 + (self.scale_error * said) ** 2
+        for rival, weight in self.rivals:
+            variance += weight * (rival.evaluate(cells) - said) ** 2
+        return np.sqrt(variance)
 
     def half_width(self, error: np.ndarray, level: float = 0.95) -> np.ndarray:
         """Half the width of the interval that holds the truth with probability ``level``, from standard errors."""
