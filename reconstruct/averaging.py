@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from reconstruct.select import Candidate
+from reconstruct.select import IMMATERIAL, Candidate
 
 DRAWS = 400
 LEAST = 0.01  # a smaller weight is dropped
@@ -33,16 +33,28 @@ def believed(
     share = np.exp(total - total.max(0))
     weight = (share / share.sum(0)).mean(1)
     weight = np.where(weight >= min(LEAST, weight.max()), weight, 0.0)
-    return [(one, w / weight.sum()) for one, w in zip(candidates, weight.tolist(), strict=True) if w > 0.0]
+    return [(one, w / float(weight.sum())) for one, w in zip(candidates, weight.tolist(), strict=True) if w > 0.0]
 
 
 def rivals_of(
     chosen: Candidate, candidates: Sequence[Candidate], observations: float
 ) -> list[tuple[Candidate, float]]:
-    """The best model of every other set of lobes than that of ``chosen``, with its weight among the best of all."""
+    """The best model of every other set of lobes than that of ``chosen``, with its weight among the best of all.
+
+    More lobes than the chosen are a rival only if they predict better by what matters: else they are the same with a
+    lobe for which the data have no use, and which may do anything where there are none.
+    """
     best: dict[int, Candidate] = {}
     for one in candidates:
         before = best.setdefault(id(one.lobes), one)
         best[id(one.lobes)] = one if one.loss.mean() < before.loss.mean() else before
-    weighed = believed(list(best.values()), observations)
-    return [(one, weight) for one, weight in weighed if one.lobes is not chosen.lobes]
+    few = [one for one in best.values() if _lobes_of(one) <= _lobes_of(chosen)]
+    least = (1.0 - IMMATERIAL) * min(one.loss.mean() for one in few)
+    more = [one for one in best.values() if _lobes_of(one) > _lobes_of(chosen) and one.loss.mean() < least]
+    return [
+        (one, weight) for one, weight in believed(few + more, observations) if one.lobes is not chosen.lobes
+    ]
+
+
+def _lobes_of(candidate: Candidate) -> int:
+    return len(candidate.lobes.families)
