@@ -29,7 +29,7 @@ from reconstruct.search import Fitted, common_error, search_lobes, thinned
 from reconstruct.select import Candidate, choose, crosses, try_all
 from reconstruct.symmetry import Verdict, asked, judge, turning_kinds
 from reconstruct.table import FacetTable
-from reconstruct.uncertainty import Uncertainty, uncertainty_of
+from reconstruct.uncertainty import Rival, Uncertainty, uncertainty_of
 
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12
@@ -173,27 +173,21 @@ def _believed(tried: list[Candidate], chosen: Candidate, cells: Cells) -> list[t
     return believed(same, float(independence(cells).sum()))
 
 
-def _rivals(
-    tried: list[Candidate], chosen: Candidate, work: Cleaned, symmetry: str
-) -> tuple[tuple[Model, float], ...]:
-    """Models with other lobes that predict as well, on thinned cells, with their weights."""
+def _rivals(tried: list[Candidate], chosen: Candidate, work: Cleaned, symmetry: str) -> tuple[Rival, ...]:
+    """Models with other lobes that predict as well, on thinned cells; those of more lobes than the chosen with how
+    sure they are, which the chosen's own covariance does not tell."""
     cells, deviation = thinned(work.cells, work.deviation)
-    return tuple(
-        (
-            search_lobes(
-                cells,
-                deviation,
-                Basis(symmetry, one.order),
-                one.prior,
-                one.lobes,
-                free=0,
-                refine=False,
-                view_errors=work.scales.error,
-            ).model,
-            weight,
+    errors, rivals = work.scales.error, []
+    for one, weight in rivals_of(chosen, tried, float(independence(work.cells).sum())):
+        basis = Basis(symmetry, one.order)
+        fitted = search_lobes(
+            cells, deviation, basis, one.prior, one.lobes, free=0, refine=False, view_errors=errors
         )
-        for one, weight in rivals_of(chosen, tried, float(independence(work.cells).sum()))
-    )
+        spread = None
+        if len(one.lobes.families) > len(chosen.lobes.families):
+            spread = uncertainty_of(fitted, cells, deviation, [(one, 1.0)], view_errors=errors)
+        rivals.append(Rival(fitted.model, weight, spread))
+    return tuple(rivals)
 
 
 def _usable(cells: Cells, options: FitOptions) -> Cells:

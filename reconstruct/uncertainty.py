@@ -44,7 +44,7 @@ class Uncertainty:
     coefficients: int  # lobe coefficients among the parameters
     freedom: float  # degrees of freedom of the covariance
     scale_error: float = 0.0  # relative standard error of everything at once: the white reference's
-    rivals: tuple[tuple[Model, float], ...] = ()  # with other lobes, each with how much it is believed
+    rivals: tuple[Rival, ...] = ()
 
     @property
     def modes(self) -> int:
@@ -70,8 +70,8 @@ class Uncertainty:
         own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
         said = model.evaluate(cells)
         variance = np.stack(own, axis=1) ** 2 + (self.scale_error * said) ** 2
-        for rival, weight in self.rivals:
-            variance += weight * (rival.evaluate(cells) - said) ** 2
+        for rival in self.rivals:
+            variance += rival.weight * rival.variance(cells, said)
         return np.sqrt(variance)
 
     def half_width(self, error: np.ndarray, level: float = 0.95) -> np.ndarray:
@@ -92,6 +92,22 @@ class Uncertainty:
                 variance[:, c] += np.einsum("rp,pq,rq->r", lobes, cov[rest, rest], lobes)
                 variance[:both, c] += 2.0 * np.einsum("rp,rp->r", lobes[:both], cov[:both, rest])
         return np.hypot(np.sqrt(np.maximum(variance, 0.0)), self.scale_error * np.abs(said.coefficients))
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """A model with other lobes that predicts as well as the one chosen."""
+
+    model: Model
+    weight: float  # how much it is believed
+    spread: Uncertainty | None = None  # its own; None: as that of the chosen
+
+    def variance(self, cells: Cells, said: np.ndarray) -> np.ndarray:
+        """(n, c) of f about what the chosen one has ``said`` at the directions of ``cells``, if this one is right."""
+        departed = (self.model.evaluate(cells) - said) ** 2
+        if self.spread is None:
+            return departed
+        return departed + self.spread.standard_error(self.model, cells) ** 2
 
 
 def uncertainty_of(
