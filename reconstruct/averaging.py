@@ -33,7 +33,9 @@ def believed(
     share = np.exp(total - total.max(0))
     weight = (share / share.sum(0)).mean(1)
     weight = np.where(weight >= min(LEAST, weight.max()), weight, 0.0)
-    return [(one, w / float(weight.sum())) for one, w in zip(candidates, weight.tolist(), strict=True) if w > 0.0]
+    return [
+        (one, w / float(weight.sum())) for one, w in zip(candidates, weight.tolist(), strict=True) if w > 0.0
+    ]
 
 
 def rivals_of(
