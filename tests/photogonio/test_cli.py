@@ -39,6 +39,7 @@ TABLE = "theta_i,phi_i,theta_r,phi_r,R,G\n" + "".join(
     for tr in (0, 20, 40, 60)
     for phi in (0, 60, 120, 180, 240, 300)
 )
+QUICK = ("--order", "2", "--lobes", "none")  # where a test is about manners, not about what is chosen
 
 
 def fails_with_one_line(capsys, arguments) -> str:
@@ -141,7 +142,7 @@ def test_a_table_that_was_left_can_be_fitted_again(capsys, tmp_path, table):
 
 
 def test_quiet_says_nothing_and_plain_says_what_was_chosen(capsys, tmp_path, table):
-    assert main(["fit", str(table), "-o", str(tmp_path / "a"), "--lobes", "none", "--quiet"]) == 0
+    assert main(["fit", str(table), "-o", str(tmp_path / "a"), *QUICK, "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
     assert main(["fit", str(table), "-o", str(tmp_path / "a"), "--lobes", "none"]) == 0
     out = capsys.readouterr().out
@@ -163,7 +164,7 @@ def test_ctrl_c_leaves_nothing(capsys, monkeypatch, tmp_path, table, moment):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(moment, stop)
-    assert main(["fit", str(table), "-o", str(tmp_path / "out"), "--lobes", "none", "--quiet"]) == 130
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 130
     assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv"]
 
 
@@ -172,7 +173,7 @@ def test_a_full_disk_is_status_1_in_one_line(capsys, monkeypatch, tmp_path, tabl
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("photogonio.page.report_html", full)
-    assert main(["fit", str(table), "-o", str(tmp_path / "out"), "--lobes", "none", "--quiet"]) == 1
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 1
     assert capsys.readouterr().err.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv"]
 
@@ -207,7 +208,7 @@ def test_a_signal_in_the_midst_of_writing_leaves_nothing(tmp_path, number):
 
 
 def test_show_and_export_open_again(capsys, tmp_path, table):
-    assert main(["fit", str(table), "-o", str(tmp_path / "out"), "--lobes", "none", "--quiet"]) == 0
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 0
     coefficients = tmp_path / "out/coefficients.json"
     for name, start in (("a.png", b"\x89PNG"), ("a.svg", b"<?xml")):
         numbers = run_json(capsys, "show", coefficients, "-o", tmp_path / name)
