@@ -10,10 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from reconstruct.select import IMMATERIAL, Candidate
+from reconstruct.select import Candidate
 
 DRAWS = 400
 LEAST = 0.01  # a smaller weight is dropped
+NOTABLE = 0.1  # of the loss: more lobes that lower it by less follow what calibration and stray light leave
 
 
 def believed(
@@ -43,15 +44,15 @@ def rivals_of(
 ) -> list[tuple[Candidate, float]]:
     """The best model of every other set of lobes than that of ``chosen``, with its weight among the best of all.
 
-    More lobes than the chosen are a rival only if they predict better by what matters: else they are the same with a
-    lobe for which the data have no use, and which may do anything where there are none.
+    More lobes than the chosen are a rival only if they predict notably better: else they are the same with a lobe for
+    which the data have little use, and which may do anything where there are none.
     """
     best: dict[int, Candidate] = {}
     for one in candidates:
         before = best.setdefault(id(one.lobes), one)
         best[id(one.lobes)] = one if one.loss.mean() < before.loss.mean() else before
     few = [one for one in best.values() if _lobes_of(one) <= _lobes_of(chosen)]
-    least = (1.0 - IMMATERIAL) * min(one.loss.mean() for one in few)
+    least = (1.0 - NOTABLE) * min(one.loss.mean() for one in few)
     more = [one for one in best.values() if _lobes_of(one) > _lobes_of(chosen) and one.loss.mean() < least]
     return [
         (one, weight) for one, weight in believed(few + more, observations) if one.lobes is not chosen.lobes

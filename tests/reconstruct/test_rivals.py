@@ -28,10 +28,11 @@ def test_lobes_that_predict_as_well_share_the_belief_and_those_far_off_have_none
     assert rivals_of(chosen, [chosen, one(OTHER, 2.0)], OBSERVED) == []
 
 
-def test_more_lobes_are_a_rival_only_if_they_predict_better():
+def test_more_lobes_are_a_rival_only_if_they_predict_notably_better():
     chosen = one(COAT, 1.0)
-    assert rivals_of(chosen, [chosen, one(MORE, 1.0)], OBSERVED) == []
-    ((rival, weight),) = rivals_of(chosen, [chosen, one(MORE, 0.9)], OBSERVED)
+    for nearly in (1.0, 0.95):
+        assert rivals_of(chosen, [chosen, one(MORE, nearly)], OBSERVED) == []
+    ((rival, weight),) = rivals_of(chosen, [chosen, one(MORE, 0.85)], OBSERVED)
     assert rival.lobes is MORE and weight > 0.5
 
 
