@@ -175,7 +175,7 @@ def _pays(
     enough = [one for one in more if one.loss.mean() <= least.loss.mean()]
     if not (thrifty and enough):
         return False
-    spare = min(enough, key=_modes_of)
+    spare = min(enough, key=lambda one: (_modes_of(one), one.loss.mean()))
     saved = _modes_of(_simplest(fewer, tolerated)[0])
     lacking = min((one.loss.mean() for one in fewer if one.order <= spare.order), default=np.inf)
     return _modes_of(spare) <= SAVED * saved and lacking > (1.0 + WORTH_A_LOBE) * spare.loss.mean()

@@ -87,6 +87,9 @@ def test_a_lobe_that_only_saves_modes_is_taken_where_the_data_can_tell_lobes():
     bare, many, few = one(0, [2.0, 2.1, 1.9]), one(8, [1.0, 1.1, 0.9]), one(0, [0.9, 1.0, 0.8], 1)
     assert choose([bare, many, few])[0] is few
     assert choose([bare, many, few], thrifty=False)[0] is many
+    # of those with as few modes the best counts, whichever prior was tried first
+    lacking, stiff = one(0, [1.15, 1.26, 1.05]), one(0, [1.0, 1.1, 0.89], 1)
+    assert choose([lacking, many, stiff, few])[0] is few
 
 
 def test_modes_that_gain_next_to_nothing_are_not_saved_by_a_lobe():
