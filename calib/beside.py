@@ -59,8 +59,9 @@ def expect(sights: Sequence[Sight], highlights: Sequence[list[Highlight]], besid
     """Let the shading of all photos reckon with it from the start."""
     start_over(sights, highlights)
     for sight in sights:
-        if sight.reading is not None:
-            sight.reading = replace(sight.reading, beside=(beside.level, beside.error))
+        reading = sight.reading
+        if reading is not None:
+            sight.reading = replace(reading, beside=(beside.level, beside.error))
 
 
 def note_beside(beside: Beside | None, ambient: np.ndarray | None, notes: Notes) -> None:
@@ -84,7 +85,7 @@ def note_beside(beside: Beside | None, ambient: np.ndarray | None, notes: Notes)
 def ambient_irradiance(views: Sequence[ViewSetup], sights: Sequence[Sight]) -> np.ndarray | None:
     """Irradiance (c,) of level ground by that light, in the units of the views' strengths; None if no photo's paper
     was weighed against its lamp."""
-    paper = {s.view.name: s for s in sights if s.reading is not None and s.shading is not None}
+    paper = {s.view.name: s for s in sights if s.has_paper and s.shading is not None}
     found = []
     for view in views:
         sight = paper.get(view.name)

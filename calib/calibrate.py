@@ -32,7 +32,7 @@ from calib.observe import observe
 from calib.patch import patches_box
 from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Falloff, Light, Setup, ViewSetup
-from calib.sight import FIXED_POSE, POSE, Sight, channel_names, hand_over, start_over
+from calib.sight import FIXED_POSE, POSE, Keep, Sight, channel_names, hand_over, in_memory, start_over
 from calib.slab import clear_of_slab, is_thick
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
@@ -48,15 +48,17 @@ def calibrate(
     read_part: ReadPart | None = None,
     read_level: ReadLevel | None = None,
     workers: int = 1,
+    keep: Keep = in_memory,
 ) -> Setup:
     """Camera, poses, lights, sample and irradiance of every sample view.
 
     ``read_part`` reads a region of a view, ``read_level`` its gray levels, at less cost; ``workers`` photos are in
-    memory at once. Views that cannot be used are in ``left_out`` with the reason; InputError if none can.
+    memory at once; ``keep`` sets aside what was read of a view's paper, some megabytes. Views that cannot be used are
+    in ``left_out`` with the reason; InputError if none can.
     ``progress(label, done, total)`` is called after each photo.
     """
     tell = progress or (lambda label, done, total: None)
-    reader, notes = Reader(photoset, read_radiance, read_part, read_level, workers), Notes()
+    reader, notes = Reader(photoset, read_radiance, read_part, read_level, workers, keep), Notes()
     photos = look_at_all(photoset, reader, tell, notes)
     camera, model, photos = find_camera(photoset, reader, photos, tell, notes)
     boards, sights = find_poses(photoset, camera, photos, notes)
@@ -120,7 +122,7 @@ def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes:
 
 def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]:
     """The sights in which a lamp was on and the print is sharp; InputError if that is none of the sample."""
-    unsharp = washed_out({s.view.name: s.reading for s in sights if s.reading is not None and not s.dark})
+    unsharp = washed_out((s.view.name, s.reading) for s in sights if s.has_paper and not s.dark)
     kept = []
     for sight in sights:
         why = "the photo is dark: no light on the board" if sight.dark else unsharp.get(sight.view.name)

@@ -7,6 +7,8 @@ lamp unless the balls contradict one another, or the white patch shows another f
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from calib import shading
@@ -25,12 +27,12 @@ _SQUARES = 6  # evenly lit ones, that tell how sharp the print is
 _MOST = 0.5  # share of the patches that must agree with their lamps, for the others to tell something
 
 
-def washed_out(readings: dict[str, shading.Reading]) -> dict[str, str]:
+def washed_out(readings: Iterable[tuple[str, shading.Reading]]) -> dict[str, str]:
     """Photos whose black print is much brighter beside its white than the others', with the reason.
 
     Both are lit alike, so that no lamp does that: white has spread over black.
     """
-    squares = {name: square_ratios(reading) for name, reading in readings.items()}
+    squares = {name: square_ratios(reading) for name, reading in readings}
     ratios = {name: float(np.median(found)) for name, found in squares.items() if len(found) >= _SQUARES}
     usual = float(np.median(list(ratios.values()))) if ratios else 0.0
     return {

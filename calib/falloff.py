@@ -71,8 +71,9 @@ def fits_closer(settled: Settled, other: Settled) -> bool:
 def brighten(sights: Sequence[Sight], falloff: Falloff) -> None:
     """Let the paper of all sights be as a lens that darkens nothing would show it."""
     for sight in sights:
-        if sight.reading is not None:
-            sight.reading = _brightened(sight.reading, falloff.terms)
+        reading = sight.reading
+        if reading is not None:
+            sight.reading = _brightened(reading, falloff.terms)
 
 
 def _brightened(reading: Reading, terms: np.ndarray) -> Reading:

@@ -60,7 +60,8 @@ def read_view(
     photoset: PhotoSet, image: RadianceImage, settled: Settled, sight: Sight, light: Light
 ) -> Reading:
     """What patch and paper of one view say."""
-    stray = stray_light(settled, sight, light)
+    paper = sight.reading
+    stray = None if paper is None else stray_light(settled, sight, paper, light)
     readings = []
     for patch in photoset.white_patches:
         one = read_patch(image, settled.camera, sight.pose, light, patch, stray)
@@ -68,11 +69,11 @@ def read_view(
     good = [r for r in readings if r.value is not None]
     refused = sorted(readings, key=lambda r: r.rough is None)  # what tells something in spite of it first
     patch = _mean(good) if good else (*refused, no_strength(_NO_PATCH))[0]
-    if sight.reading is None:
+    if paper is None:
         return Reading(patch, no_strength("no paper is seen"), no_strength("no print is seen"))
-    shown = light_shape(sight.reading.samples.points, light, stray)
-    paper = (read_paper(sight.reading, light, stray, white=tone, shown=shown) for tone in (True, False))
-    return Reading(patch, *paper)
+    shown = light_shape(paper.samples.points, light, stray)
+    tones = (read_paper(paper, light, stray, white=tone, shown=shown) for tone in (True, False))
+    return Reading(patch, *tones)
 
 
 def _of_lamp(one: Strength, reflectance: np.ndarray) -> Strength:
@@ -84,15 +85,15 @@ def _of_lamp(one: Strength, reflectance: np.ndarray) -> Strength:
     return Strength(one.value * factor, one.error * factor, one.pull)
 
 
-def stray_light(settled: Settled, sight: Sight, light: Light) -> Stray | None:
-    """The light beside the direct one that shading found in this view."""
-    if settled.scene is None or sight.shading is None or light.kind != "point" or sight.reading is None:
+def stray_light(settled: Settled, sight: Sight, paper: Paper, light: Light) -> Stray | None:
+    """The light beside the direct one that shading found in this view, whose ``paper`` was read."""
+    if settled.scene is None or sight.shading is None or light.kind != "point":
         return None
-    points = sight.reading.samples.points
+    points = paper.samples.points
     toward, falloff = light.toward(points)
     even = float(np.median(np.clip(toward[:, 2], 0, None) * falloff))
     stray = Stray(settled.scene, np.clip(sight.shading[4:7], 0.0, None), even)
-    return replace(stray, amounts=_coloured(stray, sight.reading, light))
+    return replace(stray, amounts=_coloured(stray, paper, light))
 
 
 def _coloured(stray: Stray, reading: Paper, light: Light) -> np.ndarray:

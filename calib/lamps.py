@@ -107,17 +107,18 @@ def start_lamp(
     if given is not None:
         return given
     kind = entry.kind if entry is not None else None
-    reading = next((s for s in sights if s.reading is not None), None)
+    paper = next((s for s in sights if s.has_paper), None)
+    reading = None if paper is None else paper.reading
     attached = entry is not None and entry.attached_to == "camera"
-    seen = [reading or sights[0]] if attached else sights
+    seen = [paper or sights[0]] if attached else sights
     rays = [ray for s in seen for ray in sight_rays(photoset, camera, s)]
     source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
-    if scene is not None and reading is not None and reading.reading is not None and kind != "directional":
+    if scene is not None and paper is not None and reading is not None and kind != "directional":
         diagonal = float(np.hypot(*board_size(photoset.board)))
-        local = first_fit(reading.reading, scene, rays, _middle(photoset), diagonal)
+        local = first_fit(reading, scene, rays, _middle(photoset), diagonal)
         if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or not rays:
-            reading.shading = local
-            place = reading.pose.apply(local[:3]) if attached else local[:3]
+            paper.shading = local
+            place = paper.pose.apply(local[:3]) if attached else local[:3]
             return Lamp(name, entry, "point", place, source if rays else "board")
     if not rays:
         return None

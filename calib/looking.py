@@ -24,6 +24,7 @@ from calib.misprint import judging_photos, misplaced_markers, misprint_warning
 from calib.pattern import Print, draw_print
 from calib.pose import fit_pose
 from calib.register import KEPT_BYTES, Around, refined_corners
+from calib.sight import Keep, in_memory
 from calib.tone import (
     detection_image,
     fine_about,
@@ -65,9 +66,12 @@ class Reader:
         read_part: ReadPart | None = None,
         read_level: ReadLevel | None = None,
         workers: int = 1,
+        keep: Keep = in_memory,
     ):
-        """``read_part`` and ``read_level`` read less of a view at less cost; ``workers`` are looked at side by side."""
+        """``read_part`` and ``read_level`` read less of a view at less cost; ``workers`` are looked at side by side;
+        ``keep`` sets aside what was read of a view's paper."""
         self.photoset = photoset
+        self.keep = keep
         self.failed: dict[str, str] = {}
         self.workers = workers
         self._read, self._read_part, self._read_level = read_radiance, read_part, read_level

@@ -57,8 +57,9 @@ def observe(
         ]
         sight.highlights = of_one_lamp([h for h in found if h is not None], balls)
         if not sight.probe:
-            sight.reading = _paper(photoset, reader, sight, places)
-            sight.dark = sight.reading is not None and is_dark(sight.reading)
+            reading = _paper(photoset, reader, sight, places)
+            sight.dark = reading is not None and is_dark(reading)
+            sight.keep, sight.reading = reader.keep, reading
         box = places.balls if sight.probe else places.sample
         level = (
             reader.level(sight.view, box) if box and not sight.dark and (still or not sight.probe) else None

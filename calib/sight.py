@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +19,13 @@ from capture.photoset import LightEntry, PhotoSet, View
 POSE = "pose "  # begins the names of poses' blocks, the photo's name follows
 FIXED_POSE = "pose fixed"  # the block that all views of a fixed camera share
 
+Recall = Callable[[], Reading]
+Keep = Callable[[Reading], Recall]  # sets a reading aside; what it returns gives it back
+
+
+def in_memory(reading: Reading) -> Recall:
+    return lambda: reading
+
 
 @dataclass(slots=True)
 class Sight:
@@ -34,10 +41,25 @@ class Sight:
     limb: Limb | None = None  # of the sample; of a still camera's photos the first holds all
     edges: Edges | None = None  # of a flat sample
     ball_limbs: dict[int, Limb] = field(default_factory=dict)  # of mirror balls, by number
-    reading: Reading | None = None
     dark: bool = False  # nothing but noise on the paper
     shading: np.ndarray | None = None  # local values of the latest shading fit
     rejected: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))  # pixels of corners left out
+    keep: Keep = in_memory  # where the reading goes: of hundreds of photos they would fill the memory
+    _recall: Recall | None = None
+
+    @property
+    def reading(self) -> Reading | None:
+        """What was read of the paper; each access may bring it in anew."""
+        return None if self._recall is None else self._recall()
+
+    @reading.setter
+    def reading(self, reading: Reading | None) -> None:
+        self._recall = None if reading is None else self.keep(reading)
+
+    @property
+    def has_paper(self) -> bool:
+        """Whether there is a reading."""
+        return self._recall is not None
 
     @property
     def probe(self) -> bool:

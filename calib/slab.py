@@ -37,16 +37,17 @@ def clear_of_slab(sample: Plane, settled: Settled, sights: Sequence[Sight]) -> N
     settled."""
     for sight in sights:
         lamp = settled.lamps.get(sight.light)
-        if sight.reading is None or lamp is None or lamp.kind != "point":
+        reading = sight.reading
+        if reading is None or lamp is None or lamp.kind != "point":
             continue
         place = place_in_world(lamp, settled.values[block_name(lamp.name)], sight.pose)
         if place[2] <= sample.height:
             continue
-        points = sight.reading.samples.points
+        points = reading.samples.points
         thrown = side_light(points, place, sample) / direct(points, place)
         clear = ~shaded(points, place, sample) & (thrown < MOST)
         if clear.sum() >= FEWEST:
-            sight.reading = _cleared(sight.reading, clear, thrown)
+            sight.reading = _cleared(reading, clear, thrown)
 
 
 def shaded(points: np.ndarray, lamp: np.ndarray, sample: Plane) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -57,7 +58,7 @@ def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
     return noise
 
 
-def black_over_white(readings: list[Reading]) -> float:
+def black_over_white(readings: Iterable[Reading]) -> float:
     """Radiance of black print over white, from evenly lit squares that show both; the median over squares and views."""
     ratios = [ratio for reading in readings for ratio in square_ratios(reading)]
     return float(np.clip(np.median(ratios), 1e-3, 0.9)) if ratios else 0.05

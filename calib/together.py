@@ -140,7 +140,7 @@ def _shade(
 
     def fit(sight: Sight) -> tuple[ShadingFit | None, bool]:
         lamp = lamps.get(sight.light)
-        if sight.reading is None or lamp is None or lamp.kind != "point" or lamp.fixed:
+        if not sight.has_paper or lamp is None or lamp.kind != "point" or lamp.fixed:
             return None, False
         pose = block_pose(values[sight.pose_block])
         place = place_in_world(lamp, values[block_name(lamp.name)], pose)
@@ -149,11 +149,12 @@ def _shade(
         if place[2] <= 0:
             return None, False
         start = place if sight.shading is None else np.concatenate([place, sight.shading[3:]])
-        found, other = fit_shading(sight.reading, scene, start, steps), shown.get(sight.view.name)
+        reading = sight.reading
+        found, other = fit_shading(reading, scene, start, steps), shown.get(sight.view.name)
         if other is None or other[2] <= 0 or lamp.attached or not _apart(other, found.place):
             return found, False
-        again = fit_shading(sight.reading, scene, other, max(steps, _STEPS[0]))
-        return (again if fits_better(sight.reading, scene, again, found) else found), True
+        again = fit_shading(reading, scene, other, max(steps, _STEPS[0]))
+        return (again if fits_better(reading, scene, again, found) else found), True
 
     fits, tried = {}, []
     for sight, (found, again) in zip(sights, reader.abreast(fit, sights), strict=True):
@@ -273,7 +274,7 @@ def start_scene(
 ) -> Scene | None:
     """The things on the board as shading sees them, in lamps' light that is ``narrow``; None where no photo shows
     enough paper."""
-    first = next((s for s in sights if s.reading is not None), None)
+    first = next((s for s in sights if s.has_paper), None)
     if first is None or photoset.board is None:
         return None
     size = board_size(photoset.board)
@@ -283,7 +284,7 @@ def start_scene(
         tuple(Ball(np.asarray(b.center, float), float(b.radius)) for b in photoset.mirror_balls),
         None if sample is None else Ball(sample[:3], float(sample[3])),
         float(np.median(given)) if given else _LAMP_SIZE * float(np.hypot(*size)),
-        black_over_white([s.reading for s in sights if s.reading is not None]),
+        black_over_white(s.reading for s in sights if s.has_paper),
         _EDGE_BLUR / scale,
         narrow=narrow,
         aim=_aimed_at(photoset, sample),

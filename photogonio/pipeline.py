@@ -240,11 +240,11 @@ def _calibrated(
     if setup is not None:
         reporter.say("calibrated before, with the same photos, and not again")
     else:
-        setup = _found(photoset, radiance, reporter, workers)
+        setup = _found(photoset, radiance, reporter, workers, scratch)
         if (
             photoset.radiometry.vignetting == "cos4"
         ):  # takes the camera, and changes the white patch's reading
-            setup = _found(photoset, with_vignetting(radiance, setup), reporter, workers)
+            setup = _found(photoset, with_vignetting(radiance, setup), reporter, workers, scratch)
         setup = kept.save(setup)
     radiance = replace(with_vignetting(radiance, setup), decode=scratch.take)
     for note in radiance.notes:
@@ -280,7 +280,9 @@ def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
     return replace(radiance, gain=vignetting(radiance, setup.camera))
 
 
-def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, workers: int) -> Setup:
+def _found(
+    photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, workers: int, scratch: Scratch
+) -> Setup:
     return find_setup(
         photoset,
         lambda _, view: radiance.read(view),
@@ -288,6 +290,7 @@ def _found(photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, wor
         read_part=radiance.read,
         read_level=radiance.read_level,
         workers=min(workers, ABREAST),
+        keep=scratch.put,
     )
 
 

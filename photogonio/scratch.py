@@ -1,4 +1,5 @@
-"""Decoded photos set aside on disk, uncompressed, for the passes that read a photo again.
+"""What memory shall not hold of many photos, set aside on disk: decoded photos, uncompressed, for the passes that read
+a photo again, and what was read of each.
 
 Calibration looks at a photo several times, each time with more known. Decoding costs most of a look; what was decoded
 is mapped into memory again, of which only the parts that are looked at cost anything, as long as the system's own file
@@ -10,16 +11,20 @@ from __future__ import annotations
 
 import mmap
 import os
+import pickle
 import shutil
 import tempfile
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
 
 import numpy as np
 
 from capture.images import Image, read_image
+
+Value = TypeVar("Value")
 
 SHARE = 0.5  # of free memory and of free disk
 # bytes written at a time: for larger ones Linux takes huge pages, which a virtual machine may have to be given first;
@@ -57,6 +62,27 @@ class Scratch:
         """The photo, which is kept if there is room: for those that are read again."""
         return self._latest(path, demosaic, keep=True)
 
+    def put(self, value: Value) -> Callable[[], Value]:
+        """Set ``value`` aside, however little room there is for photos, and return what reads it back, a copy each
+        time. It stays in memory where it cannot be written."""
+        packed = pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+        place = self._room(len(packed), unless_full=False)
+        if place is None or self._file is None:
+            return lambda: value
+        try:
+            _write(self._file.fileno(), packed, place)
+        except OSError:  # the disk is full
+            return lambda: value
+        size = len(packed)
+        del packed
+
+        def recall() -> Value:
+            if self._file is None:
+                raise ValueError("what was set aside is gone")
+            return pickle.loads(os.pread(self._file.fileno(), size, place))
+
+        return recall
+
     def _latest(self, path: Path, demosaic: str, *, keep: bool) -> Image:
         asked = path, demosaic
         if getattr(self._last, "asked", None) != asked:
@@ -78,12 +104,13 @@ class Scratch:
                 self._most = 0  # the disk is full
         return image
 
-    def _room(self, size: int) -> int | None:
+    def _room(self, size: int, *, unless_full: bool = True) -> int | None:
+        """Where ``size`` bytes may be written; None if nowhere."""
         with self._lock:
             place = self._end
-            if self._file is None or place + size > self._most:
+            if self._file is None or (unless_full and place + size > self._most):
                 return None
-            self._end += size
+            self._end += _paged(size)
             return place
 
 
@@ -103,7 +130,7 @@ class _Kept:
                 array = np.ascontiguousarray(array)
                 _write(file, array, place)
                 arrays.append((name, array.dtype, array.shape, place))
-                place += _paged(array)
+                place += _paged(array.nbytes)
         nothing = np.empty((0, 0, 0), image.pixels.dtype)
         return cls(replace(image, pixels=nothing, saturated=None), tuple(arrays))
 
@@ -114,16 +141,16 @@ class _Kept:
 
 def _size(image: Image) -> int:
     """Bytes in the file."""
-    return _paged(image.pixels) + (0 if image.saturated is None else _paged(image.saturated))
+    return _paged(image.pixels.nbytes) + (0 if image.saturated is None else _paged(image.saturated.nbytes))
 
 
-def _paged(array: np.ndarray) -> int:
-    """An array's bytes in whole pages: only at these can a file be mapped."""
-    return -(-array.nbytes // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY
+def _paged(size: int) -> int:
+    """Bytes in whole pages: only at these can a file be mapped."""
+    return -(-size // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY
 
 
-def _write(file: int, array: np.ndarray, place: int) -> None:
-    rest = memoryview(array).cast("B")
+def _write(file: int, content: np.ndarray | bytes, place: int) -> None:
+    rest = memoryview(content).cast("B")
     while rest:
         done = os.pwrite(file, rest[:PIECE], place)
         rest, place = rest[done:], place + done

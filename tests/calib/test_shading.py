@@ -82,7 +82,8 @@ def test_the_room_is_as_bright_as_its_share_of_a_lamp(drawn):
         views.append(ViewSetup(f"v{k}", light, POSE, strength, 0.01 * strength, "white patch"))
         local = np.zeros(9)
         local[6] = 0.5 / (strength[0] * middle)
-        sights.append(SimpleNamespace(view=SimpleNamespace(name=f"v{k}"), reading=reading, shading=local))
+        view = SimpleNamespace(name=f"v{k}")
+        sights.append(SimpleNamespace(view=view, reading=reading, has_paper=True, shading=local))
     np.testing.assert_allclose(ambient_irradiance(views, sights), [0.5, 1.0], rtol=1e-9)
     other = [replace(view, strength_source="intensity") for view in views]
     assert ambient_irradiance(other, sights) is None

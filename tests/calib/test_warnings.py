@@ -321,7 +321,7 @@ def test_a_print_that_is_not_sharp(share, said):
     white = np.median(sharp.level[sharp.samples.white])
     level = np.where(sharp.samples.white, sharp.level, sharp.level + share * white)
     readings["v2"] = replace(sharp, level=level)
-    assert list(washed_out(readings)) == said
+    assert list(washed_out(readings.items())) == said
 
 
 @pytest.mark.parametrize("share", [0.0, 0.06])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,9 +12,10 @@ import pytest
 
 from capture.photoset import MANIFEST
 from photogonio.evaluate import Score, evaluate_scene, rendered
-from photogonio.pipeline import write_result
+from photogonio.pipeline import calibrate, write_result
 from photogonio.progress import Reporter
 from photogonio.score_table import score_table
+from photogonio.scratch import Scratch
 from synthetic.hard import changed
 from synthetic.parts import MarkerScene
 from synthetic.scene import Scene, load_scene
@@ -29,9 +31,13 @@ def small(name: str, lamps: int) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def ball(tmp_path_factory) -> Score:
-    folder = tmp_path_factory.mktemp("sets")
-    return evaluate_scene(small("matte-ball", 8), folder, workers=2, reporter=Reporter(quiet=True))
+def sets(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("sets")
+
+
+@pytest.fixture(scope="module")
+def ball(sets: Path) -> Score:
+    return evaluate_scene(small("matte-ball", 8), sets, workers=2, reporter=Reporter(quiet=True))
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +62,33 @@ def test_the_balls_calibration_is_near_the_truth(ball: Score):
     assert found.light < 0.5  # degrees
     assert found.strength < 0.01
     assert ball.result.left_out == ()
+
+
+def test_the_papers_of_few_photos_are_in_memory_at_once(ball: Score, sets: Path, monkeypatch):
+    """Of 240 photos they were 600 MB. Two threads may each hold the one they read, and the one that they work on."""
+    folder = rendered(small("matte-ball", 8), sets, workers=2, reporter=Reporter(quiet=True))
+    papers, most = [], []
+    put = Scratch.put
+
+    def watched(self, reading):
+        papers.append(weakref.ref(reading.level))
+        recall = put(self, reading)
+
+        def recalled():
+            found = recall()
+            papers.append(weakref.ref(found.level))
+            most.append(sum(paper() is not None for paper in papers))
+            return found
+
+        return recalled
+
+    monkeypatch.setattr(Scratch, "put", watched)
+    monkeypatch.setenv("PHOTOGONIO_CACHE", "")  # as if for the first time
+    found = calibrate(folder, workers=2)
+    assert len(papers) > 8
+    assert max(most) <= 4
+    for view, known in zip(found.views, ball.result.setup.views, strict=True):
+        np.testing.assert_array_equal(view.light.place, known.light.place)
 
 
 def test_loose_markers_are_paper_enough(tmp_path: Path):

@@ -101,3 +101,28 @@ def test_nothing_is_left_on_the_disk(photos, tmp_path, monkeypatch):
     with Scratch(1 << 20) as scratch:
         scratch.keep(photos[0])
         assert list((tmp_path / "here").iterdir()) == []  # nor while it runs: kill -9 leaves nothing
+
+
+def test_what_is_put_aside_comes_back_as_a_copy_however_little_room_photos_have(photos):
+    value = {"name": "s0", "level": np.arange(60_000.0)}
+    with Scratch(PHOTO_BYTES) as scratch:
+        scratch.keep(photos[0])  # all there is for photos
+        recall = scratch.put(value)
+        scratch.keep(photos[1])
+        first = recall()
+        first["level"][:] = 0.0
+        np.testing.assert_array_equal(recall()["level"], value["level"])
+        assert recall()["level"] is not value["level"]
+        np.testing.assert_array_equal(scratch.take(photos[0]).pixels, images.read_image(photos[0]).pixels)
+
+
+def test_what_cannot_be_written_stays_in_memory(monkeypatch):
+    value = {"level": np.arange(5.0)}
+
+    def full(*_):
+        raise OSError("no space left on device")
+
+    with Scratch(1 << 20) as scratch:
+        monkeypatch.setattr(scratches.os, "pwrite", full)
+        assert scratch.put(value)() is value
+    assert Scratch(0).put(value)() is value
