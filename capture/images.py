@@ -30,7 +30,13 @@ FLOATS = {"half", "float", "double"}
 UNCHANGED = cv2.IMREAD_UNCHANGED
 AS_RGB = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
 HEAD = 4096  # bytes at a file's start that tell most files apart
-FULL_SCALE = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0, np.dtype(np.float32): 1.0}
+FULL_SCALE = {
+    np.dtype(np.uint8): 255.0,
+    np.dtype(np.uint16): 65535.0,
+    np.dtype(np.float16): 1.0,
+    np.dtype(np.float32): 1.0,
+}
+EXPONENT = np.uint16(0x7C00)  # of a half float, all ones where it is not finite
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +50,9 @@ class Header:
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """Decoded pixels in the order R, G, B; integers are kept, other numbers become float32."""
+    """Decoded pixels in the order R, G, B; integers and half floats are kept, other numbers become float32."""
 
-    pixels: np.ndarray  # (h, w, c) uint8, uint16 or float32
+    pixels: np.ndarray  # (h, w, c) uint8, uint16, float16 or float32
     full_scale: float  # the pixel value that counts as 1
     channels: tuple[str, ...]
     raw: bool = False  # pixels are above the file's black level, full_scale is its white level above that
@@ -164,16 +170,23 @@ def decode_oiio(path: Path, file: oiio.ImageInput) -> np.ndarray:
     kind = str(file.spec().format)
     if kind not in INTEGERS and kind not in FLOATS:
         raise InputError(path, f"pixels of type {kind}; expected 8 or 16 bit integers, or floats")
-    pixels = file.read_image(kind if kind in INTEGERS else "float")
+    pixels = file.read_image(kind if kind in INTEGERS or kind == "half" else "float")
     if pixels is None:
         raise InputError(path, f"truncated or damaged: {one_line(file.geterror())}")
     return pixels
 
 
 def check_finite(path: Path, pixels: np.ndarray) -> None:
-    if pixels.dtype == np.float32 and not np.isfinite(pixels).all():
+    if pixels.dtype.kind == "f" and not all_finite(pixels):
         y, x, _ = np.argwhere(~np.isfinite(pixels))[0]
         raise InputError(path, f"a pixel is not finite, first at x {x}, y {y}")
+
+
+def all_finite(pixels: np.ndarray) -> bool:
+    if pixels.dtype != np.float16:
+        return bool(np.isfinite(pixels).all())
+    bits = pixels.view(np.uint16) & EXPONENT  # numpy takes half floats one by one
+    return int(bits.max(initial=0)) < EXPONENT
 
 
 def copies(folder: Path, names: Sequence[str]) -> dict[str, str]:

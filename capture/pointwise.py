@@ -31,6 +31,15 @@ def scaled(pixels, top, left, scale, offset, slope, read, step, value, variance)
 
 
 @_jit
+def widened(codes, values, result):
+    """``values`` (65536,) of the bits ``codes`` of half floats, to ``result``, float32; (h, w, c) both."""
+    for y in range(len(codes)):
+        bits, row = codes[y].reshape(-1), result[y].reshape(-1)
+        for x in range(np.uint64(len(bits))):
+            row[x] = values[bits[x]]
+
+
+@_jit
 def full(pixels, clip, result):
     """Marks the pixels (h, w) some channel of which, of (h, w, c), is at or above ``clip``; most rows have none."""
     for y in range(len(pixels)):

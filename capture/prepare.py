@@ -21,7 +21,7 @@ from capture.photoset import MANIFEST, PhotoSet, View
 from capture.radiance import RadianceImage
 from capture.reader import RadianceReader
 from capture.response import Series, recover_response
-from capture.signal import Region, Sensor, grown, linear_signal, saturated
+from capture.signal import Region, Sensor, grown, linear_signal, saturated, widened
 
 LOOKED_AT = 4  # photos, for noise and clipping
 AT_ONCE = 2  # of them are decoded, which releases the interpreter
@@ -132,14 +132,14 @@ def look(photoset: PhotoSet, decode: Callable[..., Image] = read_image) -> list[
 
 
 def bands(image: Image) -> Image:
-    """A large photo thinned out to evenly spaced bands of rows."""
+    """A large photo thinned out to evenly spaced bands of rows, half floats widened."""
     height, width = image.pixels.shape[:2]
     step = max(1, round(height * width / LOOKED_AT_PIXELS))
     rows = np.arange(height)[(np.arange(height) // BAND) % step == 0]
     if len(rows) == height:
-        return image
+        return replace(image, pixels=widened(image.pixels))
     full = None if image.saturated is None else image.saturated[rows]
-    return replace(image, pixels=image.pixels[rows], saturated=full)
+    return replace(image, pixels=widened(image.pixels[rows]), saturated=full)
 
 
 def sensor_of(photoset: PhotoSet, images: Sequence[Image], encoding: Encoding) -> Sensor:

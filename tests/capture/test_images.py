@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 
 import cv2
@@ -47,7 +48,8 @@ def test_openexr(tmp_path, files, kind, step):
     written = np.random.default_rng(0).uniform(-0.1, 40, (*SHAPE, 3)).astype(np.float32)
     files["oiio"](tmp_path / "a.exr", written, kind)
     image = read_image(tmp_path / "a.exr")
-    assert image.pixels.dtype == np.float32 and image.full_scale == 1.0 and image.channels == ("R", "G", "B")
+    assert image.pixels.dtype == (np.float16 if kind == "half" else np.float32)
+    assert image.full_scale == 1.0 and image.channels == ("R", "G", "B")
     assert np.abs(image.pixels - written).max() <= step * np.abs(written).max()
 
 
@@ -133,9 +135,9 @@ def test_a_missing_file_is_refused(tmp_path):
 
 def test_pixels_that_are_not_finite_are_refused_with_their_place(tmp_path, files):
     pixels = np.ones((*SHAPE, 3), np.float32)
-    for value in (np.nan, np.inf):
+    for value, kind in itertools.product((np.nan, np.inf, -np.inf), ("float", "half")):
         pixels[7, 5, 1] = value
-        files["oiio"](tmp_path / "a.exr", pixels, "float")
+        files["oiio"](tmp_path / "a.exr", pixels, kind)
         with pytest.raises(InputError, match="not finite, first at x 5, y 7"):
             read_image(tmp_path / "a.exr")
 

@@ -29,11 +29,11 @@ def light() -> np.ndarray:
 def make(tmp_path, files):
     """Writes a set of (name, role, codes or pixels, further keys) and prepares its reader."""
 
-    def build(photos, extra="", full=65535, camera=None):
+    def build(photos, extra="", full=65535, camera=None, kind="float"):
         entries = []
         for name, role, signal, keys in photos:
             if name.endswith("exr"):
-                files["oiio"](tmp_path / name, signal.astype(np.float32), "float")
+                files["oiio"](tmp_path / name, signal.astype(np.float32), kind)
             elif signal is not None:
                 codes = np.round(np.clip(signal, 0, 1) * full)
                 files["png"](tmp_path / name, codes.astype(np.uint16 if full > 255 else np.uint8))
@@ -67,6 +67,30 @@ def test_encodings_are_undone(make, light, encoding, encode, name):
     photoset, reader = make([(name, "sample", encode(light), {})], f"[radiometry]\n{encoding}")
     # the steepest slope of these curves, at the top, is their exponent
     assert np.abs(value(photoset, reader) - light).max() < 3 * STEP16
+
+
+@pytest.mark.parametrize("encoding", ["linear", "srgb"])
+def test_half_floats_read_as_the_same_numbers_in_full(make, light, encoding):
+    """Whole, in parts, at single pixels, as gray levels; with an ambient photo, and a pile of full pixels."""
+    held = np.float16(np.minimum(1.3 * light, 0.6) * np.linspace(0.9, 1.1, SHAPE[1])[:, None])
+    held[10:20, 60:] = 1.0
+    photos = [
+        ("a.exr", "sample", held, {}),
+        ("b.exr", "sample", held, {}),
+        ("c.exr", "ambient", held / 16, {}),
+    ]
+    places = np.array([[10, 12], [40, 30], [61, 20]])
+    found = []
+    for kind in ("half", "float"):
+        photoset, reader = make(photos, f'[radiometry]\nencoding = "{encoding}"', kind=kind)
+        (view, _), (x0, y0, x1, y1) = photoset.views("sample"), (13, 8, 70, 50)
+        whole, part = reader.read(view), reader.read(view, (x0, y0, x1, y1))
+        assert whole.saturated[10:20, 60:].all() and not whole.saturated[:9].any()
+        np.testing.assert_array_equal(part.value, whole.value[y0:y1, x0:x1])
+        level = (*reader.read_level(view), *reader.read_level(view, (x0, y0, x1, y1)))
+        found.append((whole.value, whole.variance, whole.valid, *level, *reader.read_at(view, places)))
+    for half, full in zip(*found, strict=True):
+        np.testing.assert_array_equal(half, full)
 
 
 def test_single_pixels_read_as_in_the_whole_photo(make, light):
