@@ -26,7 +26,7 @@ from calib.falloff import brighten, brightened_image, doubted, note_falloff
 from calib.ghosts import ghost_warnings
 from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
-from calib.looking import Progress, Reader, ReadLevel, ReadPart, ReadRadiance
+from calib.looking import Looks, Progress, Reader, ReadLevel, ReadPart, ReadRadiance
 from calib.notes import Notes
 from calib.observe import observe
 from calib.patch import patches_box
@@ -49,16 +49,17 @@ def calibrate(
     read_level: ReadLevel | None = None,
     workers: int = 1,
     keep: Keep = in_memory,
+    looks: Looks | None = None,
 ) -> Setup:
     """Camera, poses, lights, sample and irradiance of every sample view.
 
     ``read_part`` reads a region of a view, ``read_level`` its gray levels, at less cost; ``workers`` photos are in
-    memory at once; ``keep`` sets aside what was read of a view's paper, some megabytes. Views that cannot be used are
-    in ``left_out`` with the reason; InputError if none can.
+    memory at once; ``keep`` sets aside what was read of a view's paper, some megabytes; ``looks`` keeps what a first
+    look at each view found. Views that cannot be used are in ``left_out`` with the reason; InputError if none can.
     ``progress(label, done, total)`` is called after each photo.
     """
     tell = progress or (lambda label, done, total: None)
-    reader, notes = Reader(photoset, read_radiance, read_part, read_level, workers, keep), Notes()
+    reader, notes = Reader(photoset, read_radiance, read_part, read_level, workers, keep, looks), Notes()
     photos = look_at_all(photoset, reader, tell, notes)
     camera, model, photos = find_camera(photoset, reader, photos, tell, notes)
     boards, sights = find_poses(photoset, camera, photos, notes)

@@ -6,6 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from threading import Lock
+from typing import Protocol
 
 import numpy as np
 
@@ -67,11 +68,12 @@ class Reader:
         read_level: ReadLevel | None = None,
         workers: int = 1,
         keep: Keep = in_memory,
+        looks: Looks | None = None,
     ):
         """``read_part`` and ``read_level`` read less of a view at less cost; ``workers`` are looked at side by side;
-        ``keep`` sets aside what was read of a view's paper."""
+        ``keep`` sets aside what was read of a view's paper; ``looks`` are those of an earlier run."""
         self.photoset = photoset
-        self.keep = keep
+        self.keep, self.looks = keep, looks
         self.failed: dict[str, str] = {}
         self.workers = workers
         self._read, self._read_part, self._read_level = read_radiance, read_part, read_level
@@ -160,16 +162,38 @@ class Seen:
     around: Around | None = None  # the photo about all corners, until they are placed for good
 
 
+class Looks(Protocol):
+    """First looks that were kept; see :func:`look`."""
+
+    def get(self, view: View, *, around: bool) -> Seen | None:
+        """What was found in a view, with pixels about the corners or without; None if it is not at hand."""
+
+    def put(self, seen: Seen, *, around: bool) -> None:
+        """Keep what was found."""
+
+
 def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str) -> list[Seen]:
     """Find the board in each view that can be read."""
     seen = []
     board = reader.photoset.board
     most = 0 if board is None else min(_KEPT, _MOST_BYTES // (KEPT_BYTES * len(board_points(board))))
     tasks = [(view, k < most) for k, view in enumerate(views)]
-    for k, one in enumerate(reader.abreast(lambda task: _look_at(reader, *task), tasks)):
+    for k, one in enumerate(reader.abreast(lambda task: _once_looked_at(reader, *task), tasks)):
         if one is not None:
             seen.append(one)
         progress(label, k + 1, len(views))
+    return seen
+
+
+def _once_looked_at(reader: Reader, view: View, keep: bool) -> Seen | None:
+    looks = reader.looks
+    if looks is None:
+        return _look_at(reader, view, keep)
+    seen = looks.get(view, around=keep)
+    if seen is None:
+        seen = _look_at(reader, view, keep)
+        if seen is not None:
+            looks.put(seen, around=keep)
     return seen
 
 

@@ -22,6 +22,7 @@ from capture.prepare import prepare, vignetting
 from capture.reader import RadianceReader
 from photogonio import page
 from photogonio.colours import correction_note, find_correction, in_colours, require_mixable
+from photogonio.looks import KeptLooks
 from photogonio.marked_photos import pictures_folder, save_pictures
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
 from photogonio.outputs import staged_file, staged_folder
@@ -240,11 +241,11 @@ def _calibrated(
     if setup is not None:
         reporter.say("calibrated before, with the same photos, and not again")
     else:
-        setup = _found(photoset, radiance, reporter, workers, scratch)
+        setup = _found(radiance, kept, reporter, workers, scratch)
         if (
             photoset.radiometry.vignetting == "cos4"
         ):  # takes the camera, and changes the white patch's reading
-            setup = _found(photoset, with_vignetting(radiance, setup), reporter, workers, scratch)
+            setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch)
         setup = kept.save(setup)
     radiance = replace(with_vignetting(radiance, setup), decode=scratch.take)
     for note in radiance.notes:
@@ -281,16 +282,17 @@ def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
 
 
 def _found(
-    photoset: PhotoSet, radiance: RadianceReader, reporter: Reporter, workers: int, scratch: Scratch
+    radiance: RadianceReader, kept: KeptSetup, reporter: Reporter, workers: int, scratch: Scratch
 ) -> Setup:
     return find_setup(
-        photoset,
+        radiance.photoset,
         lambda _, view: radiance.read(view),
         reporter.progress,
         read_part=radiance.read,
         read_level=radiance.read_level,
         workers=min(workers, ABREAST),
         keep=scratch.put,
+        looks=None if kept.store is None else KeptLooks(kept.store, radiance, kept.hashes),
     )
 
 

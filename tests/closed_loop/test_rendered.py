@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import shutil
+import tomllib
 import weakref
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 
+from calib import looking
 from capture.photoset import MANIFEST
 from photogonio.evaluate import Score, evaluate_scene, rendered
 from photogonio.pipeline import calibrate, write_result
@@ -89,6 +93,30 @@ def test_the_papers_of_few_photos_are_in_memory_at_once(ball: Score, sets: Path,
     assert max(most) <= 4
     for view, known in zip(found.views, ball.result.setup.views, strict=True):
         np.testing.assert_array_equal(view.light.place, known.light.place)
+
+
+def test_of_a_set_with_one_more_photo_only_that_is_looked_at(ball: Score, sets: Path, tmp_path, monkeypatch):
+    """And what is found is, to the bit, what is found from nothing."""
+    folder = rendered(small("matte-ball", 8), sets, workers=2, reporter=Reporter(quiet=True))
+    shutil.copytree(folder, tmp_path / "set")
+    manifest = tomllib.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    last = next(photo for photo in reversed(manifest["photo"]) if photo["role"] == "sample")
+    fewer = manifest | {"photo": [photo for photo in manifest["photo"] if photo is not last]}
+    looked_at, look_at = [], looking._look_at
+    monkeypatch.setattr(
+        looking,
+        "_look_at",
+        lambda reader, view, keep: looked_at.append(view.name) or look_at(reader, view, keep),
+    )
+    monkeypatch.setenv("PHOTOGONIO_CACHE", str(tmp_path / "kept"))
+    for photos in (fewer, manifest):
+        looked_at.clear()
+        (tmp_path / "set" / MANIFEST).write_text(tomli_w.dumps(photos), encoding="utf-8")
+        found = calibrate(tmp_path / "set", workers=2)
+    assert looked_at == [last["file"]]
+    for view, known in zip(found.views, ball.result.setup.views, strict=True):
+        np.testing.assert_array_equal(view.light.place, known.light.place)
+        np.testing.assert_array_equal(view.strength, known.strength)
 
 
 def test_loose_markers_are_paper_enough(tmp_path: Path):
