@@ -66,10 +66,11 @@ def settle(
     scale, beam = 1.0, scene is not None and scene.narrow != 0.0
     lens = scene is not None and any(scene.falloff)
     asked: dict[str, np.ndarray] = {}  # where views' fits were last tried from besides
+    first = {sight.view.name: tuple(sight.highlights) for sight in sights}
     for round_, steps in enumerate(_STEPS):
         fits: dict[str, ShadingFit] = {}
         if scene is not None:
-            shown = _by_highlights(photoset, model.camera(values["camera"]), values, sights)
+            shown = _by_highlights(photoset, model.camera(values["camera"]), values, sights, first)
             new = {k: v for k, v in shown.items() if k not in asked or _apart(v, asked[k])}
             fits, tried = _shade(reader, sights, values, lamps, scene, steps, new)
             asked |= {name: shown[name] for name in tried}
@@ -109,15 +110,21 @@ def _as_taken(scene: Scene, beam: bool, lens: bool) -> Scene:
 
 
 def _by_highlights(
-    photoset: PhotoSet, camera: Camera, values: Values, sights: list[Sight]
+    photoset: PhotoSet,
+    camera: Camera,
+    values: Values,
+    sights: list[Sight],
+    first: dict[str, tuple[Highlight, ...]],
 ) -> dict[str, np.ndarray]:
-    """Places (3,) of the lamps by view, where the mirror balls as they now stand tell by themselves."""
+    """Places (3,) of the lamps by view, where the mirror balls as they now stand tell by themselves: by the highlights
+    seen at ``first`` where they were dropped since, which a lamp that went astray does to the right ones."""
     blocks = [values[f"ball {k}"] for k in range(len(photoset.mirror_balls))]
     now = replace(photoset, mirror_balls=tuple(MirrorBall(b[:3], float(b[3])) for b in blocks))
     found = {}
     for sight in sights:
-        rays = sight_rays(now, camera, sight)
-        if len({h.ball for h in sight.highlights}) > 1 and len(rays) > 1:
+        seen = max(sight.highlights, first[sight.view.name], key=lambda one: len({h.ball for h in one}))
+        rays = sight_rays(now, camera, replace(sight, highlights=list(seen)))
+        if len({h.ball for h in seen}) > 1 and len(rays) > 1:
             found[sight.view.name] = meet(rays, "point", 1.0).place
     return found
 
