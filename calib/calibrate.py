@@ -27,13 +27,15 @@ from calib.ghosts import ghost_warnings
 from calib.irradiance import Reading, read_view, tie
 from calib.lamps import block_name, place_in_world, start_lamps
 from calib.looking import Looks, Progress, Reader, ReadLevel, ReadPart, ReadRadiance
-from calib.notes import Notes
+from calib.notes import Notes, listed
 from calib.observe import observe
 from calib.patch import patches_box
 from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Falloff, Light, Setup, ViewSetup
+from calib.sheen import shining, white_alone
 from calib.sight import FIXED_POSE, POSE, Keep, Sight, channel_names, hand_over, in_memory, start_over
 from calib.slab import clear_of_slab, is_thick
+from calib.starts import square_ratios
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
@@ -122,8 +124,13 @@ def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes:
 
 
 def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]:
-    """The sights in which a lamp was on and the print is sharp; InputError if that is none of the sample."""
-    unsharp = washed_out((s.view.name, s.reading) for s in sights if s.has_paper and not s.dark)
+    """The sights in which a lamp was on and the print is sharp, of a print that shines its white alone; InputError if
+    that is none of the sample."""
+    shares = {s.view.name: square_ratios(s.reading) for s in sights if s.has_paper and not s.dark}
+    shiny = shining(shares)
+    unsharp = washed_out(shares, shining=bool(shiny))
+    if shiny:
+        _leave_black(sights, shiny, notes)
     kept = []
     for sight in sights:
         why = "the photo is dark: no light on the board" if sight.dark else unsharp.get(sight.view.name)
@@ -181,6 +188,19 @@ def settled_from(
     wanted = {name: members for name, members in groups.items() if any(not s.probe for s in members)}
     lamps = start_lamps(photoset, camera, wanted, scene, tell, reader.workers)
     return settle(photoset, reader, model, camera, boards, sights, lamps, scene, sample, tell)
+
+
+def _leave_black(sights: list[Sight], shiny: list[str], notes: Notes) -> None:
+    """Read the paper's white alone, in all photos: what black shows of the lamp differs from each to each."""
+    for sight in sights:
+        reading = sight.reading
+        if reading is not None:
+            sight.reading = white_alone(reading)
+    notes.residuals["shining_print"] = shiny
+    notes.warnings.append(
+        f"the black print is no even share of the white beside it, in {len(shiny)} photos ({listed(shiny)}): it "
+        "shines, or light spreads in the lens. Only the white is read; print on matte paper, without toner"
+    )
 
 
 def _with_lamp(settled: Settled, sights: list[Sight], notes: Notes) -> list[Sight]:

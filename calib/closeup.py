@@ -7,7 +7,7 @@ and so is its shadow.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from statistics import NormalDist
 
 import numpy as np
@@ -42,6 +42,10 @@ class Close:
     spread: np.ndarray  # (n, 3) likewise
     uneven: np.ndarray  # (n,) how much the print varies within a pixel's blur, relative
     aside: np.ndarray | None = None  # (n,) likewise
+
+    def keep(self, mask: np.ndarray) -> Close:
+        parts = ((one.name, getattr(self, one.name)) for one in fields(self))
+        return Close(**{name: None if part is None else part[mask] for name, part in parts})
 
 
 @dataclass(frozen=True, slots=True)

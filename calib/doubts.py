@@ -7,33 +7,35 @@ lamp unless the balls contradict one another, or the white patch shows another f
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 import numpy as np
 
-from calib import shading
 from calib.irradiance import Reading
 from calib.lamps import expected_pixel
 from calib.patch import UNEVEN
 from calib.sight import Sight
-from calib.starts import square_ratios
+from calib.starts import Shares
 from calib.together import Settled
 
 _FARTHEST = 1.5  # pixels by which highlights of one lamp may miss
 _WILD = 6.0  # and in their standard errors
 _WASHED = 1.5  # times the other photos' black over white, and
 _WASHED_BY = 0.02  # so much more, is black with white in it
+_DARKEST = 0.1  # share of a photo's squares that show a glossy print's lamp least
 _SQUARES = 6  # evenly lit ones, that tell how sharp the print is
 _MOST = 0.5  # share of the patches that must agree with their lamps, for the others to tell something
 
 
-def washed_out(readings: Iterable[tuple[str, shading.Reading]]) -> dict[str, str]:
-    """Photos whose black print is much brighter beside its white than the others', with the reason.
+def washed_out(shares: Mapping[str, Shares], *, shining: bool = False) -> dict[str, str]:
+    """Photos whose black print is much brighter beside its white than the others', by the ``shares`` of their squares,
+    with the reason.
 
-    Both are lit alike, so that no lamp does that: white has spread over black.
+    Both are lit alike, so that no lamp does that: white has spread over black. Of a ``shining`` print the darkest
+    squares are compared, which show the lamp least: what is not sharp brightens all.
     """
-    squares = {name: square_ratios(reading) for name, reading in readings}
-    ratios = {name: float(np.median(found)) for name, found in squares.items() if len(found) >= _SQUARES}
+    part = _DARKEST if shining else 0.5
+    ratios = {name: float(np.quantile(r, part)) for name, (r, *_) in shares.items() if len(r) >= _SQUARES}
     usual = float(np.median(list(ratios.values()))) if ratios else 0.0
     return {
         name: f"its print is not sharp: black is {ratio:.2f} of white, in the other photos {usual:.2f}; out of"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.bounce import diffuse_bounce
-from calib.notes import Notes
+from calib.notes import Notes, listed
 from calib.patch import Stray, Strength, light_shape, no_strength, read_paper, read_patch
 from calib.setup import Light
 from calib.shading import Reading as Paper
@@ -35,7 +35,6 @@ _MOSTLY = 0.75  # of the photos: a patch that is too dark in as many lies in no 
 _NO_PATCH = "the set has no white patch"
 _SEEN = 0.999  # share of the lamp that a place must see
 _FEW_SAMPLES = 300
-_NAMED = 4  # photos named in a warning
 
 
 @dataclass(frozen=True, slots=True)
@@ -436,7 +435,6 @@ def _tell_problems(problems: dict[str, str], total: int, notes: Notes) -> None:
     """One warning for each reason why a patch was not used; those not believed have theirs."""
     for why in sorted({p for p in problems.values() if not p.startswith(_REFUSED)}):
         names = [n for n, p in problems.items() if p == why]
-        listed = ", ".join(names[:_NAMED]) + (", ..." if len(names) > _NAMED else "")
         if why == _DARKER and len(names) >= max(_MOSTLY * total, _FEW):
             why = "white patches contradict one another, and the brightest for its reflectance is believed: check them"
-        notes.warnings.append(f"{why}, in {len(names)} of {total} photos ({listed})")
+        notes.warnings.append(f"{why}, in {len(names)} of {total} photos ({listed(names)})")

@@ -28,7 +28,10 @@ _BRIGHT = (
 )
 _UNKNOWN_NOISE = 0.01  # relative, where too little is seen to tell
 _EVEN = 0.7  # of a square's bright white, that its dark white is where no shadow's edge crosses it
+_OF_MEDIAN = 1.2533  # standard error of a median over that of a mean
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
+
+Shares = tuple[np.ndarray, np.ndarray]  # of :func:`square_ratios`
 
 
 def thinned(reading: Reading, count: int) -> Reading:
@@ -60,22 +63,26 @@ def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
 
 def black_over_white(readings: Iterable[Reading]) -> float:
     """Radiance of black print over white, from evenly lit squares that show both; the median over squares and views."""
-    ratios = [ratio for reading in readings for ratio in square_ratios(reading)]
-    return float(np.clip(np.median(ratios), 1e-3, 0.9)) if ratios else 0.05
+    ratios = np.concatenate([square_ratios(reading)[0] for reading in readings])
+    return float(np.clip(np.median(ratios), 1e-3, 0.9)) if len(ratios) else 0.05
 
 
-def square_ratios(reading: Reading) -> list[float]:
-    """The same of each square: no shadow's edge runs through its white, so that both tones are lit alike."""
-    ratios = []
+def square_ratios(reading: Reading) -> Shares:
+    """The same of each square (k,), and its standard error by noise (k,): no shadow's edge runs through its white, so
+    that both tones are lit alike."""
+    ratios, errors = [], []
     for square in np.unique(reading.samples.square):
         here = reading.samples.square == square
         white = reading.level[here & reading.samples.white]
-        black = reading.level[here & ~reading.samples.white]
+        ink = here & ~reading.samples.white
+        black = reading.level[ink]
         if len(white) > _FEW and len(black) > _FEW:
             low, middle, high = np.percentile(white, [10, 50, 90])
             if low > _EVEN * high:
-                ratios.append(float(np.median(black) / max(middle, 1e-300)))
-    return ratios
+                ratios.append(np.median(black) / max(middle, 1e-300))
+                noise = np.sqrt(np.median(reading.noise[ink]) / len(black))
+                errors.append(_OF_MEDIAN * noise / max(middle, 1e-300))
+    return np.array(ratios, float), np.array(errors, float)
 
 
 def first_fit(
