@@ -17,7 +17,7 @@ from calib.shading import Reading, Scene
 from capture.photoset import WhitePatch
 from capture.radiance import RadianceImage
 
-UNEVEN = "the patch is unevenly lit: shadowed or partly hidden"
+UNEVEN = "the patch is unevenly lit: shadowed, partly hidden, or in something's reflection"
 _CLEAR = 2  # pixels between the patch's edge and what is read
 _AROUND = 24  # pixels around the patches that are read too: spots and spills show in their neighbours
 _MANY_PIXELS = 16_000  # of a patch, of which no more than four times as many are read
@@ -26,6 +26,7 @@ _CLIPPED = 0.03  # share of saturated pixels beyond which the patch is not belie
 _UNEVEN = 0.04  # relative spread beyond noise: a shadow or a hidden part that the geometry does not know
 _STEP = 0.05  # of the logarithm between lit and shadowed parts of a patch
 _APART = 4.5  # the same in scatters within the parts; an even ramp has 3.5, a bell 2.7
+_SHADOW = 0.7  # the same between light and a shadow, at the least: that takes half of the light and more
 _LEAST_PART = 0.03  # share of the pixels that makes a part; fewer are blemishes
 _EDGE = 3  # pixels beside a shadow that are not read
 _PARTLY = 0.004  # relative error of what is read beside a shadow
@@ -132,7 +133,8 @@ def _lit_part(level: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Which pixels (n,) bool of a patch are clear of hard shadows and of what hides it.
 
     Either is darker than the white: where ``level`` (n, c), the radiance over the light expected, falls into two
-    parts the darker one is dropped, with what lies beside it; as often as there are two.
+    parts the darker one is dropped, with what lies beside it; as often as there are two. Bright specks that this would
+    leave next to nothing of, and that are not as much brighter as light is than shadow, are what polished things throw.
     """
     tone = np.log(np.maximum(level / np.maximum(np.median(level, axis=0), 1e-300), 1e-3)).mean(1)
     lit = np.ones(len(tone), bool)
@@ -143,7 +145,10 @@ def _lit_part(level: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
         dark = np.zeros((int(np.ptp(y)) + 1, int(np.ptp(x)) + 1), np.uint8)
         dark[y - y.min(), x - x.min()] = tone < bound
         near = cv2.dilate(dark, np.ones((2 * _EDGE + 1, 2 * _EDGE + 1), np.uint8)) > 0
-        lit &= ~near[y - y.min(), x - x.min()]
+        clear, below = lit & ~near[y - y.min(), x - x.min()], lit & (tone < bound)
+        apart = tone[lit & ~below].mean() - tone[below].mean()
+        specks = clear.sum() < _LEAST_PART * len(tone) and apart < _SHADOW
+        lit = below if specks else clear
     return lit
 
 
