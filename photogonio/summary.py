@@ -119,16 +119,23 @@ def doubts(fit: FitResult) -> list[str]:
 
 
 def _steep(fit: FitResult) -> list[str]:
-    """A gloss that was seen from above alone."""
+    """A gloss that was seen from above alone; or, where none was found, that none could be that begins toward grazing,
+    as a sheen does."""
     cells, lobes = fit.cells, fit.model.lobes
-    width = max((s[0] for f, s in zip(lobes.families, lobes.shapes, strict=True) if not f.retro), default=0.0)
+    glosses = [s[0] for f, s in zip(lobes.families, lobes.shapes, strict=True) if not f.retro]
     incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
     half, difference, _ = half_difference(incident, exit)
-    seen = difference[half < np.arctan(width)]
+    seen = difference[half < np.arctan(max(glosses))] if glosses else difference
     if not len(seen) or seen.max() > np.radians(GRAZING):
         return []
+    most = float(np.degrees(seen.max()))
+    if not glosses:
+        return [
+            f"light and camera were no more than {2 * most:.0f} degrees apart: what a sheen or gloss adds toward "
+            "grazing was not seen; look at the sample from lower, or put lamps lower opposite the camera"
+        ]
     return [
-        f"the gloss was seen at no more than {np.degrees(seen.max()):.0f} degrees of incidence: how much brighter it "
+        f"the gloss was seen at no more than {most:.0f} degrees of incidence: how much brighter it "
         "grows toward grazing is extrapolated; look at the sample from lower, or put lamps lower opposite the camera"
     ]
 

@@ -49,6 +49,21 @@ def test_a_gloss_that_was_seen_from_above_alone_is_told(most, told):
     assert any("grazing" in line for line in doubts(near)) == told
 
 
+@pytest.mark.parametrize(("most", "told"), [(90.0, True), (150.0, False)])
+def test_where_no_gloss_was_found_it_is_told_that_none_toward_grazing_could_be(most, told):
+    """A sheen is nothing but what is seen there."""
+    matte = fit_table(simulate(make_brdf("lambert"), replace(PLAN, views=40)), FitOptions(lobes=0, order=0))
+    cells = matte.cells
+    along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
+    phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
+    near = replace(matte, cells=cells.take(phase <= np.radians(most)))
+    lines = [line for line in doubts(near) if "a sheen or gloss" in line]
+    assert len(lines) == told
+    if told:
+        apart = float(lines[0].split("no more than ")[1].split()[0])
+        assert most - 10.0 < apart <= most  # facets of half a dozen degrees
+
+
 @pytest.mark.parametrize(("share", "told"), [(0.1, True), (0.001, False)])
 def test_a_sample_that_is_clipped_is_told(share, told):
     """``share`` of one photo's pixels, the photo named."""
