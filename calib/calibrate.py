@@ -128,7 +128,7 @@ def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]
     that is none of the sample."""
     shares = {s.view.name: square_ratios(s.reading) for s in sights if s.has_paper and not s.dark}
     shiny = shining(shares)
-    unsharp = washed_out(shares, shining=bool(shiny))
+    unsharp = washed_out(shares, shiny)
     if shiny:
         _leave_black(sights, shiny, notes)
     kept = []

@@ -7,7 +7,7 @@ lamp unless the balls contradict one another, or the white patch shows another f
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -27,12 +27,13 @@ _SQUARES = 6  # evenly lit ones, that tell how sharp the print is
 _MOST = 0.5  # share of the patches that must agree with their lamps, for the others to tell something
 
 
-def washed_out(shares: Mapping[str, Shares], *, shining: bool = False) -> dict[str, str]:
+def washed_out(shares: Mapping[str, Shares], shining: Sequence[str] = ()) -> dict[str, str]:
     """Photos whose black print is much brighter beside its white than the others', by the ``shares`` of their squares,
     with the reason.
 
-    Both are lit alike, so that no lamp does that: white has spread over black. Of a ``shining`` print the darkest
-    squares are compared, which show the lamp least: what is not sharp brightens all.
+    Both are lit alike, so that no lamp does that: white has spread over black. Of a print that shines the darkest
+    squares are compared, which show the lamp least; and photos in which it is ``shining`` are not judged: white that
+    spreads brightens all squares alike.
     """
     part = _DARKEST if shining else 0.5
     ratios = {name: float(np.quantile(r, part)) for name, (r, *_) in shares.items() if len(r) >= _SQUARES}
@@ -41,7 +42,7 @@ def washed_out(shares: Mapping[str, Shares], *, shining: bool = False) -> dict[s
         name: f"its print is not sharp: black is {ratio:.2f} of white, in the other photos {usual:.2f}; out of"
         " focus, shaken, with light on the lens, or with the lamp shining on glossy paper"
         for name, ratio in ratios.items()
-        if ratio > _WASHED * usual + _WASHED_BY
+        if ratio > _WASHED * usual + _WASHED_BY and name not in shining
     }
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import BLACK, draw_paper, draw_patch, observe
+from benchmarks.coverage import BLACK, PAPER, draw_paper, draw_patch, observe
 from calib.calibrate import light_of, settled_from, usable
 from calib.closeup import Close
 from calib.doubts import washed_out
@@ -89,15 +89,22 @@ def test_white_alone_keeps_nothing_else():
 
 
 def test_a_shining_print_costs_no_photo_unless_it_is_not_sharp():
-    """Squares that see the lamp brighten the median, not the darkest; white spread over black brightens all."""
+    """Squares that see the lamp are brighter than others, and where lamp and camera stand opposite, low, all see it;
+    white spread over black brightens all alike."""
     drawn = Drawn(3)
     shiny = {name: shone_on(drawn, one, k) for k, (name, one) in enumerate(readings_of(drawn, 6).items())}
-    assert washed_out(shares_of(shiny), shining=True) == {}
+    assert washed_out(shares_of(shiny), shining(shares_of(shiny))) == {}
+    every = shining(shares_of(shiny))[0]
+    lit = np.where(shiny[every].samples.white, 1.0, 4.0)
+    low = shiny | {every: replace(shiny[every], level=shiny[every].level * lit)}
+    assert washed_out(shares_of(low), shining(shares_of(low))) == {}
+    assert every in washed_out(shares_of(low))
     name = next(n for n in shiny if n not in shining(shares_of(shiny)))
-    white = np.median(shiny[name].level[shiny[name].samples.white])
-    spread = np.where(shiny[name].samples.white, 0.0, 0.15 * white)
-    blurred = shiny | {name: replace(shiny[name], level=shiny[name].level + spread)}
-    assert list(washed_out(shares_of(blurred), shining=True)) == [name]
+    spread = np.where(
+        shiny[name].samples.white, 1.0, 1.0 + 0.15 * PAPER / BLACK
+    )  # a part of the white beside it
+    blurred = shiny | {name: replace(shiny[name], level=shiny[name].level * spread)}
+    assert list(washed_out(shares_of(blurred), shining(shares_of(blurred)))) == [name]
 
 
 @pytest.mark.parametrize("f0", [0.0, 0.04])
