@@ -15,6 +15,7 @@ from capture.radiance import RadianceImage
 
 _INSIDE = 0.97  # of the outline's radius: what lies nearer the limb is a reflection from grazing
 _LARGEST = 0.02  # of the outline's area; a bigger blob is a reflected surface, not a lamp
+_CORE = 3  # saturated pixels that make a lamp's core
 _BLOB_LEVEL = 0.5  # of the peak above its surroundings
 
 
@@ -134,7 +135,7 @@ def _brightest_blob(
     base = float(np.median(level[allowed]))
     noise = 1.4826 * float(np.median(np.abs(level[allowed] - base))) + 1e-9
     rest = np.where(allowed, level - base, 0.0)
-    best = None
+    best, first = None, (False, 0.0)
     for _ in range(6):
         y, x = np.unravel_index(np.argmax(rest), rest.shape)
         peak = float(rest[y, x])
@@ -145,9 +146,10 @@ def _brightest_blob(
         area = float(blob.sum())
         if area > max(_LARGEST * whole, 30.0):
             continue
-        candidate = _measure(level - base, saturated, blob, peak, area)
-        if best is None or candidate[2] * candidate[3] > best[2] * best[3]:
-            best = candidate
+        # a core that is clipped is brighter than it looks: than all that is not, if it is no single hot pixel
+        rank = int((saturated & blob).sum()) >= _CORE, peak * area
+        if best is None or rank > first:
+            best, first = _measure(level - base, saturated, blob, peak, area), rank
     return best
 
 

@@ -167,6 +167,24 @@ def test_a_drawn_highlight_is_found_where_it_is(shift):
     assert not found.clipped
 
 
+@pytest.mark.parametrize(("peak", "lamp"), [(40.0, True), (0.3, False)])
+def test_a_clipped_lamp_is_brighter_than_a_window_that_sends_more_than_its_pixels_hold(peak, lamp):
+    """A window's image, 3 x 3 pixels and blurred, holds more than a lamp's clipped at 1 does, and less than the lamp's
+    own. A pixel that is always full is neither."""
+    there = highlight(0, LAMP).pixel
+    apart = there + np.array([0.0, 9.0])
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    window = 0.65 * (np.hypot(x - apart[0], y - apart[1]) < 2.6)
+    level = 0.05 + spot(there, 0.5, peak) + window + 0.002 * np.random.default_rng(1).normal(size=SIZE[::-1])
+    level[int(there[1]) + 4, int(there[0]) - 5] = 1.0
+    image = radiance(np.minimum(level, 1.0), 0.002)
+    full = image.value[..., 0] >= 1.0
+    found = find_highlight(replace(image, saturated=full, valid=~full), CAMERA, POSE, BALLS[0], 0)
+    place = there if lamp else apart
+    assert found is not None and found.clipped == lamp
+    assert np.hypot(*(found.pixel - place)) < 1.0
+
+
 def test_a_highlight_outside_the_ball_is_none_of_its():
     away = highlight(1, LAMP).pixel
     level = 0.05 + spot(away, 1.2, 3.0) + 0.002 * np.random.default_rng(1).normal(size=SIZE[::-1])
