@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from calib.closeup import Close
 from calib.shading import Reading
-from calib.starts import Shares
+from calib.starts import Shares, square_ratios
 
 # relative error of black over white in a square, beside noise; path-traced matte prints have 0.02, toner of roughness
 # 0.2 has 0.05 to 2
@@ -34,7 +35,7 @@ def shining(shares: Mapping[str, Shares]) -> list[str]:
 
 def _scatter(shares: Shares) -> float:
     """By how many times their errors the squares' shares of black in white scatter."""
-    ratios, errors = shares
+    ratios, errors, _ = shares
     if len(ratios) < _SQUARES:
         return 0.0
     middle = float(np.median(ratios))
@@ -43,19 +44,42 @@ def _scatter(shares: Shares) -> float:
 
 
 def white_alone(reading: Reading) -> Reading | None:
-    """A reading without its black print; None if that is too little."""
+    """A reading without its black print; None if that is too little.
+
+    Where a film lies over all of the sheet white shines as black does: by how much of the white black is more there
+    than in the photo's darkest squares, white is unsure, in all of a square alike.
+    """
     white, close = reading.samples.white, reading.close
     if white.sum() < _SAMPLES:
         return None
+    level, square = reading.level[white], reading.samples.square[white]
+    doubt = _crowd(square) * (_film(reading, reading.samples.points[white]) * level) ** 2
     return replace(
         reading,
         samples=reading.samples.keep(white),
-        level=reading.level[white],
-        noise=reading.noise[white],
-        close=None if close is None else _white_close(close),
+        level=level,
+        noise=reading.noise[white] + doubt,
+        close=None if close is None else _white_close(reading, close),
     )
 
 
-def _white_close(close: Close) -> Close | None:
-    white = close.white > _WHITE
-    return close.keep(white) if white.sum() >= _CLOSE else None
+def _crowd(square: np.ndarray) -> float:
+    """Samples of a square."""
+    return len(square) / max(len(np.unique(square)), 1)
+
+
+def _film(reading: Reading, points: np.ndarray) -> np.ndarray:
+    """Share (n,) of the white light at ``points`` (n, 3) that may be a film's, by the nearest squares' black print."""
+    ratios, _, places = square_ratios(reading)
+    if len(ratios) < _SQUARES:
+        return np.zeros(len(points))
+    nearest = cKDTree(places).query(points[:, :2])[1]
+    return np.maximum(ratios - np.quantile(ratios, _QUANTILES[0]), 0.0)[nearest]
+
+
+def _white_close(reading: Reading, close: Close) -> Close | None:
+    close = close.keep(close.white > _WHITE)
+    if len(close.level) < _CLOSE:
+        return None
+    doubt = _crowd(close.square) * (_film(reading, close.points) * close.level) ** 2
+    return replace(close, noise=close.noise + doubt)

@@ -31,7 +31,7 @@ _EVEN = 0.7  # of a square's bright white, that its dark white is where no shado
 _OF_MEDIAN = 1.2533  # standard error of a median over that of a mean
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
-Shares = tuple[np.ndarray, np.ndarray]  # of :func:`square_ratios`
+Shares = tuple[np.ndarray, np.ndarray, np.ndarray]  # of :func:`square_ratios`
 
 
 def thinned(reading: Reading, count: int) -> Reading:
@@ -68,9 +68,9 @@ def black_over_white(readings: Iterable[Reading]) -> float:
 
 
 def square_ratios(reading: Reading) -> Shares:
-    """The same of each square (k,), and its standard error by noise (k,): no shadow's edge runs through its white, so
-    that both tones are lit alike."""
-    ratios, errors = [], []
+    """The same of each square (k,), its standard error by noise (k,), and the square's place (k, 2): no shadow's edge
+    runs through its white, so that both tones are lit alike."""
+    ratios, errors, places = [], [], []
     for square in np.unique(reading.samples.square):
         here = reading.samples.square == square
         white = reading.level[here & reading.samples.white]
@@ -82,7 +82,8 @@ def square_ratios(reading: Reading) -> Shares:
                 ratios.append(np.median(black) / max(middle, 1e-300))
                 noise = np.sqrt(np.median(reading.noise[ink]) / len(black))
                 errors.append(_OF_MEDIAN * noise / max(middle, 1e-300))
-    return np.array(ratios, float), np.array(errors, float)
+                places.append(reading.samples.points[ink, :2].mean(0))
+    return np.array(ratios, float), np.array(errors, float), np.array(places, float).reshape(-1, 2)
 
 
 def first_fit(
