@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.bounce import diffuse_bounce
+from calib.layout import TILTS
 from calib.notes import Notes, listed
-from calib.patch import Stray, Strength, light_shape, no_strength, read_paper, read_patch
+from calib.patch import LEAST_TILT, Stray, Strength, light_shape, no_strength, read_paper, read_patch
 from calib.setup import Light
 from calib.shading import Reading as Paper
+from calib.shading import Scene
 from calib.sight import Sight
 from calib.together import Settled
 from capture.photoset import PhotoSet, Plane
@@ -91,8 +93,21 @@ def stray_light(settled: Settled, sight: Sight, paper: Paper, light: Light) -> S
     points = paper.samples.points
     toward, falloff = light.toward(points)
     even = float(np.median(np.clip(toward[:, 2], 0, None) * falloff))
-    stray = Stray(settled.scene, np.clip(sight.shading[4:7], 0.0, None), even)
+    tilt = aimed(settled.scene, paper, sight.shading[TILTS])
+    stray = Stray(settled.scene, np.clip(sight.shading[4:7], 0.0, None), even, tilt)
     return replace(stray, amounts=_coloured(stray, paper, light))
+
+
+def aimed(scene: Scene, paper: Paper, tilts: np.ndarray) -> tuple[float, float, float]:
+    """The tilt of a narrow lamp's light by ``tilts`` (2,) over its paper, 1 where the lamp is taken to point: one that
+    points beside it lights one side of the board more. What little tilt other lamps' light has may as well be the
+    paper's or the lens's, and stays."""
+    if scene.narrow == 0.0:
+        return 1.0, 0.0, 0.0
+    low, high = paper.span
+    slope = 2 * tilts / (high - low)
+    slope = slope / max(1.0 + slope @ (np.array(scene.aim[:2]) - (low + high) / 2), LEAST_TILT)
+    return (float(1.0 - slope @ scene.aim[:2]), *slope.tolist())
 
 
 def _coloured(stray: Stray, reading: Paper, light: Light) -> np.ndarray:

@@ -4,6 +4,7 @@
 # balls
 LOCAL = 10
 EVEN = 6  # which of them is light that comes from everywhere
+TILTS = slice(7, 9)
 THROWN = [4, 5, 9]  # those of light that balls throw
 # sample x, y, z and radius, log lamp radius, log of black over white, how narrow the lamp's beam is, how the lens
 # darkens pictures aside of their middle (two terms); polished balls' values follow

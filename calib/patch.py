@@ -32,6 +32,7 @@ _EDGE = 3  # pixels beside a shadow that are not read
 _PARTLY = 0.004  # relative error of what is read beside a shadow
 _SEEN = 0.999  # share of the lamp that a place must see to be read
 _FEW_PLACES = 100
+LEAST_TILT = 0.1  # what a tilt leaves of the light at the least
 _LITTLE_BOUNCE = 0.02  # over the direct light: paper with more of it is not read if enough is left
 
 
@@ -55,6 +56,7 @@ class Stray:
     scene: Scene
     amounts: np.ndarray  # (3,) diffuse, glossy, even, or (3, c)
     even: float  # unit of the even light
+    tilt: tuple[float, float, float] = (1.0, 0.0, 0.0)  # of the direct light: constant, by x and by y
 
 
 def no_strength(problem: str) -> Strength:
@@ -74,6 +76,7 @@ def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[
     table = np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
     share = lit_fraction(points, light.place, scene.lamp_radius, table, scene.blur)
     shape *= np.exp(scene.narrow * log_cosine(points, light.place, np.array(scene.aim)))[:, None]
+    shape *= np.clip(stray.tilt[0] + points[:, :2] @ stray.tilt[1:], LEAST_TILT, None)[:, None]
     extra = amounts[2:] * stray.even
     if scene.sample is not None:
         ball = scene.sample

@@ -13,7 +13,7 @@ import numpy as np
 from calib.board_light import lens, light_on_board, straight_light
 from calib.bounce import Thrown
 from calib.closeup import INK, Close
-from calib.layout import BALL, EVEN, LOCAL, SHARED, THROWN
+from calib.layout import BALL, EVEN, LOCAL, SHARED, THROWN, TILTS
 from calib.model_error import Shown, shown
 from calib.occlusion import direct, lit_fraction
 from calib.paper import PaperSamples
@@ -108,6 +108,12 @@ class Reading:
     )  # white paper's radiance without the lamp, where known, and its error
     close: Close | None = None  # paper close to polished balls
 
+    @property
+    def span(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest x and y, (2,) each, of the paper that is seen: from -1 to 1 go the tilts of its light."""
+        flat = self.samples.points[:, :2]
+        return flat.min(0), flat.max(0)
+
 
 @dataclass(frozen=True, slots=True)
 class ShadingFit:
@@ -173,8 +179,7 @@ class _Board:
     @classmethod
     def of(cls, reading: Reading) -> _Board:
         samples, close = reading.samples, reading.close
-        flat = samples.points[:, :2]
-        low, high = flat.min(0)[:, None], flat.max(0)[:, None]
+        low, high = (end[:, None] for end in reading.span)
         crowd = len(reading.level) / max(len(np.unique(samples.square)), 1)
         spread = np.zeros((len(samples), 3)) if samples.spread is None else samples.spread
         white = samples.white.astype(float)
@@ -193,7 +198,7 @@ class _Board:
         """At ``values`` (LOCAL + shared,)."""
         scene, found = scene.moved(values[LOCAL:]), np.empty((4, len(self.level)))
         lamp = values[:3].copy(), float(np.exp(values[3])), scene.black, scene.lamp_radius
-        beam, tilts = (scene.narrow, np.array(scene.aim)), values[7:9].copy()
+        beam, tilts = (scene.narrow, np.array(scene.aim)), values[TILTS].copy()
         light_on_board(
             self.points,
             self.white,
@@ -294,7 +299,7 @@ def _weigh(
     indirect = light.tone * (thrown @ np.clip(values[THROWN], *_PLAUSIBLE))
     sigma, most, share = _errors(board, light, indirect, scene.error)
     own = slice(len(reading.level))
-    slope = _SLOPE + _SLOPE_BEAM * min(max(now.narrow, 0.0), 2.0)
+    slope = _SLOPE + _SLOPE_BEAM * max(now.narrow, 0.0)
     bounced = _middle(indirect[own], np.maximum(light.bare[own], 1e-300))
     slope = float(np.hypot(slope, _SLOPE_BOUNCE * bounced))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.coverage import BOARD
 from calib.camera import Camera
-from calib.irradiance import Reading, _mean, read_view, tie
+from calib.irradiance import Reading, _mean, aimed, read_view, tie
 from calib.notes import Notes
 from calib.paper import PaperSamples
 from calib.patch import UNEVEN, Stray, Strength, no_strength, read_paper, read_patch
@@ -81,6 +81,36 @@ def test_strength_is_what_a_narrow_lamp_sends_along_its_axis():
     np.testing.assert_allclose(read(dimmed, NEAR, stray).value, expected, rtol=5e-4)
     ignored = read(dimmed, NEAR)
     assert ignored.value is None or (ignored.value < 0.95 * expected).all()
+
+
+def test_strength_is_that_toward_the_sample_of_a_lamp_that_points_beside_it():
+    """A beam whose axis passes the sample by 6 degrees: over the board its light is that of one aimed at the sample,
+    but tilted. At the patch, 34 degrees from the sample, what is linear in both angles changes it by the power times
+    the product of their tangents, 0.41; what is not, by half the square of that."""
+    aim, beside, power = np.array([60.0, -25.0, HEIGHT]), np.array([60.0, -13.0, HEIGHT]), 6.0
+
+    def beam(points, at):
+        ray, axis = points - NEAR.place, at - NEAR.place
+        return (ray @ axis / np.linalg.norm(ray, axis=-1) / np.linalg.norm(axis)) ** power
+
+    step = 0.1 * np.eye(3)[:2]
+    slope = np.array([np.log(beam(aim + s, beside) / beam(aim - s, beside)).item() for s in step]) / 0.2
+    x, y = plane_points(CAMERA, POSE, HEIGHT)
+    image = photo(NEAR)
+    points = np.stack([x, y, np.full_like(x, HEIGHT)], axis=-1)
+    dimmed = replace(image, value=(image.value * beam(points, beside).mean(0)[..., None]).astype(np.float32))
+    scene = Scene((), None, 1.0, 0.05, 0.0, narrow=power, aim=tuple(aim))
+    low, high = np.array([-90.0, -70.0]), np.array([90.0, 70.0])
+    paper, tilts = SimpleNamespace(span=(low, high)), slope * (high - low) / 2
+    tilt = aimed(scene, paper, tilts)
+    assert tilt[0] + np.dot(tilt[1:], aim[:2]) == pytest.approx(1.0)
+    expected = STRENGTH * np.array(PATCH.reflectance) / np.pi * beam(aim, beside)
+    found = read(dimmed, NEAR, Stray(scene, np.zeros(3), 0.0, tilt))
+    change = power * np.tan(np.radians(5.7)) * np.tan(np.radians(34.3))
+    np.testing.assert_allclose(found.value, expected, rtol=change**2 / 2)
+    plain = read(dimmed, NEAR, Stray(scene, np.zeros(3), 0.0))
+    assert plain.value is None and (np.abs(plain.rough.value / expected - 1) > change**2 / 2).all()
+    assert aimed(replace(scene, narrow=0.0), paper, tilts) == (1.0, 0.0, 0.0)
 
 
 def test_the_light_across_the_patch_is_uneven_enough_to_need_falloff_and_angle():
