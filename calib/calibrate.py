@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
@@ -37,6 +38,7 @@ from calib.sight import FIXED_POSE, POSE, Keep, Sight, channel_names, hand_over,
 from calib.slab import clear_of_slab, is_thick
 from calib.starts import square_ratios
 from calib.together import Settled, settle, start_sample, start_scene
+from calib.veil import Veil, find_veils, lift, lifted_image, lifted_view, note_veil
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
 from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
@@ -70,14 +72,17 @@ def calibrate(
     check_camera(photoset, camera, model, boards, sights, notes)
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     sights = usable(photoset, sights, notes)
+    veils = find_veils((s.view.name, s.reading) for s in sights if s.has_paper)
+    lift(sights, veils)
     settle_for = partial(settled_from, photoset, reader, model, camera, boards, sights, tell)
     settled, beam, beside, falloff = settled_at_last(photoset, sights, settle_for)
     if falloff is not None and falloff.allowed:
         brighten(sights, falloff)
-    views, scale = _views(photoset, reader, settled, sights, falloff, notes)
+    views, scale = _views(photoset, reader, settled, sights, falloff, veils, notes)
     if not views:
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     ambient = ambient_irradiance(views, sights) if beside is not None and beside.told else None
+    note_veil(veils, notes)
     note_beside(beside, ambient, notes)
     note_beam(settled, beam, notes)
     note_falloff(falloff, notes)
@@ -224,12 +229,13 @@ def _views(
     settled: Settled,
     sights: list[Sight],
     falloff: Falloff | None,
+    veils: Mapping[str, Veil],
     notes: Notes,
 ) -> tuple[list[ViewSetup], str]:
     lights: dict[str, Light] = {}
     readings, given, kept = {}, {}, []
     lit = _with_lamp(settled, sights, notes)
-    read = reader.abreast(lambda sight: _read(photoset, reader, settled, sight, falloff), lit)
+    read = reader.abreast(lambda sight: _read(photoset, reader, settled, sight, falloff, veils), lit)
     for sight, found in zip(lit, read, strict=True):
         name = sight.view.name
         if found is None:
@@ -250,30 +256,35 @@ def _views(
     views = []
     for s in kept:
         one = tied[s.view.name]
-        views.append(
-            ViewSetup(
-                s.view.name,
-                lights[s.view.name],
-                s.pose,
-                one.value,
-                one.error,
-                one.source,
-                s.pose_rms,
-                settled.covariance.get(s.pose_block),
-                marks(photoset, settled, s),
-            )
+        view = ViewSetup(
+            s.view.name,
+            lights[s.view.name],
+            s.pose,
+            one.value,
+            one.error,
+            one.source,
+            s.pose_rms,
+            settled.covariance.get(s.pose_block),
+            marks(photoset, settled, s),
         )
+        views.append(lifted_view(view, veils.get(s.view.name)))
     return views, scale
 
 
 def _read(
-    photoset: PhotoSet, reader: Reader, settled: Settled, sight: Sight, falloff: Falloff | None
+    photoset: PhotoSet,
+    reader: Reader,
+    settled: Settled,
+    sight: Sight,
+    falloff: Falloff | None,
+    veils: Mapping[str, Veil],
 ) -> tuple[Light, Reading, int] | None:
     """One view's light, what patch and paper say of its strength, and the number of channels."""
     box = patches_box(settled.camera, sight.pose, photoset.white_patches)
     image = reader.part(sight.view, box)
     if image is None:
         return None
+    image = lifted_image(image, veils.get(sight.view.name))
     if falloff is not None and falloff.allowed:
         image = brightened_image(image, settled.camera, falloff)
     light = light_of(settled, sight)

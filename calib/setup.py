@@ -67,6 +67,8 @@ class ViewSetup:
     pose_rms: float = float("nan")  # reprojection residual of the board, pixels
     pose_covariance: np.ndarray | None = None  # (6, 6) of rotation vector and translation
     marks: Marks | None = None
+    veil: np.ndarray | None = None  # (c,) radiance that lies over the whole photo; None: none is known of
+    veil_error: np.ndarray | None = None  # (c,) standard error
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,4 +244,6 @@ def _view(data: dict) -> ViewSetup:
         pose_rms=_number(data["pose_rms"]),
         pose_covariance=None if data.get("pose_covariance") is None else _array(data["pose_covariance"]),
         marks=None if data.get("marks") is None else _marks(data["marks"]),
+        veil=None if data.get("veil") is None else _array(data["veil"]),
+        veil_error=None if data.get("veil_error") is None else _array(data["veil_error"]),
     )

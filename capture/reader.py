@@ -55,6 +55,7 @@ class RadianceReader:
     fields: frozenset[str]  # the exposure's quantities that count
     dark: Dark | None = None
     gain: np.ndarray | None = None  # (h, w, c or 1) float32 against vignetting
+    veil: Mapping[str, np.ndarray] = field(default_factory=dict)  # (c,) radiance over whole photos, by view
     ambient: Mapping[str | None, RadianceImage] = field(default_factory=dict)  # by light
     notes: tuple[str, ...] = ()  # what was found of the sensor, in words
     warnings: tuple[str, ...] = ()  # what a person should look at
@@ -82,6 +83,9 @@ class RadianceReader:
             value -= cut(lamp_off.value, roi)
             variance += cut(lamp_off.variance, roi)
             saturated = saturated | cut(lamp_off.saturated, roi)
+        veil = self.veil.get(view.name)
+        if veil is not None:
+            value -= veil.astype(value.dtype)
         if self.gain is not None:
             gain = cut(self.gain, roi)
             value *= gain
@@ -108,7 +112,7 @@ class RadianceReader:
         if len(view.photos) == 1:  # of a bracket, the exposures' steps take the whole photos
             photo = view.photos[0]
             image, factor = self.image(photo), self.factor(photo)
-            alone = self.dark is None and self.gain is None and not self.ambient
+            alone = self.dark is None and self.gain is None and not self.ambient and not self.veil
             found = mean_level(image, self.sensor, factor, region) if alone else None
             if found is not None:
                 return found

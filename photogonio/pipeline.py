@@ -52,6 +52,7 @@ from reconstruct.relight import relit, turned_lights
 from reconstruct.spoilt import UnknownStray
 from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable, save_table
+from reconstruct.veiled import veil_error
 
 ABREAST = 2  # whole photos that calibration looks at together: the memory they take
 
@@ -247,7 +248,7 @@ def _calibrated(
         ):  # takes the camera, and changes the white patch's reading
             setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch)
         setup = kept.save(setup)
-    radiance = replace(with_vignetting(radiance, setup), decode=scratch.take)
+    radiance = replace(without_veil(with_vignetting(radiance, setup), setup), decode=scratch.take)
     for note in radiance.notes:
         reporter.say(note)
     for warning in (*radiance.warnings, *setup.warnings):
@@ -279,6 +280,11 @@ def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
     if radiance.photoset.radiometry.vignetting != "cos4":
         return radiance
     return replace(radiance, gain=vignetting(radiance, setup.camera))
+
+
+def without_veil(radiance: RadianceReader, setup: Setup) -> RadianceReader:
+    """The reader that takes off what was found to lie over whole photos."""
+    return replace(radiance, veil={view.name: view.veil for view in setup.views if view.veil is not None})
 
 
 def _found(
@@ -340,11 +346,12 @@ def lamp_variances(setup: Setup, table: FacetTable) -> np.ndarray:
     return 0.25 * np.array(near)
 
 
-def _scale_error(setup: Setup) -> float:
+def _scale_error(setup: Setup, table: FacetTable) -> float:
     """Relative, of the scale that all photos share."""
+    veiled = veil_error(table, setup)
     if setup.scale != "absolute":
-        return 0.0
-    return float(np.hypot(SCALE_ERROR, setup.scale_error))
+        return veiled
+    return float(np.linalg.norm([SCALE_ERROR, setup.scale_error, veiled]))
 
 
 def _fitted_photos(
@@ -363,7 +370,7 @@ def _fitted_photos(
         setup.scale,
         reporter,
         view_errors=view_errors(setup, table),
-        scale_error=_scale_error(setup),
+        scale_error=_scale_error(setup, table),
         lamps=lamp_variances(setup, table),
         stray=beside.known,
         doubt=beside.unknown,

@@ -26,7 +26,7 @@ def setup(sample: Sphere | Plane) -> Setup:
     return Setup(
         camera=Camera(rng.normal(size=(3, 3)), rng.normal(size=5), (640, 480)),
         sample=sample,
-        views=(full, view("b.png", rng, "directional")),
+        views=(full, view("b.png", rng, "directional", veil=rng.random(3), veil_error=rng.random(3))),
         scale="absolute",
         channels=("R", "G", "B"),
         left_out=(LeftOut("c.png", "no board"),),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -177,6 +178,25 @@ def test_ambient_of_another_light_is_not_subtracted(make, light):
     photoset, reader = make(photos)
     for number in range(2):
         assert np.abs(value(photoset, reader, number) - light).max() < 3 * STEP16
+
+
+def test_light_over_a_photo_is_taken_off_it_alone(make, light):
+    """Of radiance, before vignetting is divided out, however the photo is read."""
+    veil = np.array([0.01, 0.02, 0.03])
+    photos = [
+        ("a.png", "sample", light / 2, {"exposure_time": 0.5}),
+        ("b.png", "sample", light, {"exposure_time": 1.0}),
+    ]
+    photoset, bare = make(photos)
+    reader = replace(bare, veil={"a.png": veil})
+    assert np.abs(value(photoset, reader) - (light - veil)).max() < 6 * STEP16
+    np.testing.assert_array_equal(value(photoset, reader, 1), value(photoset, bare, 1))
+    level, _ = reader.read_level(photoset.views("sample")[0])
+    np.testing.assert_allclose(level, value(photoset, reader).mean(2), rtol=1e-5)
+    gain = np.full((*SHAPE, 1), 2.0, np.float32)
+    np.testing.assert_allclose(
+        value(photoset, replace(reader, gain=gain)), 2 * value(photoset, reader), rtol=1e-6
+    )
 
 
 def test_ambient_light_is_not_taken_from_photos_of_the_board(make, light):
