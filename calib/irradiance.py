@@ -19,6 +19,7 @@ from capture.photoset import PhotoSet, Plane
 from capture.radiance import RadianceImage
 
 _WORST = 4.0  # standard errors beyond which a patch is not believed against the others
+_SPREAD = 0.1  # of the light that white paper lost to blur: what black print beside it gained at the least
 _FEW = 4  # patches that can outvote one; with fewer the brightest counts, since shadows only darken
 _WHITEST = 1.08  # reflectance above which paper cannot be: the patch that says so lies in shadow
 _PAPER_VARIES = 0.01  # relative: how far paper and patch may differ from view to view at the least
@@ -173,6 +174,7 @@ def tie(
     """
     _whiten(readings)
     _make_do(readings, notes)
+    _leave_unsharp(readings, notes)
     _disbelieve(readings, notes)
     _tell_scatter(readings, notes)
     _widen(readings)
@@ -278,6 +280,30 @@ def _make_do(readings: dict[str, Reading], notes: Notes) -> None:
     )
     for name, one in rough.items():
         readings[name] = replace(readings[name], patch=one)
+
+
+def _leave_unsharp(readings: dict[str, Reading], notes: Notes) -> None:
+    """Leave out paper whose white has spread over black print: it is darker than the patch has it, which is larger,
+    and the black is lighter. A patch that is brighter than it should be leaves black as it is."""
+    known = [
+        r.patch.value is not None and r.paper.value is not None and r.black.value is not None
+        for r in readings.values()
+    ]
+    names = [name for name, all_told in zip(readings, known, strict=True) if all_told]
+    if len(names) < _FEW:
+        return
+    told = [readings[name] for name in names]
+    lost = np.array([float(np.log(r.patch.value / r.paper.value).mean()) for r in told])
+    gained = np.array([float((r.black.value / r.paper.value).mean()) for r in told])
+    lost, gained = lost - np.median(lost), gained - np.median(gained)
+    bound = _WORST * max(1.4826 * float(np.median(np.abs(lost))), _PAPER_VARIES)
+    for k in np.flatnonzero((lost > bound) & (gained > _SPREAD * lost)):
+        notes.warnings.append(
+            f"{names[k]}: its paper is not believed: beside the patch it is {-np.expm1(-lost[k]):.0%} darker than in "
+            f"the other photos, and black print {gained[k]:.0%} of white lighter; out of focus, or shaken?"
+        )
+        unsharp = no_strength("the print is not sharp")
+        readings[names[k]] = replace(readings[names[k]], paper=unsharp, black=unsharp)
 
 
 def _disbelieve(readings: dict[str, Reading], notes: Notes) -> None:

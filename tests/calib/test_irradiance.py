@@ -311,6 +311,27 @@ def test_a_patch_that_contradicts_the_paper_is_not_believed():
     assert any(w.startswith("1.png") and "not believed" in w for w in notes.warnings)
 
 
+@pytest.mark.parametrize(
+    ("lost", "gained", "blamed"), [(0.12, 0.04, "paper"), (0.12, 0.0, "patch"), (0.01, 0.04, "")]
+)
+def test_where_white_has_spread_over_black_it_is_the_paper_that_is_not_believed(lost, gained, blamed):
+    """White is darker and black lighter, as out of focus; black as it was, it is the patch that is too bright."""
+    readings, true = told(STRENGTHS), STRENGTHS["1.png"]
+    paper = (1 - lost) * true * PAPER
+    readings["1.png"] = replace(
+        readings["1.png"], paper=strength(paper), black=strength((0.05 + gained) * paper)
+    )
+    values, _, notes = tied(readings)
+    said = [w for w in notes.warnings if w.startswith("1.png") and "not believed" in w]
+    assert len(said) == (blamed != "")
+    assert all(f"{blamed} is not believed" in w for w in said)
+    if blamed == "paper":
+        np.testing.assert_allclose(values["1.png"].value, true, rtol=1e-9)
+        assert values["1.png"].source == "white patch"
+    if blamed == "patch":
+        np.testing.assert_allclose(values["1.png"].value, (1 - lost) * true, rtol=1e-9)
+
+
 def test_of_three_patches_the_darker_ones_are_not_believed():
     """Too few to outvote: shadows only darken."""
     readings = told(dict(list(STRENGTHS.items())[:3]))
