@@ -312,7 +312,7 @@ def test_a_patch_that_contradicts_the_paper_is_not_believed():
 
 
 @pytest.mark.parametrize(
-    ("lost", "gained", "blamed"), [(0.12, 0.04, "paper"), (0.12, 0.0, "patch"), (0.01, 0.04, "")]
+    ("lost", "gained", "blamed"), [(0.12, 0.01, "paper"), (0.12, 0.0, "patch"), (0.01, 0.04, "")]
 )
 def test_where_white_has_spread_over_black_it_is_the_paper_that_is_not_believed(lost, gained, blamed):
     """White is darker and black lighter, as out of focus; black as it was, it is the patch that is too bright."""
