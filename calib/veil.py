@@ -39,10 +39,11 @@ class Veil:
     level: np.ndarray  # (c,)
     error: np.ndarray  # (c,) standard error
     white: np.ndarray  # (c,) of the middle white paper, as it was read
+    told: bool = False  # whether there surely is any; else its level is 0
 
 
 def find_veils(readings: Iterable[tuple[str, Reading]]) -> dict[str, Veil]:
-    """By photo, where the photos together tell that there is any; else none.
+    """By photo, as the photos together tell it; where they tell none, what there may be unseen is its error.
 
     It is as white as the paper, as far as can be told: compression mixes the colours of black print and white. Photos
     share it as a part of how bright their paper is; each has its own as far as they are surely apart.
@@ -61,22 +62,28 @@ def find_veils(readings: Iterable[tuple[str, Reading]]) -> dict[str, Veil]:
     common, sure, apart = (
         float(one[0]) for one in _in_common((share @ weight)[:, None], (error @ weight)[:, None])
     )
-    if abs(common) < max(_LEAST, _SURE * np.hypot(sure, colour)):
-        return {}
-    return {
-        name: _own(one, weight, common, apart, float(np.hypot(sure, colour))) for name, one in seen.items()
-    }
+    sure = float(np.hypot(sure, colour))
+    if abs(common) < max(_LEAST, _SURE * sure):
+        doubt = float(np.hypot(common, sure))
+        return {
+            name: replace(one, level=0.0 * one.white, error=doubt * one.white) for name, one in seen.items()
+        }
+    return {name: _own(one, weight, common, apart, sure) for name, one in seen.items()}
 
 
 def _own(seen: Veil, weight: np.ndarray, common: float, apart: float, sure: float) -> Veil:
     """A photo's veil: what all have in ``common``, to ``sure``, and its own as far as photos are ``apart``."""
     if not np.isfinite(seen.level).all():
-        return replace(seen, level=common * seen.white, error=float(np.hypot(sure, apart)) * seen.white)
-    share, error = weight @ (seen.level / seen.white), np.hypot(weight @ (seen.error / seen.white), _ASTRAY)
-    believed = apart**2 / (error**2 + apart**2)
-    level = common + believed * np.clip(share - common, -_WILD * apart, _WILD * apart)
-    left = np.sqrt(believed * error**2 + sure**2)
-    return Veil(level * seen.white, left * seen.white, seen.white)
+        level, left = common, float(np.hypot(sure, apart))
+    else:
+        share, error = (
+            weight @ (seen.level / seen.white),
+            np.hypot(weight @ (seen.error / seen.white), _ASTRAY),
+        )
+        believed = apart**2 / (error**2 + apart**2)
+        level = common + believed * np.clip(share - common, -_WILD * apart, _WILD * apart)
+        left = np.sqrt(believed * error**2 + sure**2)
+    return Veil(level * seen.white, left * seen.white, seen.white, told=True)
 
 
 def _in_common(share: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -146,40 +153,45 @@ def _line(x: np.ndarray, y: np.ndarray, cluster: np.ndarray) -> tuple[float, flo
 
 
 def lift(sights: Sequence[Sight], veils: Mapping[str, Veil]) -> None:
-    """Take it off the paper of all sights."""
+    """Take it off the paper of all sights, and give them its error: to black print that is much, to white next to
+    nothing."""
     for sight in sights:
         veil = veils.get(sight.view.name)
         reading = sight.reading
         if veil is None or reading is None:
             continue
-        gray = float(veil.level.mean())
+        gray, doubt = float(veil.level.mean()), float(veil.error.mean()) ** 2
         close = reading.close
         sight.reading = replace(
             reading,
             samples=replace(reading.samples, value=reading.samples.value - veil.level),
             level=reading.level - gray,
-            close=None if close is None else replace(close, level=close.level - gray),
+            noise=reading.noise + doubt,
+            close=None
+            if close is None
+            else replace(close, level=close.level - gray, noise=close.noise + doubt),
         )
 
 
 def lifted_image(image: RadianceImage, veil: Veil | None) -> RadianceImage:
     """A part of a photo without it."""
-    if veil is None:
+    if veil is None or not veil.told:
         return image
     return replace(image, value=(image.value - veil.level).astype(image.value.dtype))
 
 
 def lifted_view(view: ViewSetup, veil: Veil | None) -> ViewSetup:
     """The view that says what lies over its photo."""
-    return view if veil is None else replace(view, veil=veil.level, veil_error=veil.error)
+    return view if veil is None or not veil.told else replace(view, veil=veil.level, veil_error=veil.error)
 
 
 def note_veil(veils: Mapping[str, Veil], notes: Notes) -> None:
     """What was found, and a warning."""
-    if not veils:
+    told = [one for one in veils.values() if one.told]
+    if not told:
         return
-    share = float(np.median([(one.level / one.white).mean() for one in veils.values()]))
-    error = float(np.median([(one.error / one.white).mean() for one in veils.values()]))
+    share = float(np.median([(one.level / one.white).mean() for one in told]))
+    error = float(np.median([(one.error / one.white).mean() for one in told]))
     notes.residuals["veil"] = {"share_of_white": share, "error": error}
     what = (
         "light lies over the pictures, as much on black print as on white"

@@ -15,6 +15,7 @@ from tests.calib.drawn import radiance
 
 VIEWS = 6
 SHARE = 0.005  # of white paper
+LEAST = 1e-3  # of it that is told
 WIDEST = 5.0  # standard errors
 
 
@@ -46,7 +47,11 @@ def veiled(reading: Reading, share: float) -> tuple[Reading, np.ndarray]:
 
 
 def test_none_is_told_where_there_is_none(readings):
-    assert find_veils(named(readings)) == {}
+    found = find_veils(named(readings))
+    assert len(found) == VIEWS
+    for one in found.values():
+        assert not one.told and one.level[0] == 0.0
+        assert one.error[0] < LEAST * one.white[0]
 
 
 @pytest.mark.parametrize("share", [0.05, 0.3])
@@ -76,6 +81,7 @@ def test_it_is_found_to_within_its_error_and_taken_off(readings, share):
         assert abs(one.level[0] - veil[0]) < WIDEST * one.error[0]
         left = sight.reading.level - bare.level
         np.testing.assert_allclose(left, (veil - one.level)[0], rtol=0, atol=1e-9 * white_of(bare)[0])
+        np.testing.assert_allclose(sight.reading.noise, bare.noise + one.error[0] ** 2, rtol=1e-12)
         np.testing.assert_allclose(sight.reading.samples.value.mean(1), sight.reading.level, rtol=1e-12)
 
 
@@ -97,14 +103,16 @@ def test_channels_that_contradict_one_another_tell_none(readings):
     for reading in readings:
         value = np.repeat(reading.samples.value, 3, axis=1)
         mixed.append(with_values(reading, value + np.array([-SHARE, 0.3 * SHARE, SHARE]) * white_of(reading)))
-    assert find_veils(named(mixed)) == {}
+    found = find_veils(named(mixed))
+    assert not any(one.told for one in found.values())
+    assert all((one.error > LEAST * one.white).all() for one in found.values())
 
 
 def test_nothing_is_made_of_a_board_without_black_or_white(readings):
     samples = readings[0].samples
     for tone in (samples.white, ~samples.white):
         part = replace(readings[0], samples=samples.keep(tone), level=readings[0].level[tone])
-        assert find_veils([("a", part)]) == {}
+        assert not any(one.told for one in find_veils([("a", part)]).values())
     assert find_veils([]) == {}
 
 
@@ -115,6 +123,8 @@ def test_pictures_and_views_are_freed_of_it_and_it_is_told(readings):
     assert lifted_image(picture, None) is picture
     view = ViewSetup("v0", None, None, np.ones(1), np.ones(1), "none")
     assert lifted_view(view, None) is view
+    none = find_veils(named(readings))["v0"]
+    assert lifted_view(view, none) is view and lifted_image(picture, none) is picture
     np.testing.assert_array_equal(lifted_view(view, one).veil, one.level)
     note_veil(found, notes)
     assert notes.residuals["veil"]["share_of_white"] == pytest.approx(SHARE, rel=0.2)
