@@ -23,7 +23,7 @@ from capture.radiance import RadianceImage
 _NEIGHBOURS = 24  # samples of white paper that tell how a black one is lit
 _EVEN = 0.03  # relative scatter of theirs about a plane, beyond which an edge of a shadow runs between them
 _RIDGE = 1e-6  # of the normal equations: places in a row tell no plane
-_FEWEST = 200  # samples of black print that tell a line
+_FEWEST, _MOST = 200, 1500  # samples of black print that tell a line, and about as many as are asked
 _DIM = 0.1  # of the middle white: radiance at which black print is no longer told to the same share
 _ROUNDS, _WILD = 6, 3.0
 _ASTRAY = 3e-4  # of white paper: what path-traced sets without a veil show in single photos, 1e-4 to 4e-4
@@ -108,14 +108,15 @@ def photo_veil(samples: PaperSamples) -> Veil | None:
     untold = Veil(np.full_like(middle, np.nan), np.full_like(middle, np.nan), middle)
     if white.sum() < _NEIGHBOURS or (~white).sum() < _FEWEST:
         return untold
-    places = samples.points[:, :2]
-    distance, near = cKDTree(places[white]).query(places[~white], k=_NEIGHBOURS)
-    lit = samples.value[white][near]
-    beside, scatter = _at(places[~white][:, None] - places[white][near], lit)
+    dark = np.flatnonzero(~white)
+    dark = dark[:: max(1, len(dark) // _MOST)]
+    places, lit_places = samples.points[dark, :2], samples.points[white, :2]
+    distance, near = cKDTree(lit_places).query(places, k=_NEIGHBOURS)
+    beside, scatter = _at(places[:, None] - lit_places[near], samples.value[white][near])
     good = (scatter < _EVEN) & (distance.max(1) < 2 * np.median(distance.max(1)))
     if good.sum() < _FEWEST:
         return untold
-    black, square = samples.value[~white][good], samples.square[~white][good]
+    black, square = samples.value[dark[good]], samples.square[dark[good]]
     lines = [_line(beside[good, c], black[:, c], square) for c in range(black.shape[1])]
     slope, offset, error = np.array(lines).T
     if slope.max() >= 1:
