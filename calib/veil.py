@@ -23,7 +23,11 @@ from capture.radiance import RadianceImage
 _NEIGHBOURS = 24  # samples of white paper that tell how a black one is lit
 _EVEN = 0.03  # relative scatter of theirs about a plane, beyond which an edge of a shadow runs between them
 _RIDGE = 1e-6  # of the normal equations: places in a row tell no plane
-_FEWEST, _MOST = 200, 1500  # samples of black print that tell a line, and about as many as are asked
+_FEWEST, _ENOUGH, _MOST = (
+    200,
+    600,
+    1500,
+)  # samples of black print that tell a line, tell it well, are asked at first
 _DIM = 0.1  # of the middle white: radiance at which black print is no longer told to the same share
 _ROUNDS, _WILD = 6, 3.0
 _ASTRAY = 3e-4  # of white paper: what path-traced sets without a veil show in single photos, 1e-4 to 4e-4
@@ -108,21 +112,31 @@ def photo_veil(samples: PaperSamples) -> Veil | None:
     untold = Veil(np.full_like(middle, np.nan), np.full_like(middle, np.nan), middle)
     if white.sum() < _NEIGHBOURS or (~white).sum() < _FEWEST:
         return untold
-    dark = np.flatnonzero(~white)
-    dark = dark[:: max(1, len(dark) // _MOST)]
-    places, lit_places = samples.points[dark, :2], samples.points[white, :2]
-    distance, near = cKDTree(lit_places).query(places, k=_NEIGHBOURS)
-    beside, scatter = _at(places[:, None] - lit_places[near], samples.value[white][near])
-    good = (scatter < _EVEN) & (distance.max(1) < 2 * np.median(distance.max(1)))
-    if good.sum() < _FEWEST:
+    for most in (_MOST, len(white)):  # all of them, where few of some are evenly lit
+        dark, beside = _evenly_lit(samples, most)
+        if len(dark) >= _ENOUGH:
+            break
+    if len(dark) < _FEWEST:
         return untold
-    black, square = samples.value[dark[good]], samples.square[dark[good]]
-    lines = [_line(beside[good, c], black[:, c], square) for c in range(black.shape[1])]
+    black, square = samples.value[dark], samples.square[dark]
+    lines = [_line(beside[:, c], black[:, c], square) for c in range(black.shape[1])]
     slope, offset, error = np.array(lines).T
     if slope.max() >= 1:
         return untold
     # the white beside has the veil too: black = slope (white - veil) + veil
     return Veil(offset / (1 - slope), error / (1 - slope), middle)
+
+
+def _evenly_lit(samples: PaperSamples, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Which of about ``most`` samples of black print no shadow's edge is near, and the white beside, (n, c)."""
+    white = samples.white
+    dark = np.flatnonzero(~white)
+    dark = dark[:: max(1, len(dark) // most)]
+    places, lit_places = samples.points[dark, :2], samples.points[white, :2]
+    distance, near = cKDTree(lit_places).query(places, k=_NEIGHBOURS)
+    beside, scatter = _at(places[:, None] - lit_places[near], samples.value[white][near])
+    good = (scatter < _EVEN) & (distance.max(1) < 2 * np.median(distance.max(1)))
+    return dark[good], beside[good]
 
 
 def _at(offset: np.ndarray, lit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
