@@ -23,11 +23,8 @@ from capture.radiance import RadianceImage
 _NEIGHBOURS = 24  # samples of white paper that tell how a black one is lit
 _EVEN = 0.03  # relative scatter of theirs about a plane, beyond which an edge of a shadow runs between them
 _RIDGE = 1e-6  # of the normal equations: places in a row tell no plane
-_FEWEST, _ENOUGH, _MOST = (
-    200,
-    600,
-    1500,
-)  # samples of black print that tell a line, tell it well, are asked at first
+_FEWEST, _MOST = 200, 1500  # samples of black print that tell a line, and about as many as are asked at first
+_WELL = 6e-4  # of white paper: error to which some may tell it, else all are asked
 _DIM = 0.1  # of the middle white: radiance at which black print is no longer told to the same share
 _ROUNDS, _WILD = 6, 3.0
 _ASTRAY = 3e-4  # of white paper: what path-traced sets without a veil show in single photos, 1e-4 to 4e-4
@@ -112,15 +109,17 @@ def photo_veil(samples: PaperSamples) -> Veil | None:
     untold = Veil(np.full_like(middle, np.nan), np.full_like(middle, np.nan), middle)
     if white.sum() < _NEIGHBOURS or (~white).sum() < _FEWEST:
         return untold
-    for most in (_MOST, len(white)):  # all of them, where few of some are evenly lit
+    for most in (_MOST, len(white)):  # all of them, where some do not tell it well
         dark, beside = _evenly_lit(samples, most)
-        if len(dark) >= _ENOUGH:
+        if len(dark) < _FEWEST:
+            continue
+        black, square = samples.value[dark], samples.square[dark]
+        lines = [_line(beside[:, c], black[:, c], square) for c in range(len(middle))]
+        slope, offset, error = np.array(lines).T
+        if (error < _WELL * middle).all():
             break
     if len(dark) < _FEWEST:
         return untold
-    black, square = samples.value[dark], samples.square[dark]
-    lines = [_line(beside[:, c], black[:, c], square) for c in range(black.shape[1])]
-    slope, offset, error = np.array(lines).T
     if slope.max() >= 1:
         return untold
     # the white beside has the veil too: black = slope (white - veil) + veil
