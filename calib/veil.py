@@ -66,6 +66,8 @@ def find_veils(readings: Iterable[tuple[str, Reading]]) -> dict[str, Veil]:
     sure = float(np.hypot(sure, colour))
     if abs(common) < max(_LEAST, _SURE * sure):
         doubt = float(np.hypot(common, sure))
+        if doubt < _LEAST:
+            return {}
         return {
             name: replace(one, level=0.0 * one.white, error=doubt * one.white) for name, one in seen.items()
         }

@@ -47,11 +47,7 @@ def veiled(reading: Reading, share: float) -> tuple[Reading, np.ndarray]:
 
 
 def test_none_is_told_where_there_is_none(readings):
-    found = find_veils(named(readings))
-    assert len(found) == VIEWS
-    for one in found.values():
-        assert not one.told and one.level[0] == 0.0
-        assert one.error[0] < LEAST * one.white[0]
+    assert find_veils(named(readings)) == {}
 
 
 @pytest.mark.parametrize("share", [0.05, 0.3])
@@ -123,7 +119,7 @@ def test_pictures_and_views_are_freed_of_it_and_it_is_told(readings):
     assert lifted_image(picture, None) is picture
     view = ViewSetup("v0", None, None, np.ones(1), np.ones(1), "none")
     assert lifted_view(view, None) is view
-    none = find_veils(named(readings))["v0"]
+    none = replace(one, told=False)
     assert lifted_view(view, none) is view and lifted_image(picture, none) is picture
     np.testing.assert_array_equal(lifted_view(view, one).veil, one.level)
     note_veil(found, notes)
