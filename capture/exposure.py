@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from statistics import median
 
 from capture.photoset import Photo
 
@@ -57,3 +58,23 @@ def combine(photo: Photo, header: Exposure) -> Exposure:
     """The manifest's values, and the file's where the manifest is silent."""
     stated = {field: getattr(photo, field) for field in FIELDS}
     return Exposure(**{k: getattr(header, k) if value is None else value for k, value in stated.items()})
+
+
+def filled(
+    exposures: Mapping[str, Exposure], photos: Sequence[Photo]
+) -> tuple[dict[str, Exposure], dict[str, list[str]]]:
+    """Exposures (by file) with what some of ``photos`` lack taken as the others' middle value, and the files that
+    lacked each quantity.
+
+    For photos in which the lamp's strength is read: whatever stands for their exposure divides both alike. Those of a
+    bracket are compared with one another, and stay as they are.
+    """
+    found, lacking = dict(exposures), {}
+    for field in FIELDS:
+        known = [value for photo in photos if (value := getattr(exposures[photo.file], field)) is not None]
+        without = [p.file for p in photos if p.bracket is None and getattr(exposures[p.file], field) is None]
+        if known and without:
+            lacking[field] = without
+            for file in without:
+                found[file] = replace(found[file], **{field: median(known)})
+    return found, lacking

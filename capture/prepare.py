@@ -13,7 +13,7 @@ from capture.clipping import clip_code
 from capture.corrections import ambient_light, dark_frame, flat_field, vignetting
 from capture.encoding import Encoding
 from capture.errors import InputError
-from capture.exposure import Exposure, combine
+from capture.exposure import Exposure, combine, filled
 from capture.frames import Rays
 from capture.images import Header, Image, read_header, read_image
 from capture.noise import NoiseModel, estimate_noise, given_noise
@@ -30,6 +30,7 @@ LOOKED_AT_PIXELS = 1_500_000  # of a photo, in evenly spaced bands of rows
 SERIES = 3  # brackets that a response curve is recovered from
 ASSUMED_ELECTRONS = 20000.0  # at white level, where no photo tells
 ASSUMED_READ = 5.0
+NAMED = 4  # photos in a warning
 
 
 def prepare(
@@ -48,6 +49,7 @@ def prepare(
         photo.file: combine(photo, headers[photo.file].exposure if photo.file in headers else Exposure())
         for photo in photoset.photos
     }
+    exposures, assumed = with_missing(photoset, exposures)
     counted = [photo for view in photoset.views("sample") for photo in view.photos] or photoset.photos
     fields = frozenset().union(*(exposures[photo.file].known() for photo in counted))
     encoding, notes = encoding_of(photoset, images[0], exposures)
@@ -60,7 +62,7 @@ def prepare(
         exposures=exposures,
         fields=fields,
         notes=(*notes, sensor_note(sensor)),
-        warnings=doubts(photoset, images[0], sensor),
+        warnings=(*assumed, *doubts(photoset, images[0], sensor)),
         decode=decode,
     )
     dark, unread = dark_frame(reader)
@@ -70,6 +72,24 @@ def prepare(
     flat, unread = flat_field(reader)
     gain = vignetting(reader, camera) if flat is None else flat
     return replace(reader, gain=gain, warnings=reader.warnings + unread)
+
+
+def with_missing(
+    photoset: PhotoSet, exposures: Mapping[str, Exposure]
+) -> tuple[dict[str, Exposure], tuple[str, ...]]:
+    """Exposures with those that some photos of the sample lack, where a white patch or a board's paper tells the lamp's
+    strength in each photo and nothing is subtracted, so that they hardly count; and what is to be said of them."""
+    subtracted = any(photo.role in ("dark", "ambient") for photo in photoset.photos)
+    if subtracted or (photoset.board is None and not photoset.white_patches):
+        return dict(exposures), ()
+    sample = [photo for photo in photoset.photos if photo.role in ("sample", "probe")]
+    found, lacking = filled(exposures, sample)
+    return found, tuple(
+        f"no {field}, neither in the manifest nor in EXIF, in {len(files)} of {len(sample)} photos "
+        f"({', '.join(files[:NAMED])}{', ...' if len(files) > NAMED else ''}): taken as the others', which counts only "
+        "where neither white patch nor paper can be read"
+        for field, files in lacking.items()
+    )
 
 
 def read_radiance(

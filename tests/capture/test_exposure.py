@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from capture.exposure import Exposure, combine, from_attributes
+from capture.exposure import Exposure, combine, filled, from_attributes
 from capture.images import read_header
 from capture.photoset import Photo
 
@@ -47,3 +47,12 @@ def test_one_stop_is_a_factor_of_two():
         assert other.factor == pytest.approx(2 * base.factor, rel=1e-12)
     assert Exposure(2.0).factor == 2.0 and Exposure().factor == 1.0
     assert base.only(frozenset({"iso"})) == Exposure(iso=100.0)
+
+
+def test_exposures_that_some_photos_lack_are_taken_as_the_others():
+    photos = [Photo(name, "sample") for name in "abc"] + [Photo("d", "sample", bracket=1)]
+    times = dict(zip("abcd", (0.5, None, 0.25, None), strict=True))
+    found, lacking = filled({name: Exposure(time) for name, time in times.items()}, photos)
+    assert found == {"a": Exposure(0.5), "b": Exposure(0.375), "c": Exposure(0.25), "d": Exposure(None)}
+    assert lacking == {"exposure_time": ["b"]}
+    assert filled({name: Exposure() for name in "abcd"}, photos)[1] == {}
