@@ -13,6 +13,7 @@ from calib.checks import bad_photos, board_shape, view_warnings
 from calib.evidence import Posed
 from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from calib.looking import Progress, Reader, Seen, look, look_closer
+from calib.misread import board_fault
 from calib.notes import Notes
 from calib.pose import fit_pose, joined
 from calib.sight import FIXED_POSE, POSE, Sight, light_id
@@ -83,6 +84,7 @@ def find_camera(
         camera = Camera(np.asarray(entry.matrix, float), distortion, size)
         closer = photos.replaced(look_closer(reader, camera, photos.every, tell, notes.warnings.append))
         return camera, Model(size, distortion, ()), closer
+    _check_board(photoset, reader, photos)
     start = quick_camera(_useful(photos.every, size), size)
     if start is None:
         raise InputError(
@@ -91,6 +93,14 @@ def find_camera(
         )
     closer = photos.replaced(look_closer(reader, start, photos.every, tell, notes.warnings.append))
     return fitted_camera(closer, size, notes, reader.workers)
+
+
+def _check_board(photoset: PhotoSet, reader: Reader, photos: Photos) -> None:
+    """InputError if the markers in the photos are others than the board's, or lie otherwise."""
+    seen = [one for one in photos.every if one.corners is not None]
+    fault = None if photoset.board is None else board_fault(photoset.board, reader, seen)
+    if fault is not None:
+        raise InputError(photoset.folder / MANIFEST, fault)
 
 
 def _useful(seen: list[Seen], size: tuple[int, int]) -> list[Corners]:
