@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -16,6 +17,7 @@ from calib.account import (
     sample_in_picture,
 )
 from calib.allowed import NO_FALLOFF, Settle, settle_allowing
+from calib.astray import ball_elsewhere, note_ball, shows_limb
 from calib.beam import Beam, note_beam
 from calib.beside import Beside, ambient_irradiance, expect, light_beside, note_beside
 from calib.board import Corners
@@ -70,7 +72,7 @@ def calibrate(
     sights = _with_sample(photoset, camera, sights, notes)
     scale_corners(camera, boards, sights)
     check_camera(photoset, camera, model, boards, sights, notes)
-    observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
+    photoset = _observed(photoset, reader, camera, sights, tell, notes)
     sights = usable(photoset, sights, notes)
     veils = find_veils((s.view.name, s.reading) for s in sights if s.has_paper)
     lift(sights, veils)
@@ -126,6 +128,25 @@ def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes:
     if all(s.probe for s in kept):
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     return kept
+
+
+def _observed(
+    photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight], tell: Progress, notes: Notes
+) -> PhotoSet:
+    """Fill in what the sights show, with the sample ball where it is seen; the set with it there."""
+    observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
+    found = ball_elsewhere(photoset, reader, camera, sights)
+    if found is None:
+        return photoset
+    moved, before = replace(photoset, sample=found), [replace(s) for s in sights]
+    observe(moved, reader, camera, sights, photoset.mirror_balls, tell)
+    if shows_limb(sights):
+        note_ball(photoset, found, notes)
+        return moved
+    for sight, old in zip(sights, before, strict=True):
+        for name in Sight.__slots__:
+            setattr(sight, name, getattr(old, name))
+    return photoset
 
 
 def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]:

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from calib.camera import Camera, Pose
 from calib.highlights import outline
 
-_AROUND = 72  # places along the limb
+LIMB_POINTS = 72  # places along the limb
 _STEP = 0.25  # pixels between samples across it
 _SOFT = 0.7  # pixels, the scale of the edge filter
 _NEAR = 1.5  # pixels within which the limb is looked for once it is roughly known
@@ -49,8 +49,8 @@ def find_limb(
     ``level`` (h, w) float32 is linear radiance, its first pixel the photo's ``origin``. Where several edges lie in
     reach the strongest counts, if it stands well above what the ball's own shading does.
     """
-    limb = outline(camera, pose, center, radius, _AROUND)
-    outer = outline(camera, pose, center, radius * 1.02, _AROUND)
+    limb = outline(camera, pose, center, radius, LIMB_POINTS)
+    outer = outline(camera, pose, center, radius * 1.02, LIMB_POINTS)
     normal = outer - limb
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     edge, sigma, clear = find_edges(level, usable, limb, normal, within, origin)

@@ -1,0 +1,224 @@
+"""Where a sample ball stands that is not where the manifest says: its whole limb is looked for, far around.
+
+A limb is a closed curve of edges that all lie across it. Prints have edges everywhere, but along no circle: where the
+share of a circle's edges that lie right stands out from all others', there is the ball.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from calib.camera import Camera, Pose
+from calib.highlights import outline
+from calib.looking import Reader
+from calib.notes import Notes
+from calib.sample import LIMB_POINTS, focal
+from calib.sight import Sight
+from calib.together import start_sample
+from calib.tone import without_fireflies
+from capture.photoset import PhotoSet, Sphere
+from capture.signal import Region
+
+_WHOLE = 0.6  # of a limb's points; what shows as many, close to its place, is the ball
+_MOVED = 0.03  # of the radius, by which a ball may stand beside its place without a further look
+_REACH = 1.6  # radii around the manifest's place that are looked at
+_STEP = 2.5  # pixels between places tried, and then
+_FINE = 0.8
+_BLUR = 1.5  # pixels
+_POINTS = 64  # along a limb
+_PHOTOS = 4  # looked at
+_SHARE = 0.15  # of a limb that must be seen: the fainter an edge beside the print's, the less it counts
+_BETTER = 1.3  # times the share of the manifest's place, and of all others
+_FAINT = 0.25  # of the usual strong edge: a limb may be fainter than the print
+_APART = 0.3  # of the radius, between places that are not one
+_NEAR = 0.04  # of the radius, where a ball is looked for at the manifest's place
+_PART = 0.4  # of a limb's points, that a ball shows where it is found
+_TRIED = 4  # of the likeliest places
+_INNER = 0.85  # of a limb's size: corners within are hidden by the ball, and
+_SEEN_THROUGH = 2  # so many of them seen are none that were mistaken
+_SMALLEST = 8  # pixels of a part that is looked at
+
+
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    """Edges in a part of a photo, or of all of a still camera's, as unit gradients times how clear they are."""
+
+    pose: Pose
+    x: np.ndarray  # (h, w) float32
+    y: np.ndarray
+    origin: np.ndarray  # (2,) the part's first pixel
+    corners: np.ndarray  # (n, 2) pixels of corners of the board and of its markers that are seen
+
+    def share(self, limbs: np.ndarray) -> np.ndarray:
+        """How much (m,) of limbs (m, k, 2) shows edges that lie along them, 0 to 1."""
+        tangent = np.roll(limbs, -1, axis=1) - np.roll(limbs, 1, axis=1)
+        tangent /= np.maximum(np.linalg.norm(tangent, axis=2, keepdims=True), 1e-12)
+        place = np.round(limbs - self.origin).astype(int)
+        height, width = self.x.shape
+        inside = ((place >= 0) & (place < (width, height))).all(axis=2)
+        column, row = np.where(inside, place[..., 0], 0), np.where(inside, place[..., 1], 0)
+        across = self.x[row, column] * tangent[..., 1] - self.y[row, column] * tangent[..., 0]
+        return (inside * across**2).mean(axis=1) * ~self._before_corners(limbs)
+
+    def _before_corners(self, limbs: np.ndarray) -> np.ndarray:
+        """Whether corners of the board are seen where balls of these limbs would hide them, (m,) bool."""
+        middle = limbs.mean(axis=1)
+        inner = _INNER * np.linalg.norm(limbs - middle[:, None], axis=2).min(axis=1)
+        away = np.linalg.norm(self.corners - middle[:, None], axis=2)
+        return (away < inner[:, None]).sum(axis=1) >= _SEEN_THROUGH
+
+
+def ball_elsewhere(photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight]) -> Sphere | None:
+    """The sample ball where the photos show it, if that is far from where the manifest has it; else None."""
+    ball = photoset.sample
+    if not isinstance(ball, Sphere) or not _doubtful(camera, sights, ball):
+        return None
+    pictures = _pictures(reader, camera, sights, ball)
+    if not pictures:
+        return None
+    near = _grid(ball.center, _NEAR * ball.radius, _NEAR / 4 * ball.radius)
+    there, _ = _highest(pictures, camera, near, ball.radius)
+    share, other, center = max(
+        (_best(pictures, camera, one) for one in _guesses(ball)), key=lambda one: one[0]
+    )
+    if share < max(_SHARE, _BETTER * max(there, other)):
+        return None
+    moved = float(np.linalg.norm(center - ball.center)) > _MOVED * ball.radius
+    return Sphere(center, ball.radius) if moved else None
+
+
+def shows_limb(sights: list[Sight]) -> bool:
+    """Whether a good part of the sample's limb was found."""
+    return any(s.limb is not None and len(s.limb) > _PART * LIMB_POINTS for s in sights)
+
+
+def note_ball(photoset: PhotoSet, found: Sphere, notes: Notes) -> None:
+    off = float(np.linalg.norm(found.center - photoset.sample.center))
+    place = ", ".join(f"{v:.3g}" for v in found.center)
+    notes.warnings.append(
+        f"the sample ball stands {off:.2g} {photoset.length_unit} off the manifest's center, at about [{place}], and "
+        "is taken to be there: correct sample.center"
+    )
+
+
+def _doubtful(camera: Camera, sights: list[Sight], ball: Sphere) -> bool:
+    """Whether limbs near the manifest's place are missing, or are parts of something, or lie far aside."""
+    limbs = [s.limb for s in sights if s.limb is not None]
+    if not limbs or max(len(limb) for limb in limbs) < _WHOLE * LIMB_POINTS:
+        return True
+    start = start_sample(camera, sights, ball)
+    return bool(np.linalg.norm(start[:3] - ball.center) > _MOVED * ball.radius)
+
+
+def _guesses(ball: Sphere) -> Iterator[Sphere]:
+    """The ball as high as it is told to be, and lying on the board."""
+    yield ball
+    if abs(ball.center[2] - ball.radius) > _MOVED * ball.radius:
+        yield Sphere(np.array([*ball.center[:2], ball.radius]), ball.radius)
+
+
+def _best(pictures: list[_Picture], camera: Camera, ball: Sphere) -> tuple[float, float, np.ndarray]:
+    """The largest share that a ball as large and as high as ``ball`` has anywhere around, the largest that it has
+    elsewhere, and the centre (3,) of the first."""
+    scale = _scale(pictures, camera, ball)
+    centers = _grid(ball.center, _REACH * ball.radius, _STEP / scale)
+    shares = np.mean([p.share(_shifted(camera, p.pose, centers, ball)) for p in pictures], axis=0)
+    found = []
+    for k in _peaks(centers, shares, _APART * ball.radius):
+        share, center = shares[k], centers[k]
+        for reach, step in ((2 * _STEP, _FINE), (_FINE, _FINE / 3)):
+            close = _grid(center, reach / scale, step / scale)
+            share, center = _highest(pictures, camera, close, ball.radius)
+        found.append((share, center))
+    (share, center), *others = sorted(found, key=lambda one: -one[0])
+    apart = [s for s, c in others if np.linalg.norm(c - center) > _APART * ball.radius / 2]
+    return share, max(apart, default=0.0), center
+
+
+def _peaks(centers: np.ndarray, shares: np.ndarray, apart: float) -> list[int]:
+    """The largest shares that are so far apart."""
+    chosen: list[int] = []
+    for k in np.argsort(-shares):
+        if all(np.linalg.norm(centers[k] - centers[n]) > apart for n in chosen):
+            chosen.append(int(k))
+        if len(chosen) == _TRIED:
+            break
+    return chosen
+
+
+def _highest(
+    pictures: list[_Picture], camera: Camera, centers: np.ndarray, radius: float
+) -> tuple[float, np.ndarray]:
+    """The largest share of balls at ``centers`` (m, 3), in the mean of the photos, and the centre (3,) that has it."""
+    limbs = [np.array([outline(camera, p.pose, c, radius, _POINTS) for c in centers]) for p in pictures]
+    shares = np.mean([p.share(limb) for p, limb in zip(pictures, limbs, strict=True)], axis=0)
+    best = int(np.argmax(shares))
+    return float(shares[best]), centers[best]
+
+
+def _shifted(camera: Camera, pose: Pose, centers: np.ndarray, ball: Sphere) -> np.ndarray:
+    """About the limbs (m, k, 2) of balls at ``centers`` (m, 3): that of the one in their middle, moved."""
+    middle = centers.mean(axis=0)
+    limb = outline(camera, pose, middle, ball.radius, _POINTS) - camera.project(pose, middle[None])
+    return camera.project(pose, centers)[:, None] + limb
+
+
+def _grid(middle: np.ndarray, reach: float, step: float) -> np.ndarray:
+    """Places (m, 3) about ``middle`` at its height."""
+    count = int(np.ceil(reach / step))
+    line = step * np.arange(-count, count + 1)
+    x, y = (part.ravel() for part in np.meshgrid(line, line))
+    return middle + np.column_stack([x, y, np.zeros(len(x))])
+
+
+def _scale(pictures: list[_Picture], camera: Camera, ball: Sphere) -> float:
+    """Pixels a length unit has at the ball, in the nearest photo."""
+    return max(focal(camera) / float(np.linalg.norm(p.pose.apply(ball.center))) for p in pictures)
+
+
+def _pictures(reader: Reader, camera: Camera, sights: list[Sight], ball: Sphere) -> list[_Picture]:
+    """Edges as far around the ball as it is looked for: of a still camera's photos laid over one another, which show
+    all sides lit, or of each."""
+    chosen = [s for s in sights if not s.probe and not s.dark]
+    every = np.unique(np.linspace(0, len(chosen) - 1, _PHOTOS).astype(int)) if chosen else []
+    shown: dict[str, tuple[Sight, Region, list[np.ndarray]]] = {}
+    for sight in (chosen[k] for k in every):
+        region = _region(camera, sight.pose, ball)
+        level = None if region is None else reader.level(sight.view, region)
+        if level is not None:
+            shown.setdefault(sight.pose_block, (sight, region, []))[2].append(without_fireflies(level[0]))
+    return [
+        _picture(one, np.nan_to_num(np.max(levels, axis=0)), region) for one, region, levels in shown.values()
+    ]
+
+
+def _region(camera: Camera, pose: Pose, ball: Sphere) -> Region | None:
+    middle = camera.project(pose, np.asarray(ball.center, float)[None])[0]
+    reach = (_REACH + 1.1) * ball.radius * focal(camera) / float(np.linalg.norm(pose.apply(ball.center)))
+    if not np.isfinite(middle).all():
+        return None
+    low = np.clip(np.floor(middle - reach), 0, camera.size).astype(int).tolist()
+    high = np.clip(np.ceil(middle + reach), 0, camera.size).astype(int).tolist()
+    return (*low, *high) if min(high[0] - low[0], high[1] - low[1]) >= _SMALLEST else None
+
+
+def _picture(sight: Sight, level: np.ndarray, region: Region) -> _Picture:
+    bright = max(float(np.percentile(level, 95)), 1e-30)
+    tone = cv2.GaussianBlur(np.sqrt(np.clip(level / bright, 0, 4)).astype(np.float32), (0, 0), _BLUR)
+    dx, dy = (cv2.Sobel(tone, cv2.CV_32F, *order, ksize=3) for order in ((1, 0), (0, 1)))
+    size = np.hypot(dx, dy) + 1e-30
+    clear = size / (size + _FAINT * float(np.percentile(size, 95)))
+    seen, marks = np.zeros((0, 2)), np.zeros((0, 2))
+    if sight.corners is not None:
+        seen, marks = sight.corners.pixels, sight.corners.marker_pixels.reshape(-1, 2)
+    return _Picture(
+        sight.pose,
+        clear * dx / size,
+        clear * dy / size,
+        np.array(region[:2], float),
+        np.concatenate([seen, marks]),
+    )
