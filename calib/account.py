@@ -12,7 +12,7 @@ from calib.lamps import expected_pixel
 from calib.notes import Notes
 from calib.plane import PlaneMove
 from calib.setup import Marks
-from calib.shading import ShadingFit
+from calib.shared import SHARED_APART, SURE_APART, aside
 from calib.sight import Sight
 from calib.together import Settled
 from capture.photoset import PhotoSet, Plane, Sphere
@@ -22,8 +22,6 @@ _IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed
 _TILTED = np.radians(0.7)
 _SURE_TILT = 5.0  # standard errors at which a tilt is told
 _CONTRADICTED = 3.0  # times their errors, by which highlights miss all lamps; path-traced sets: 0.4 to 1.2
-_SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart, and
-_SURE_APART = 4.0  # standard errors of a photo's own
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
@@ -56,20 +54,13 @@ def _shared_lights(settled: Settled, sights: list[Sight], notes: Notes) -> None:
             continue
         toward = np.array([fit.place / np.linalg.norm(fit.place) for fit in fits])
         apart = np.linalg.norm(toward - np.median(toward, axis=0), axis=1)
-        sure = apart > _SURE_APART * np.array([_aside(fit) for fit in fits])
+        sure = apart > SURE_APART * np.array([aside(fit) for fit in fits])
         worst = apart[sure].max(initial=0.0)
-        if worst > _SHARED_APART:
+        if worst > SHARED_APART:
             notes.warnings.append(
                 f"photos of light {lamp.name!r} show it in directions {np.degrees(worst):.0f} degrees apart: give each "
                 "place of a lamp an id of its own"
             )
-
-
-def _aside(fit: ShadingFit) -> float:
-    """Standard error, radians, of the direction in which one photo's paper has its lamp."""
-    far = float(np.linalg.norm(fit.place))
-    across = np.eye(3) - np.outer(fit.place, fit.place) / far**2
-    return float(np.sqrt(np.linalg.norm(across @ fit.covariance() @ across, 2))) / far
 
 
 def _camera(settled: Settled, notes: Notes) -> None:
@@ -111,7 +102,8 @@ def _sample(photoset: PhotoSet, settled: Settled, notes: Notes) -> None:
     if not believed(photoset, settled):
         notes.warnings.append(
             f"the sample ball seems to stand {moved:.3g} {photoset.length_unit} off the manifest's center: "
-            "not believed, the manifest's is kept; check sample.center and sample.radius"
+            "not believed, the manifest's is kept; check sample.center, sample.radius, and with a ruler whether the "
+            "board's squares are as long as the manifest says"
         )
     elif moved > SAMPLE_PLACE * sample.radius:
         notes.warnings.append(

@@ -6,7 +6,6 @@ share of a circle's edges that lie right stands out from all others', there is t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -23,7 +22,6 @@ from calib.tone import without_fireflies
 from capture.photoset import PhotoSet, Sphere
 from capture.signal import Region
 
-_WHOLE = 0.6  # of a limb's points; what shows as many, close to its place, is the ball
 _MOVED = 0.03  # of the radius, by which a ball may stand beside its place without a further look
 _REACH = 1.6  # radii around the manifest's place that are looked at
 _STEP = 2.5  # pixels between places tried, and then
@@ -82,13 +80,13 @@ def ball_elsewhere(photoset: PhotoSet, reader: Reader, camera: Camera, sights: l
         return None
     near = _grid(ball.center, _NEAR * ball.radius, _NEAR / 4 * ball.radius)
     there, _ = _highest(pictures, camera, near, ball.radius)
-    share, other, center = max(
-        (_best(pictures, camera, one) for one in _guesses(ball)), key=lambda one: one[0]
-    )
-    if share < max(_SHARE, _BETTER * max(there, other)):
-        return None
-    moved = float(np.linalg.norm(center - ball.center)) > _MOVED * ball.radius
-    return Sphere(center, ball.radius) if moved else None
+    for radius in (ball.radius, ball.radius / 2):  # the diameter may be told for the radius
+        tried = [_best(pictures, camera, one) for one in _guesses(ball, radius)]
+        share, other, center = max(tried, key=lambda one: one[0])
+        if share >= max(_SHARE, _BETTER * max(there, other)):
+            moved = float(np.linalg.norm(center - ball.center)) > _MOVED * radius
+            return Sphere(center, radius) if moved or radius != ball.radius else None
+    return None
 
 
 def shows_limb(sights: list[Sight]) -> bool:
@@ -97,28 +95,33 @@ def shows_limb(sights: list[Sight]) -> bool:
 
 
 def note_ball(photoset: PhotoSet, found: Sphere, notes: Notes) -> None:
-    off = float(np.linalg.norm(found.center - photoset.sample.center))
+    told, unit = photoset.sample, photoset.length_unit
+    off = float(np.linalg.norm(found.center - told.center))
     place = ", ".join(f"{v:.3g}" for v in found.center)
+    size = (
+        "," if found.radius == told.radius else f", with a radius of {found.radius:.3g}, half the manifest's,"
+    )
+    key = "sample.center" if found.radius == told.radius else "sample.center and sample.radius"
     notes.warnings.append(
-        f"the sample ball stands {off:.2g} {photoset.length_unit} off the manifest's center, at about [{place}], and "
-        "is taken to be there: correct sample.center"
+        f"the sample ball stands {off:.2g} {unit} off the manifest's center, at about [{place}]{size} and is taken to "
+        f"be there: correct {key}"
     )
 
 
 def _doubtful(camera: Camera, sights: list[Sight], ball: Sphere) -> bool:
-    """Whether limbs near the manifest's place are missing, or are parts of something, or lie far aside."""
-    limbs = [s.limb for s in sights if s.limb is not None]
-    if not limbs or max(len(limb) for limb in limbs) < _WHOLE * LIMB_POINTS:
+    """Whether no limb is seen about the manifest's place, or far aside."""
+    if all(s.limb is None for s in sights):
         return True
     start = start_sample(camera, sights, ball)
     return bool(np.linalg.norm(start[:3] - ball.center) > _MOVED * ball.radius)
 
 
-def _guesses(ball: Sphere) -> Iterator[Sphere]:
+def _guesses(ball: Sphere, radius: float) -> list[Sphere]:
     """The ball as high as it is told to be, and lying on the board."""
-    yield ball
-    if abs(ball.center[2] - ball.radius) > _MOVED * ball.radius:
-        yield Sphere(np.array([*ball.center[:2], ball.radius]), ball.radius)
+    heights = [float(ball.center[2])]
+    if abs(heights[0] - radius) > _MOVED * radius:
+        heights.append(radius)
+    return [Sphere(np.array([*ball.center[:2], height]), radius) for height in heights]
 
 
 def _best(pictures: list[_Picture], camera: Camera, ball: Sphere) -> tuple[float, float, np.ndarray]:
@@ -126,7 +129,7 @@ def _best(pictures: list[_Picture], camera: Camera, ball: Sphere) -> tuple[float
     elsewhere, and the centre (3,) of the first."""
     scale = _scale(pictures, camera, ball)
     centers = _grid(ball.center, _REACH * ball.radius, _STEP / scale)
-    shares = np.mean([p.share(_shifted(camera, p.pose, centers, ball)) for p in pictures], axis=0)
+    shares = np.mean([p.share(_shifted(camera, p.pose, centers, ball.radius)) for p in pictures], axis=0)
     found = []
     for k in _peaks(centers, shares, _APART * ball.radius):
         share, center = shares[k], centers[k]
@@ -154,16 +157,15 @@ def _highest(
     pictures: list[_Picture], camera: Camera, centers: np.ndarray, radius: float
 ) -> tuple[float, np.ndarray]:
     """The largest share of balls at ``centers`` (m, 3), in the mean of the photos, and the centre (3,) that has it."""
-    limbs = [np.array([outline(camera, p.pose, c, radius, _POINTS) for c in centers]) for p in pictures]
-    shares = np.mean([p.share(limb) for p, limb in zip(pictures, limbs, strict=True)], axis=0)
+    shares = np.mean([p.share(_shifted(camera, p.pose, centers, radius)) for p in pictures], axis=0)
     best = int(np.argmax(shares))
     return float(shares[best]), centers[best]
 
 
-def _shifted(camera: Camera, pose: Pose, centers: np.ndarray, ball: Sphere) -> np.ndarray:
+def _shifted(camera: Camera, pose: Pose, centers: np.ndarray, radius: float) -> np.ndarray:
     """About the limbs (m, k, 2) of balls at ``centers`` (m, 3): that of the one in their middle, moved."""
     middle = centers.mean(axis=0)
-    limb = outline(camera, pose, middle, ball.radius, _POINTS) - camera.project(pose, middle[None])
+    limb = outline(camera, pose, middle, radius, _POINTS) - camera.project(pose, middle[None])
     return camera.project(pose, centers)[:, None] + limb
 
 

@@ -98,6 +98,13 @@ def board_points(board: Board) -> np.ndarray:
     return points if board.kind == "markers" else _to_world(board, points)
 
 
+def marker_middles(board: Board) -> tuple[np.ndarray, np.ndarray]:
+    """Ids (n,) of a printed board's markers, and world places (n, 3) of their middles."""
+    made = opencv_board(board)
+    quads = np.array([np.asarray(p, float).reshape(4, 3) for p in made.getObjPoints()])
+    return np.asarray(made.getIds()).ravel().astype(int), _to_world(board, quads.mean(axis=1))
+
+
 def _to_world(board: Board, points: np.ndarray) -> np.ndarray:
     x, y, z = np.asarray(points, float).reshape(-1, 3).T
     return np.column_stack([x, board_size(board)[1] - y, -z])

@@ -20,7 +20,7 @@ from calib.allowed import NO_FALLOFF, Settle, settle_allowing
 from calib.astray import ball_elsewhere, note_ball, shows_limb
 from calib.beam import Beam, note_beam
 from calib.beside import Beside, ambient_irradiance, expect, light_beside, note_beside
-from calib.board import Corners
+from calib.board import Corners, board_size
 from calib.bundle import Model, block_pose, pose_block
 from calib.camera import Camera, Pose
 from calib.doubts import contradiction, denied_by_patch, washed_out
@@ -35,15 +35,19 @@ from calib.observe import observe
 from calib.patch import patches_box
 from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Falloff, Light, Setup, ViewSetup
+from calib.shared import tell_shared_apart
 from calib.sheen import shining, white_alone
 from calib.sight import FIXED_POSE, POSE, Keep, Sight, channel_names, hand_over, in_memory, start_over
 from calib.slab import clear_of_slab, is_thick
 from calib.starts import square_ratios
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.veil import Veil, find_veils, lift, lifted_image, lifted_view, note_veil
+from calib.uncovered import cut_to_sample
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
 from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
+
+_FAR_OFF = 10.0  # board diagonals: a sample as far is told in another unit
 
 
 def calibrate(
@@ -76,6 +80,7 @@ def calibrate(
     sights = usable(photoset, sights, notes)
     veils = find_veils((s.view.name, s.reading) for s in sights if s.has_paper)
     lift(sights, veils)
+    tell_shared_apart(photoset, reader, camera, sights, notes)
     settle_for = partial(settled_from, photoset, reader, model, camera, boards, sights, tell)
     settled, beam, beside, falloff = settled_at_last(photoset, sights, settle_for)
     if falloff is not None and falloff.allowed:
@@ -126,14 +131,31 @@ def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes:
         else:
             notes.leave_out(sight.view.name, "the sample lies outside the picture")
     if all(s.probe for s in kept):
-        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
+        why = notes.reasons() + _other_unit(photoset)
+        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + why)
     return kept
+
+
+def _other_unit(photoset: PhotoSet) -> str:
+    """A hint, where the sample lies so far from the board that one of them may be told in another unit."""
+    if photoset.board is None:
+        return ""
+    sample, size = photoset.sample, board_size(photoset.board)
+    flat = sample.center[:2] if isinstance(sample, Sphere) else np.mean(sample.outline, axis=0)
+    if np.linalg.norm(flat - size / 2) < _FAR_OFF * np.linalg.norm(size):
+        return ""
+    width, height = size
+    return (
+        f". It is told to be at [{flat[0]:g}, {flat[1]:g}], the board to be {width:g} x {height:g} large: all lengths "
+        "must be in one unit"
+    )
 
 
 def _observed(
     photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight], tell: Progress, notes: Notes
 ) -> PhotoSet:
-    """Fill in what the sights show, with the sample ball where it is seen; the set with it there."""
+    """Fill in what the sights show, with the sample where it is seen; the set with it there."""
+    photoset = cut_to_sample(photoset, reader, camera, sights, notes)
     observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
     found = ball_elsewhere(photoset, reader, camera, sights)
     if found is None:

@@ -15,7 +15,7 @@ from calib.lights import MirroredRay, meet, mirrored_ray
 from calib.looking import Progress
 from calib.reflect import mirrored_direction, mirrored_point
 from calib.shading import Scene
-from calib.sight import Sight
+from calib.sight import Sight, light_entry
 from calib.starts import first_fit
 from capture.photoset import LightEntry, PhotoSet, Sphere
 
@@ -91,7 +91,7 @@ def start_lamps(
 
 
 def _entry(photoset: PhotoSet, members: list[Sight]) -> LightEntry | None:
-    return next((e for e in photoset.lights if e.id == members[0].light), None)
+    return light_entry(photoset, members[0].view)
 
 
 def start_lamp(
@@ -115,7 +115,7 @@ def start_lamp(
     source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
     if scene is not None and paper is not None and reading is not None and kind != "directional":
         diagonal = float(np.hypot(*board_size(photoset.board)))
-        local = first_fit(reading, scene, rays, _middle(photoset), diagonal)
+        local = first_fit(reading, scene, rays, middle_of(photoset), diagonal)
         if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or not rays:
             paper.shading = local
             place = paper.pose.apply(local[:3]) if attached else local[:3]
@@ -162,7 +162,7 @@ def _bring_near(
     lonely = [lamp for lamp in lonely if lamp.entry is None or lamp.entry.kind is None]
     if not near or not lonely:
         return lamps
-    middle = _middle(photoset)
+    middle = middle_of(photoset)
     reach = float(np.median([np.linalg.norm(p - middle) for p in near]))
     moved = dict(lamps)
     for lamp in lonely:
@@ -172,7 +172,7 @@ def _bring_near(
     return moved
 
 
-def _middle(photoset: PhotoSet) -> np.ndarray:
+def middle_of(photoset: PhotoSet) -> np.ndarray:
     """The middle (3,) of the board, or of the sample where there is none."""
     if photoset.board is not None:
         return np.append(board_size(photoset.board) / 2, 0.0)

@@ -8,7 +8,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from calib.board import Corners, dictionary, opencv_board
+from calib.board import Corners, dictionary, marker_middles, opencv_board
+from calib.camera import Camera
+from calib.evidence import Posed
 from calib.looking import Reader, Seen
 from calib.tone import detection_image, without_fireflies
 from capture.errors import InputError
@@ -19,6 +21,8 @@ _LOOKED_AT = 3  # photos
 _OFF = 0.15  # of a marker's side, that it may lie beside its place: a lens bends a board by less
 _FIT = 0.8  # share of the markers that must lie where a board has them
 _WIDER = 0.1  # relative, by which markers of a grid may be wider beside their distances
+_PHOTOS = 3  # in which markers are missing, or seen, that tell of rows
+_INSIDE = 0.75  # of a marker's side around its middle, that must be in the picture
 _COLUMNS = range(2, 31)
 # each holds the smaller ones of its kind
 _LARGEST = (
@@ -48,6 +52,37 @@ def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
             f"and marker_length say {apart:.2g}"
         )
     return None
+
+
+def board_doubts(board: Board, camera: Camera, boards: list[Posed], others: set[int]) -> list[str]:
+    """A board of more or fewer rows than the manifest says, which puts its origin elsewhere: markers that no photo
+    shows where it should, or that it has not; ``others`` are on lamps."""
+    if board.kind == "markers" or not boards:
+        return []
+    ids, places = marker_middles(board)
+    every = np.concatenate([corners.marker_ids for _, corners, _ in boards])
+    size = "squares" if board.kind == "charuco" else "markers"
+    unseen = ids > every[np.isin(every, ids)].max(initial=-1)
+    said = []
+    if unseen.any():
+        around = _INSIDE * board.marker_length * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+        reach = (places[unseen][:, None] + around).reshape(-1, 3)
+        shown = [camera.project(pose, reach) for _, _, pose in boards]
+        inside = [bool(((p > 0) & (p < np.array(camera.size) - 1)).all()) for p in shown]
+        if sum(inside) >= _PHOTOS:
+            said.append(
+                f"markers {ids[unseen].min()} to {ids.max()} of the board are seen in none of {sum(inside)} photos "
+                f"that reach so far: if it has fewer rows than board.{size} says, all places are off by as much"
+            )
+    more = [
+        k for k in np.unique(every[every > ids.max()]) if k not in others and (every == k).sum() >= _PHOTOS
+    ]
+    if more:
+        said.append(
+            f"markers {more[0]} to {more[-1]} are seen, which the board has not: if it has more rows than board.{size} "
+            "says, all places are off by as much"
+        )
+    return said
 
 
 def _markers(corners: Corners | None) -> int:

@@ -13,7 +13,7 @@ from calib.checks import bad_photos, board_shape, view_warnings
 from calib.evidence import Posed
 from calib.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from calib.looking import Progress, Reader, Seen, look, look_closer
-from calib.misread import board_fault
+from calib.misread import board_doubts, board_fault
 from calib.notes import Notes
 from calib.pose import fit_pose, joined
 from calib.sight import FIXED_POSE, POSE, Sight, light_id
@@ -54,6 +54,8 @@ class Photos:
 
 def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, notes: Notes) -> Photos:
     """Every photo's corners at first sight; InputError if no sample photo can be read."""
+    if not photoset.views("sample"):
+        raise InputError(photoset.folder / MANIFEST, 'no [[photo]] has the role "sample"')
     samples = look(reader, _originals(photoset, notes), tell, "looking for the board")
     probes = look(reader, photoset.views("probe"), tell, "looking at probe photos")
     boards = look(reader, photoset.views("calibration"), tell, "looking at calibration photos")
@@ -253,6 +255,9 @@ def check_camera(
     given = photoset.camera.matrix is not None
     if not given:
         notes.warnings += view_warnings(camera.size, photos)
+    if photoset.board is not None:
+        lamps = {number for entry in photoset.lights for number in entry.marker_ids}
+        notes.warnings += board_doubts(photoset.board, camera, boards, lamps)
     shape = board_shape(model, camera, photos, given)
     if shape is not None:
         notes.warnings += shape.warnings()

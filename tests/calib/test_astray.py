@@ -56,6 +56,11 @@ def test_a_ball_far_from_its_place_is_found(levels, off):
     assert np.linalg.norm(found.center - BALL.center) < 0.04 * BALL.radius
 
 
+def test_a_diameter_that_is_told_for_the_radius_is_seen(levels):
+    found = looked_for(levels, Sphere(np.array([50.0, 33.0, 24.0]), 2 * BALL.radius))
+    assert found.radius == BALL.radius and np.linalg.norm(found.center - BALL.center) < 0.04 * BALL.radius
+
+
 def test_a_ball_in_its_place_is_left_there(levels):
     assert looked_for(levels, BALL) is None
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calib.looking import look
-from calib.misread import board_fault
+from calib.misread import board_doubts, board_fault
 from capture.photoset import Board
 from tests.calib.drawn import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
 from tests.calib.test_board import POSES, quiet
@@ -69,3 +69,20 @@ def test_a_grid(grid, wrong, said):
 
 def test_a_photo_of_something_else_says_nothing():
     assert fault(BOARD, np.full((360, 480), 0.3, np.float32)) is None
+
+
+def test_rows_that_the_board_has_not_or_has_besides_are_told():
+    images = {f"{k}.png": radiance(draw(CAMERA, pose, 0.004, k), 0.004) for k, pose in enumerate(POSES)}
+    reader = reader_of(BOARD, images)
+    seen = look(reader, views_of(reader), quiet, "")
+    boards = [(s.view.name, s.corners, pose) for s, pose in zip(seen, POSES, strict=True)]
+    assert board_doubts(BOARD, CAMERA, boards, set()) == []
+    fewer = replace(BOARD, squares=(8, 5))
+    assert any(
+        "20 to 23 are seen, which the board has not" in w for w in board_doubts(fewer, CAMERA, boards, set())
+    )
+    assert board_doubts(fewer, CAMERA, boards, {20, 21, 22, 23}) == []
+    more = replace(BOARD, squares=(8, 7))
+    assert any(
+        "24 to 27 of the board are seen in none" in w for w in board_doubts(more, CAMERA, boards, set())
+    )
