@@ -41,8 +41,8 @@ from calib.sight import FIXED_POSE, POSE, Keep, Sight, channel_names, hand_over,
 from calib.slab import clear_of_slab, is_thick
 from calib.starts import square_ratios
 from calib.together import Settled, settle, start_sample, start_scene
-from calib.veil import Veil, find_veils, lift, lifted_image, lifted_view, note_veil
 from calib.uncovered import cut_to_sample
+from calib.veil import Veil, find_veils, lift, lifted_image, lifted_view, note_veil
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
 from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere

@@ -61,6 +61,8 @@ def board_doubts(board: Board, camera: Camera, boards: list[Posed], others: set[
         return []
     ids, places = marker_middles(board)
     every = np.concatenate([corners.marker_ids for _, corners, _ in boards])
+    if not np.isin(every, ids).any():
+        return []
     size = "squares" if board.kind == "charuco" else "markers"
     unseen = ids > every[np.isin(every, ids)].max(initial=-1)
     said = []
