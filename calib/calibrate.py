@@ -42,7 +42,7 @@ from calib.slab import clear_of_slab, is_thick
 from calib.starts import square_ratios
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.uncovered import cut_to_sample
-from calib.veil import Veil, find_veils, lift, lifted_image, lifted_view, note_veil
+from calib.veil import Veil, find_veils, lift, lifted, lifted_image, lifted_view, note_veil
 from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
 from capture.errors import InputError
 from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
@@ -77,8 +77,7 @@ def calibrate(
     scale_corners(camera, boards, sights)
     check_camera(photoset, camera, model, boards, sights, notes)
     photoset = _observed(photoset, reader, camera, sights, tell, notes)
-    sights = usable(photoset, sights, notes)
-    veils = find_veils((s.view.name, s.reading) for s in sights if s.has_paper)
+    sights, veils = usable(photoset, sights, notes)
     lift(sights, veils)
     tell_shared_apart(photoset, reader, camera, sights, notes)
     settle_for = partial(settled_from, photoset, reader, model, camera, boards, sights, tell)
@@ -171,14 +170,18 @@ def _observed(
     return photoset
 
 
-def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]:
-    """The sights in which a lamp was on and the print is sharp, of a print that shines its white alone; InputError if
-    that is none of the sample."""
-    shares = {s.view.name: square_ratios(s.reading) for s in sights if s.has_paper and not s.dark}
+def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> tuple[list[Sight], dict[str, Veil]]:
+    """The sights in which a lamp was on and the print is sharp, of a print that shines its white alone, and what lies
+    over their pictures; InputError if that is none of the sample."""
+    papers = [s for s in sights if s.has_paper and not s.dark]
+    # a veil makes black print an uneven share of the white, as shine does, but one that it explains
+    veils = find_veils((s.view.name, s.reading) for s in papers)
+    shares = {s.view.name: square_ratios(lifted(s.reading, veils.get(s.view.name))) for s in papers}
     shiny = shining(shares)
-    unsharp = washed_out(shares, shiny)
     if shiny:
+        veils, shares = {}, {s.view.name: square_ratios(s.reading) for s in papers}
         _leave_black(sights, shiny, notes)
+    unsharp = washed_out(shares, shiny)
     kept = []
     for sight in sights:
         why = "the photo is dark: no light on the board" if sight.dark else unsharp.get(sight.view.name)
@@ -189,7 +192,7 @@ def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> list[Sight]
     if all(s.probe for s in kept):
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
     hand_over(sights, kept)
-    return kept
+    return kept, veils
 
 
 def settled_at_last(

@@ -29,6 +29,7 @@ _BRIGHT = (
 _UNKNOWN_NOISE = 0.01  # relative, where too little is seen to tell
 _EVEN = 0.7  # of a square's bright white, that its dark white is where no shadow's edge crosses it
 _OF_MEDIAN = 1.2533  # standard error of a median over that of a mean
+DIMMEST = 1e-300  # radiance below which there is none
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
 Shares = tuple[np.ndarray, np.ndarray, np.ndarray]  # of :func:`square_ratios`
@@ -50,12 +51,13 @@ def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
     """
     close = (np.diff(samples.square) == 0) & (np.diff(samples.white.astype(int)) == 0)
     close &= np.abs(np.diff(samples.points[:, 1])) < 1e-9
-    pair = np.maximum(level[1:] + level[:-1], 1e-300) / 2
+    pair = np.maximum(level[1:] + level[:-1], DIMMEST) / 2
     relative = np.abs(np.diff(level)) / pair
     noise = np.empty(len(level))
     for white in (True, False):
         here = close & (samples.white[1:] == white)
-        bright = here & (pair > _BRIGHT * np.median(pair[here])) if here.any() else here
+        middle = float(np.median(pair[here])) if here.any() else 0.0
+        bright = here & (pair > _BRIGHT * middle) & (middle > DIMMEST)
         spread = 1.4826 * np.median(relative[bright]) / np.sqrt(2) if bright.any() else _UNKNOWN_NOISE
         noise[samples.white == white] = spread
     return noise

@@ -172,21 +172,29 @@ def lift(sights: Sequence[Sight], veils: Mapping[str, Veil]) -> None:
     """Take it off the paper of all sights, and give them its error: to black print that is much, to white next to
     nothing."""
     for sight in sights:
-        veil = veils.get(sight.view.name)
-        reading = sight.reading
+        veil, reading = veils.get(sight.view.name), sight.reading
         if veil is None or reading is None:
             continue
-        gray, doubt = float(veil.level.mean()), float(veil.error.mean()) ** 2
+        reading, doubt = lifted(reading, veil), float(veil.error.mean()) ** 2
         close = reading.close
         sight.reading = replace(
             reading,
-            samples=replace(reading.samples, value=reading.samples.value - veil.level),
-            level=reading.level - gray,
             noise=reading.noise + doubt,
-            close=None
-            if close is None
-            else replace(close, level=close.level - gray, noise=close.noise + doubt),
+            close=None if close is None else replace(close, noise=close.noise + doubt),
         )
+
+
+def lifted(reading: Reading, veil: Veil | None) -> Reading:
+    """A photo's paper without it."""
+    if veil is None or not veil.told:
+        return reading
+    gray, close = float(veil.level.mean()), reading.close
+    return replace(
+        reading,
+        samples=replace(reading.samples, value=reading.samples.value - veil.level),
+        level=reading.level - gray,
+        close=None if close is None else replace(close, level=close.level - gray),
+    )
 
 
 def lifted_image(image: RadianceImage, veil: Veil | None) -> RadianceImage:

@@ -134,7 +134,7 @@ def test_lamps_over_a_shining_print_are_found_by_its_white(f0):
         number = int(sight.view.name[1:])
         observe(drawn.world, sight, number, 0.0, drawn.rng, paper=True)
         sight.reading = shone_on(drawn, sight.reading, number, f0)
-    sights = usable(drawn.photoset, sights, drawn.notes)
+    sights, _ = usable(drawn.photoset, sights, drawn.notes)
     assert len(sights) == 6
     assert drawn.said("no even share of the white") == (f0 > 0)
     assert all(s.reading.samples.white.all() for s in sights) == (f0 > 0)

@@ -6,12 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import draw_paper, draw_world
+from benchmarks.coverage import draw_paper, draw_world, observe
+from calib.calibrate import usable
 from calib.notes import Notes
 from calib.setup import ViewSetup
 from calib.shading import Reading
+from calib.sheen import shining
+from calib.starts import local_noise, square_ratios
 from calib.veil import find_veils, lift, lifted_image, lifted_view, note_veil
 from tests.calib.drawn import radiance
+from tests.calib.test_warnings import Drawn
 
 VIEWS = 6
 SHARE = 0.005  # of white paper
@@ -127,3 +131,30 @@ def test_pictures_and_views_are_freed_of_it_and_it_is_told(readings):
     assert "black_level" in notes.warnings[0]
     note_veil({}, quiet := Notes())
     assert not quiet.warnings
+
+
+@pytest.mark.parametrize("share", [0.05, -0.03])
+def test_a_veil_is_not_taken_for_a_print_that_shines(share):
+    """It makes black print an uneven share of the white too, by as much as white is unevenly lit; less light than none,
+    a black level that is too high, as well. Without it the shares are even, and black print may be read."""
+    drawn = Drawn(3)
+    _, _, _, sights = drawn.camera()
+    for sight in sights:
+        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=True)
+        sight.reading = veiled(sight.reading, share)[0]
+    before = {s.view.name: square_ratios(s.reading) for s in sights}
+    assert len(shining(before)) >= 2
+    kept, veils = usable(drawn.photoset, sights, drawn.notes)
+    assert kept == sights and not drawn.said("no even share of the white")
+    for sight in sights:
+        found, white = veils[sight.view.name], white_of(sight.reading) / (1 + share)
+        assert found.told and not sight.reading.samples.white.all()
+        assert np.abs(found.level - share * white).max() < WIDEST * np.hypot(found.error, LEAST * white).max()
+
+
+def test_paper_whose_black_reads_below_nothing_has_a_noise():
+    drawn = Drawn(3)
+    reading = draw_paper(drawn.world, 0, drawn.rng)
+    level = np.where(reading.samples.white, reading.level, -reading.level)
+    noise = local_noise(reading.samples, level)
+    assert np.isfinite(noise).all() and noise.max() < 0.1

@@ -304,7 +304,7 @@ def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():
     drawn = Drawn(3, fixed=True)
     *_, sights = drawn.camera()
     sights[0].dark, sights[0].limb = True, "of all photos"
-    assert usable(drawn.photoset, sights, drawn.notes) == sights[1:]
+    assert usable(drawn.photoset, sights, drawn.notes)[0] == sights[1:]
     assert drawn.said(f"{sights[0].view.name}: left out, the photo is dark")
     assert sights[1].limb == "of all photos"
     for sight in sights:
