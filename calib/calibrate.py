@@ -39,7 +39,7 @@ from calib.shared import tell_shared_apart
 from calib.sheen import shining, white_alone
 from calib.sight import FIXED_POSE, POSE, Keep, Sight, channel_names, hand_over, in_memory, start_over
 from calib.slab import clear_of_slab, is_thick
-from calib.starts import square_ratios
+from calib.starts import square_ratios, white_level
 from calib.together import Settled, settle, start_sample, start_scene
 from calib.uncovered import cut_to_sample
 from calib.veil import Veil, find_veils, lift, lifted, lifted_image, lifted_view, note_veil
@@ -176,12 +176,13 @@ def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> tuple[list[
     papers = [s for s in sights if s.has_paper and not s.dark]
     # a veil makes black print an uneven share of the white, as shine does, but one that it explains
     veils = find_veils((s.view.name, s.reading) for s in papers)
+    whites = {s.view.name: white_level(s.reading) for s in papers}
     shares = {s.view.name: square_ratios(lifted(s.reading, veils.get(s.view.name))) for s in papers}
     shiny = shining(shares)
     if shiny:
         veils, shares = {}, {s.view.name: square_ratios(s.reading) for s in papers}
         _leave_black(sights, shiny, notes)
-    unsharp = washed_out(shares, shiny)
+    unsharp = washed_out(shares, shiny, whites)
     kept = []
     for sight in sights:
         why = "the photo is dark: no light on the board" if sight.dark else unsharp.get(sight.view.name)

@@ -88,6 +88,12 @@ def square_ratios(reading: Reading) -> Shares:
     return np.array(ratios, float), np.array(errors, float), np.array(places, float).reshape(-1, 2)
 
 
+def white_level(reading: Reading) -> float:
+    """Radiance of the white print, in the middle; 0 if none is seen."""
+    white = reading.level[reading.samples.white]
+    return float(np.median(white)) if len(white) else 0.0
+
+
 def first_fit(
     reading: Reading, scene: Scene, rays: list[MirroredRay], middle: np.ndarray, diagonal: float
 ) -> np.ndarray:

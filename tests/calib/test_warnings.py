@@ -41,7 +41,7 @@ from calib.observe import is_dark
 from calib.pose import fit_pose
 from calib.shading import Ball, Reading, fit_shading
 from calib.sight import FIXED_POSE, start_over
-from calib.starts import square_ratios
+from calib.starts import square_ratios, white_level
 from calib.together import _shade
 from calib.viewpoints import Photos, check_camera, find_poses, fitted_camera, scale_corners
 from capture.errors import InputError
@@ -322,7 +322,22 @@ def test_a_print_that_is_not_sharp(share, said):
     white = np.median(sharp.level[sharp.samples.white])
     level = np.where(sharp.samples.white, sharp.level, sharp.level + share * white)
     readings["v2"] = replace(sharp, level=level)
-    assert list(washed_out({name: square_ratios(one) for name, one in readings.items()})) == said
+    found = washed_out({name: square_ratios(one) for name, one in readings.items()})
+    assert list(found) == said
+    assert all("not sharp" in why for why in found.values())
+
+
+def test_a_photo_with_the_lamp_off_is_not_told_to_be_blurred():
+    """What little light there is in it is no sign of the lens."""
+    drawn = Drawn(3)
+    readings = {f"v{k}": draw_paper(drawn.world, k, drawn.rng) for k in range(5)}
+    lit = readings["v2"]
+    black = lit.level + 0.15 * white_level(lit)
+    readings["v2"] = replace(lit, level=0.002 * np.where(lit.samples.white, lit.level, black))
+    shares = {name: square_ratios(one) for name, one in readings.items()}
+    found = washed_out(shares, whites={name: white_level(one) for name, one in readings.items()})
+    assert list(found) == ["v2"]
+    assert "lamp off" in found["v2"] and "sharp" not in found["v2"]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.06])
