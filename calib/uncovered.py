@@ -109,13 +109,14 @@ def cut(
 
 
 def _strip(depth: np.ndarray, visible: np.ndarray) -> tuple[int, float]:
-    """How many places are visible, less two for each hidden, in the strip where that is most, and how deep it is."""
+    """How many places are visible, less two for each hidden, in the strip where that is most, and how deep the first
+    place behind it is, which is hidden: between the two it is bare board or sample, and nothing tells which."""
     order = np.argsort(depth)
     more = np.cumsum(np.where(visible[order], 1, -2))
     if not len(more) or more.max() <= 0:
         return 0, 0.0
     best = int(np.argmax(more))
-    return int(more[best]), float(depth[order[best]])
+    return int(more[best]), float(depth[order[min(best + 1, len(order) - 1)]])
 
 
 def _sides(outline: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
