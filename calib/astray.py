@@ -27,6 +27,8 @@ _REACH = 1.6  # radii around the manifest's place that are looked at
 _STEP = 2.5  # pixels between places tried, and then
 _FINE = 0.8
 _BLUR = 1.5  # pixels
+_LARGEST = 120.0  # pixels of a radius; in larger pictures a ball is looked for in ones as much smaller
+_AT_ONCE = 4096  # places tried: the memory they take
 _POINTS = 64  # along a limb
 _PHOTOS = 4  # looked at
 _SHARE = 0.15  # of a limb that must be seen: the fainter an edge beside the print's, the less it counts
@@ -49,13 +51,14 @@ class _Picture:
     x: np.ndarray  # (h, w) float32
     y: np.ndarray
     origin: np.ndarray  # (2,) the part's first pixel
+    shrunk: int  # pixels of the photo along one of these
     corners: np.ndarray  # (n, 2) pixels of corners of the board and of its markers that are seen
 
     def share(self, limbs: np.ndarray) -> np.ndarray:
         """How much (m,) of limbs (m, k, 2) shows edges that lie along them, 0 to 1."""
         tangent = np.roll(limbs, -1, axis=1) - np.roll(limbs, 1, axis=1)
         tangent /= np.maximum(np.linalg.norm(tangent, axis=2, keepdims=True), 1e-12)
-        place = np.round(limbs - self.origin).astype(int)
+        place = np.floor((limbs + 0.5 - self.origin) / self.shrunk).astype(int)
         height, width = self.x.shape
         inside = ((place >= 0) & (place < (width, height))).all(axis=2)
         column, row = np.where(inside, place[..., 0], 0), np.where(inside, place[..., 1], 0)
@@ -129,7 +132,7 @@ def _best(pictures: list[_Picture], camera: Camera, ball: Sphere) -> tuple[float
     elsewhere, and the centre (3,) of the first."""
     scale = _scale(pictures, camera, ball)
     centers = _grid(ball.center, _REACH * ball.radius, _STEP / scale)
-    shares = np.mean([p.share(_shifted(camera, p.pose, centers, ball.radius)) for p in pictures], axis=0)
+    shares = _shares(pictures, camera, centers, ball.radius)
     found = []
     for k in _peaks(centers, shares, _APART * ball.radius):
         share, center = shares[k], centers[k]
@@ -157,16 +160,25 @@ def _highest(
     pictures: list[_Picture], camera: Camera, centers: np.ndarray, radius: float
 ) -> tuple[float, np.ndarray]:
     """The largest share of balls at ``centers`` (m, 3), in the mean of the photos, and the centre (3,) that has it."""
-    shares = np.mean([p.share(_shifted(camera, p.pose, centers, radius)) for p in pictures], axis=0)
+    shares = _shares(pictures, camera, centers, radius)
     best = int(np.argmax(shares))
     return float(shares[best]), centers[best]
 
 
-def _shifted(camera: Camera, pose: Pose, centers: np.ndarray, radius: float) -> np.ndarray:
-    """About the limbs (m, k, 2) of balls at ``centers`` (m, 3): that of the one in their middle, moved."""
-    middle = centers.mean(axis=0)
-    limb = outline(camera, pose, middle, radius, _POINTS) - camera.project(pose, middle[None])
-    return camera.project(pose, centers)[:, None] + limb
+def _shares(pictures: list[_Picture], camera: Camera, centers: np.ndarray, radius: float) -> np.ndarray:
+    """Shares (m,) of balls at ``centers`` (m, 3), in the mean of the photos."""
+    total = np.zeros(len(centers))
+    for one in pictures:
+        limb = _limb(camera, one.pose, centers.mean(axis=0), radius)
+        for first in range(0, len(centers), _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            total[some] += one.share(camera.project(one.pose, centers[some])[:, None] + limb)
+    return total / len(pictures)
+
+
+def _limb(camera: Camera, pose: Pose, middle: np.ndarray, radius: float) -> np.ndarray:
+    """The limb (k, 2) of a ball at ``middle`` (3,) beside its projection: about that of balls around it too."""
+    return outline(camera, pose, middle, radius, _POINTS) - camera.project(pose, middle[None])
 
 
 def _grid(middle: np.ndarray, reach: float, step: float) -> np.ndarray:
@@ -178,8 +190,8 @@ def _grid(middle: np.ndarray, reach: float, step: float) -> np.ndarray:
 
 
 def _scale(pictures: list[_Picture], camera: Camera, ball: Sphere) -> float:
-    """Pixels a length unit has at the ball, in the nearest photo."""
-    return max(focal(camera) / float(np.linalg.norm(p.pose.apply(ball.center))) for p in pictures)
+    """Pixels of its picture that a length unit has at the ball, in the nearest photo."""
+    return max(focal(camera) / float(np.linalg.norm(p.pose.apply(ball.center))) / p.shrunk for p in pictures)
 
 
 def _pictures(reader: Reader, camera: Camera, sights: list[Sight], ball: Sphere) -> list[_Picture]:
@@ -194,7 +206,8 @@ def _pictures(reader: Reader, camera: Camera, sights: list[Sight], ball: Sphere)
         if level is not None:
             shown.setdefault(sight.pose_block, (sight, region, []))[2].append(without_fireflies(level[0]))
     return [
-        _picture(one, np.nan_to_num(np.max(levels, axis=0)), region) for one, region, levels in shown.values()
+        _picture(camera, one, np.nan_to_num(np.max(levels, axis=0)), region, ball)
+        for one, region, levels in shown.values()
     ]
 
 
@@ -208,7 +221,13 @@ def _region(camera: Camera, pose: Pose, ball: Sphere) -> Region | None:
     return (*low, *high) if min(high[0] - low[0], high[1] - low[1]) >= _SMALLEST else None
 
 
-def _picture(sight: Sight, level: np.ndarray, region: Region) -> _Picture:
+def _picture(camera: Camera, sight: Sight, level: np.ndarray, region: Region, ball: Sphere) -> _Picture:
+    size = ball.radius * focal(camera) / float(np.linalg.norm(sight.pose.apply(ball.center)))
+    shrunk = max(1, min(round(size / _LARGEST), min(level.shape) // _SMALLEST))
+    if shrunk > 1:
+        height, width = (shrunk * (n // shrunk) for n in level.shape)
+        small = width // shrunk, height // shrunk
+        level = cv2.resize(level[:height, :width], small, interpolation=cv2.INTER_AREA)
     bright = max(float(np.percentile(level, 95)), 1e-30)
     tone = cv2.GaussianBlur(np.sqrt(np.clip(level / bright, 0, 4)).astype(np.float32), (0, 0), _BLUR)
     dx, dy = (cv2.Sobel(tone, cv2.CV_32F, *order, ksize=3) for order in ((1, 0), (0, 1)))
@@ -222,5 +241,6 @@ def _picture(sight: Sight, level: np.ndarray, region: Region) -> _Picture:
         clear * dx / size,
         clear * dy / size,
         np.array(region[:2], float),
+        shrunk,
         np.concatenate([seen, marks]),
     )

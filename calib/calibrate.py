@@ -77,7 +77,7 @@ def calibrate(
     scale_corners(camera, boards, sights)
     check_camera(photoset, camera, model, boards, sights, notes)
     photoset = _observed(photoset, reader, camera, sights, tell, notes)
-    sights, veils = usable(photoset, sights, notes)
+    sights, veils = usable(photoset, sights, notes, reader.workers)
     lift(sights, veils)
     tell_shared_apart(photoset, reader, camera, sights, notes)
     settle_for = partial(settled_from, photoset, reader, model, camera, boards, sights, tell)
@@ -170,12 +170,14 @@ def _observed(
     return photoset
 
 
-def usable(photoset: PhotoSet, sights: list[Sight], notes: Notes) -> tuple[list[Sight], dict[str, Veil]]:
+def usable(
+    photoset: PhotoSet, sights: list[Sight], notes: Notes, workers: int = 1
+) -> tuple[list[Sight], dict[str, Veil]]:
     """The sights in which a lamp was on and the print is sharp, of a print that shines its white alone, and what lies
     over their pictures; InputError if that is none of the sample."""
     papers = [s for s in sights if s.has_paper and not s.dark]
     # a veil makes black print an uneven share of the white, as shine does, but one that it explains
-    veils = find_veils((s.view.name, s.reading) for s in papers)
+    veils = find_veils(((s.view.name, s.reading) for s in papers), workers)
     whites = {s.view.name: white_level(s.reading) for s in papers}
     shares = {s.view.name: square_ratios(lifted(s.reading, veils.get(s.view.name))) for s in papers}
     shiny = shining(shares)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from calib.abreast import abreast
 from calib.notes import Notes
 from calib.paper import PaperSamples
 from calib.setup import ViewSetup
@@ -43,13 +44,15 @@ class Veil:
     told: bool = False  # whether there surely is any; else its level is 0
 
 
-def find_veils(readings: Iterable[tuple[str, Reading]]) -> dict[str, Veil]:
+def find_veils(readings: Iterable[tuple[str, Reading]], workers: int = 1) -> dict[str, Veil]:
     """By photo, as the photos together tell it; where they tell none, what there may be unseen is its error.
 
     It is as white as the paper, as far as can be told: compression mixes the colours of black print and white. Photos
-    share it as a part of how bright their paper is; each has its own as far as they are surely apart.
+    share it as a part of how bright their paper is; each has its own as far as they are surely apart. ``workers``
+    photos are looked at side by side.
     """
-    seen = {name: one for name, reading in readings if (one := photo_veil(reading.samples))}
+    found = abreast(lambda one: (one[0], photo_veil(one[1].samples)), readings, workers)
+    seen = {name: one for name, one in found if one is not None}
     telling = [one for one in seen.values() if np.isfinite(one.level).all()]
     if not telling:
         return {}

@@ -1,11 +1,16 @@
 """A sample ball far from its place in the manifest is found by its limb before the print; one in its place is left."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
+from calib import astray
 from calib.astray import ball_elsewhere
+from calib.camera import Camera
+from calib.highlights import outline
 from calib.looking import Reader, look
 from calib.sample import focal, settled_limb
 from calib.sight import FIXED_POSE, Sight
@@ -54,6 +59,37 @@ def test_a_ball_far_from_its_place_is_found(levels, off):
     found = looked_for(levels, Sphere(BALL.center + off, BALL.radius))
     # as near as its limb is looked for about the manifest's place
     assert np.linalg.norm(found.center - BALL.center) < 0.04 * BALL.radius
+
+
+def test_few_places_are_tried_at_once(levels, monkeypatch):
+    """So that memory does not grow with the picture."""
+    told = Sphere(BALL.center + np.array([-9.0, 6.0, 0.0]), BALL.radius)
+    sizes, share = [], astray._Picture.share
+    monkeypatch.setattr(
+        astray._Picture, "share", lambda self, limbs: sizes.append(len(limbs)) or share(self, limbs)
+    )
+    found = looked_for(levels, told)
+    most = max(sizes)
+    monkeypatch.setattr(astray, "_AT_ONCE", 100)
+    sizes.clear()
+    np.testing.assert_array_equal(looked_for(levels, told).center, found.center)
+    assert max(sizes) <= 100 < most
+
+
+def test_in_a_large_picture_a_limb_is_looked_for_in_a_smaller_one():
+    """A disc of 443 pixels' radius, in a picture of a fourth of the size."""
+    scale = 10
+    matrix = CAMERA.matrix * np.array([[scale], [scale], [1]])
+    large = Camera(matrix, CAMERA.distortion, (scale * SIZE[0], scale * SIZE[1]))
+    limb = outline(large, POSE, BALL.center, BALL.radius, 400)
+    level = np.zeros(large.size[::-1], np.float32)
+    cv2.fillPoly(level, [np.round(limb).astype(np.int32)], 1.0)
+    sight = SimpleNamespace(pose=POSE, corners=None)
+    shown = astray._picture(large, sight, level, (0, 0, *large.size), BALL)
+    off = BALL.radius * np.array([[0.0, 0, 0], [0.2, 0, 0], [0, -0.2, 0], [0.5, 0.5, 0]])
+    share = astray._shares([shown], large, BALL.center + off, BALL.radius)
+    assert shown.shrunk == 4
+    assert share[0] > 0.6 and share[1:].max() < 0.5 * share[0]
 
 
 def test_a_diameter_that_is_told_for_the_radius_is_seen(levels):
