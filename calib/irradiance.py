@@ -305,7 +305,7 @@ def _leave_unsharp(readings: dict[str, Reading], notes: Notes) -> None:
     for k in np.flatnonzero(blurred):
         notes.warnings.append(
             f"{names[k]}: its paper is not believed: beside the patch it is {-np.expm1(-lost[k]):.0%} darker than in "
-            f"the other photos, and black print {gained[k]:.0%} of white lighter; out of focus, or shaken?"
+            f"the other photos, and black print {gained[k]:.1%} of white lighter; out of focus, or shaken?"
         )
         unsharp = no_strength("the print is not sharp")
         readings[names[k]] = replace(readings[names[k]], paper=unsharp, black=unsharp)

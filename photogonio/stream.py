@@ -213,7 +213,7 @@ def _shared_key(
     reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions, around: PhotoAround | None
 ) -> str:
     """Of all that bears on any view's table."""
-    # exposures bear on single views; folder, notes and warnings on none
+    # exposures and veils, which views hold, bear on single ones; folder, notes and warnings on none
     frames = (reader.dark, reader.gain, reader.ambient)
     sensor = (reader.channels, reader.size, reader.sensor, reader.fields, reader.photoset.radiometry)
     place = (setup.camera, setup.sample, setup.channels)
