@@ -18,7 +18,6 @@ from unittest.mock import patch
 
 import numpy as np
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct import fit as automatic
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells, cells_of
@@ -27,6 +26,7 @@ from reconstruct.select import PRIORS, folds_of
 from reconstruct.solve import Factors, FoldedDesign, solve
 from reconstruct.table import FacetTable, of_groups
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 ORDERS = 12  # the highest tried
 SOME = 24  # views, to tell how many cells one has

@@ -16,12 +16,12 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.cells import Cells
 from reconstruct.fit import fit_table
 from reconstruct.region import seen_at
 from synthetic.brdf import angle_grid, make_brdf, on_grid
 from synthetic.reflectance import Reflectance
+from tests.drawn.tables import Plan, simulate
 
 LIMIT = np.radians(70.0)
 KINDS = (

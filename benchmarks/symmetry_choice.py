@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.cells import cells_of
 from reconstruct.clean import clean
 from reconstruct.symmetry import Verdict, judge
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]
 SETS = 200

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
@@ -22,7 +21,7 @@ from photogonio.options import Options
 from photogonio.pipeline import Result, process
 from photogonio.progress import Reporter, Stopwatch
 from photogonio.reflectances import Known, load_known
-from photogonio.store import VARIABLE, key_of
+from photogonio.store import VARIABLE, key_of, text_key
 from photogonio.summary import photos_used
 from photogonio.truth import TRUTH, CalibrationError, calibration_error, load_truth
 from reconstruct.brdf import Brdf
@@ -181,10 +180,7 @@ def rendered(scene: Scene, sets: Path, *, workers: int, reporter: Reporter) -> P
 @lru_cache(maxsize=1)
 def renderer_key() -> str:
     """A hash of the program text that renders; what the hard cases are is in their scenes."""
-    digest = hashlib.sha256()
-    for path in sorted(set(Path(synthetic.__file__).parent.glob("*.py")) - {Path(hard.__file__)}):
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()
+    return text_key(Path(synthetic.__file__).parent, leaving_out={Path(hard.__file__)})
 
 
 def load_scenes(names: Sequence[str], *, quick: bool) -> list[Scene]:

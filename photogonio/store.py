@@ -6,7 +6,7 @@ import hashlib
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -196,6 +196,14 @@ def code_key() -> str:
     """A hash of the program text that photos go through, and of the libraries' versions."""
     digest = hashlib.blake2b(f"{np.__version__} {cv2.__version__} {sys.version_info[:2]}".encode())
     for package in (capture, calib, reconstruct):
-        for path in sorted(Path(str(package.__file__)).parent.glob("*.py")):
-            digest.update(path.name.encode() + path.read_bytes())
+        digest.update(text_key(Path(str(package.__file__)).parent).encode())
+    return digest.hexdigest()
+
+
+def text_key(package: Path, leaving_out: Collection[Path] = ()) -> str:
+    """A hash of all program text in a package's folder and the folders in it, by path and content."""
+    digest = hashlib.blake2b()
+    for path in sorted(set(package.rglob("*.py")) - set(leaving_out)):
+        text = path.read_bytes()
+        digest.update(f"{path.relative_to(package).as_posix()} {len(text)};".encode() + text)
     return digest.hexdigest()

@@ -15,8 +15,8 @@ from calib.looking import Reader, look
 from calib.sample import focal, settled_limb
 from calib.sight import FIXED_POSE, Sight
 from capture.photoset import Photo, PhotoSet, Sphere
-from tests.calib.drawn import BOARD, CAMERA, SIZE, draw, looking_at, radiance
 from tests.calib.test_board import MIDDLE, NOISE, quiet
+from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance
 
 BALL = Sphere(np.array([50.0, 33.0, 12.0]), 12.0)
 POSE = looking_at(MIDDLE + np.array([5.0, -60.0, 190.0]), MIDDLE)

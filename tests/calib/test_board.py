@@ -18,7 +18,7 @@ from calib.register import Around
 from calib.tone import detection_image, halved
 from capture.errors import InputError
 from capture.photoset import Board
-from tests.calib.drawn import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
+from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "charuco-photos"
 NOISE = 0.004

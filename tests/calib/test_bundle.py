@@ -19,7 +19,7 @@ from calib.bundle import (
 )
 from calib.highlights import outline
 from calib.reflect import mirrored_point
-from tests.calib.drawn import CAMERA, SIZE, looking_at
+from tests.drawn.boards import CAMERA, SIZE, looking_at
 
 MODEL = Model(SIZE, CAMERA.distortion, (0, 1, 2, 3), 5e-4, 5.0, ((1, 0.1), (2, 5e-4)))
 TARGET = np.array([48.0, 36, 0])

@@ -10,7 +10,7 @@ from calib.camera import Camera
 from calib.falloff import doubted
 from calib.setup import Falloff, Light, ViewSetup
 from capture.photoset import PhotoSet, Sphere, WhitePatch
-from tests.calib.drawn import looking_at
+from tests.drawn.boards import looking_at
 
 CAMERA = Camera(
     np.array([[1150.0, 0, 400], [0, 1150, 300], [0, 0, 1]]), np.array([-0.1, 0.05, 0, 0, 0]), (800, 600)

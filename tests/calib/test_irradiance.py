@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import BOARD
 from calib.camera import Camera
 from calib.irradiance import Reading, _mean, aimed, read_view, tie
 from calib.notes import Notes
@@ -18,7 +17,8 @@ from calib.shading import Ball, Scene
 from calib.shading import Reading as Paper
 from capture.photoset import PhotoSet, Sphere, WhitePatch
 from capture.radiance import RadianceImage
-from tests.calib.drawn import looking_at, plane_points, radiance
+from tests.drawn.boards import looking_at, plane_points, radiance
+from tests.drawn.setups import BOARD
 
 SIZE = (320, 240)
 CAMERA = Camera(

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import draw_paper
 from calib.calibrate import usable
 from calib.doubts import washed_out
 from calib.observe import is_dark
@@ -13,6 +12,7 @@ from calib.shading import Reading
 from calib.starts import square_ratios, white_level
 from capture.errors import InputError
 from tests.calib.test_warnings import Drawn
+from tests.drawn.setups import draw_paper
 
 
 @pytest.mark.parametrize(("brightness", "dark"), [(0.0, True), (20.0, False)])

@@ -11,7 +11,7 @@ from calib.lights import MirroredRay, meet, mirrored_ray
 from calib.observe import of_one_lamp
 from calib.reflect import hit_sphere, mirrored_direction, mirrored_point, reflected_ray
 from capture.photoset import MirrorBall
-from tests.calib.drawn import looking_at, radiance
+from tests.drawn.boards import looking_at, radiance
 
 SIZE = (640, 480)
 CAMERA = Camera(

@@ -9,8 +9,8 @@ import pytest
 from calib.looking import look
 from calib.misread import board_doubts, board_fault
 from capture.photoset import Board
-from tests.calib.drawn import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
 from tests.calib.test_board import POSES, quiet
+from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
 
 GRID = Board("aruco-grid", "DICT_4X4_50", markers=(6, 4), marker_length=12.0, marker_separation=4.0)
 _SCALE = 5  # pixels a length unit

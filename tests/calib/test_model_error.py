@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import coverage
 from calib.model_error import NOTHING, pooled, shown
 from calib.shading import fit_shading
+from tests.drawn import setups
 
 EACH, VALUES = 20, 4  # samples of a square, values fitted
 COMMON = 0.5  # expected error common to a square, beside noise of 1 from sample to sample
@@ -54,10 +54,10 @@ def test_errors_are_at_most_twice_what_is_expected_and_nothing_is_shown_by_nothi
 @pytest.mark.parametrize(("edge", "least", "most"), [(0.0, 0.0, 0.75), (0.08, 1.0, 2.0)])
 def test_shadows_whose_edges_are_not_as_the_model_has_them_are_less_sure(monkeypatch, edge, least, most):
     """Drawn paper whose shadows are exact, or miss by 0.08 where 0.03 is expected."""
-    monkeypatch.setattr(coverage, "EDGE", edge)
+    monkeypatch.setattr(setups, "EDGE", edge)
     rng = np.random.default_rng(6)
-    world = coverage.draw_world(rng, fixed=True, views=6)
-    scene, readings = coverage.scene_of(world), [coverage.draw_paper(world, k, rng) for k in range(6)]
+    world = setups.draw_world(rng, fixed=True, views=6)
+    scene, readings = setups.scene_of(world), [setups.draw_paper(world, k, rng) for k in range(6)]
     fits = [fit_shading(one, scene, lamp) for one, lamp in zip(readings, world.lamps, strict=True)]
     found = pooled(fit.shown for fit in fits)
     assert least <= found <= most

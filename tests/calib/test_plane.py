@@ -10,8 +10,8 @@ from calib.notes import Notes
 from calib.pattern import draw_print
 from calib.plane import PlaneMove, lying, moved_points, place_plane, plane_edges
 from capture.photoset import PhotoSet, Plane
-from tests.calib.drawn import BOARD, looking_at
 from tests.calib.test_irradiance import SET
+from tests.drawn.boards import BOARD, looking_at
 
 SIZE = (480, 360)
 CAMERA = Camera(

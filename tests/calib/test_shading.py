@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import draw_paper, draw_world, scene_of
 from calib.beside import Beside, ambient_irradiance, note_beside
 from calib.camera import Pose
 from calib.notes import Notes
 from calib.setup import Light, ViewSetup
 from calib.shading import fit_shading, fits_better
 from calib.starts import local_noise
+from tests.drawn.setups import draw_paper, draw_world, scene_of
 
 BOUNCE = slice(4, 6)
 POSE = Pose(np.eye(3), np.zeros(3))

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import observe
 from calib.looking import Reader
 from calib.shared import tell_shared_apart
 from tests.calib.test_warnings import Drawn
+from tests.drawn.setups import observe
 
 
 def under_one_name(lamps: list[int], *, paper: bool):

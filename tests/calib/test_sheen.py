@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import BLACK, PAPER, draw_paper, draw_patch, observe
 from calib.calibrate import light_of, settled_from, usable
 from calib.closeup import Close
 from calib.doubts import washed_out
@@ -16,6 +15,7 @@ from calib.sheen import shining, white_alone
 from calib.starts import square_ratios
 from calib.together import _by_highlights
 from tests.calib.test_warnings import Drawn, quiet
+from tests.drawn.setups import BLACK, PAPER, draw_paper, draw_patch, observe
 
 ROUGHNESS = 0.2  # of toner
 

@@ -11,7 +11,7 @@ from calib.setup import Light, Setup, ViewSetup
 from calib.surround import FAR, NEAR, completed, measure_surround, near_shown
 from capture.photoset import MirrorBall, Plane, Sphere
 from capture.radiance import RadianceImage
-from tests.calib.drawn import looking_at, plane_points, radiance
+from tests.drawn.boards import looking_at, plane_points, radiance
 
 SIZE = (400, 300)
 CAMERA = Camera(np.array([[330.0, 0, 201.0], [0, 330.0, 148.0], [0, 0, 1]]), np.zeros(5), SIZE)

@@ -11,8 +11,8 @@ from calib.sight import FIXED_POSE, Sight
 from calib.uncovered import cut_to_sample
 from capture.errors import InputError
 from capture.photoset import Photo, PhotoSet, Plane
-from tests.calib.drawn import BOARD, CAMERA, draw, looking_at, plane_points, radiance
 from tests.calib.test_board import MIDDLE, NOISE
+from tests.drawn.boards import BOARD, CAMERA, draw, looking_at, plane_points, radiance
 
 LOW, HIGH = np.array([30.0, 20.0]), np.array([66.0, 52.0])
 POSE = looking_at(MIDDLE + np.array([10.0, -50.0, 190.0]), MIDDLE)

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import draw_paper, draw_world, observe
 from calib.calibrate import usable
 from calib.notes import Notes
 from calib.setup import ViewSetup
@@ -14,8 +13,9 @@ from calib.shading import Reading
 from calib.sheen import shining
 from calib.starts import local_noise, square_ratios
 from calib.veil import find_veils, lift, lifted_image, lifted_view, note_veil
-from tests.calib.drawn import radiance
 from tests.calib.test_warnings import Drawn
+from tests.drawn.boards import radiance
+from tests.drawn.setups import draw_paper, draw_world, observe
 
 VIEWS = 6
 SHARE = 0.005  # of white paper

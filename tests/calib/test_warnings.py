@@ -9,20 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.coverage import (
-    BLACK,
-    PAPER,
-    SAMPLE,
-    SIZE,
-    deviations,
-    draw_corners,
-    draw_paper,
-    draw_patch,
-    draw_world,
-    observe,
-    photoset_of,
-    scene_of,
-)
+from benchmarks.coverage import deviations
 from calib.account import _shared_lights, account
 from calib.allowed import NO_FALLOFF, settle_allowing
 from calib.beam import beam_of, note_beam
@@ -42,9 +29,22 @@ from calib.shading import Ball, fit_shading
 from calib.sight import FIXED_POSE, start_over
 from calib.together import _shade
 from calib.viewpoints import Photos, check_camera, find_poses, fitted_camera, scale_corners
-from tests.calib.drawn import radiance
 from tests.calib.test_lights import BALLS as MIRRORS
 from tests.calib.test_lights import CAMERA, LAMP, POSE, highlight, spot
+from tests.drawn.boards import radiance
+from tests.drawn.setups import (
+    BLACK,
+    PAPER,
+    SAMPLE,
+    SIZE,
+    draw_corners,
+    draw_paper,
+    draw_patch,
+    draw_world,
+    observe,
+    photoset_of,
+    scene_of,
+)
 
 
 def quiet(label: str, done: int, total: int) -> None:

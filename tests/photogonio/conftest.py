@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.tiny_set import TinySet
+from tests.drawn.tiny_set import TinySet
 
 
 @pytest.fixture

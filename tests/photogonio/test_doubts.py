@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.simulated import Plan, simulate
 from photogonio.summary import clipped, doubts
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.table import LEFT_OUT
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=10, pixels=900, level=2, spoiled=0.0)
 

@@ -13,7 +13,7 @@ import pytest
 
 from photogonio import page
 from photogonio.cli import main
-from tests.tiny_set import ALBEDO, HEIGHT, WIDTH, TinySet
+from tests.drawn.tiny_set import ALBEDO, HEIGHT, WIDTH, TinySet
 
 FILES = [
     "coefficients.json",

@@ -20,7 +20,7 @@ from photogonio.surroundings import (
     photo_backdrop,
 )
 from reconstruct.table import LEFT_OUT, load_table
-from tests.tiny_set import ALBEDO, DISTANCE, LIGHTS, RADIUS, TinySet, ball_photo, toward
+from tests.drawn.tiny_set import ALBEDO, DISTANCE, LIGHTS, RADIUS, TinySet, ball_photo, toward
 
 QUICK = Options(lobes=0, order=2)
 WHITE = 0.8  # reflectance of the ground

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.angles import pair_angles, unit_vectors
 from reconstruct.basis import Basis
 from reconstruct.binning import binning, lamp_size
@@ -13,6 +12,7 @@ from reconstruct.cells import Cells, cells_of
 from reconstruct.microfacet import CORRELATED_SCHLICK, families
 from reconstruct.model import LobeSet, Model
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 CLEAR = {"views": 10, "pixels": 6000, "spoiled": 0.0, "view_error": 0.0, "electrons": 1e9}
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells, cells_of
 from reconstruct.clean import clean
@@ -12,6 +11,7 @@ from reconstruct.measured import Samples, samples_table
 from reconstruct.microfacet import CORRELATED_SCHLICK
 from reconstruct.model import LobeSet, Model
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=1500, level=2, spoiled=0.0)
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct import clean
 from reconstruct.brdf import Brdf
 from reconstruct.cells import Cells
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.measured import UNBINNED
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 GLOSS = make_brdf("plastic", {"roughness": 0.2})
 ONE_LOBE = FitOptions(order=0, lobes=1)  # what the gloss is: the fits differ by the binning alone

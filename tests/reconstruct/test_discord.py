@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.cells import cells_of
 from reconstruct.discord import contradiction, discordant
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=12, pixels=1500, level=2, spoiled=0.0)
 LAMBERT = 0.5 / np.pi

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
-from benchmarks.simulated import Plan, simulate
 from capture.errors import InputError
 from reconstruct.angles import pair_angles
 from reconstruct.basis import Basis
@@ -18,6 +17,7 @@ from reconstruct.microfacet import CORRELATED_SCHLICK, lobe_columns
 from reconstruct.model import LobeSet, Model
 from reconstruct.physics import held_pairs
 from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
+from tests.drawn.tables import Plan, simulate
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "nist-ptfe"
 PLAN = Plan(views=16, pixels=4000, level=3)

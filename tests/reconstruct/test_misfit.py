@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.cells import cells_of
 from reconstruct.misfit import DOUBT, misfit_of
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=2500, level=3, spoiled=0.0)
 F = 0.5 / np.pi

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.basis import Basis
 from reconstruct.brdf import Brdf, Lobe
 from reconstruct.cells import Cells
@@ -14,6 +13,7 @@ from reconstruct.physics import HIGHEST, enforced
 from reconstruct.physics_turning import TOLERANCE, enforced_turning, violated_turning
 from reconstruct.transform import pair_coefficients, pair_matrix
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 LOBE = Lobe(0.3, np.array([0.05]), np.array([1.0]))
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from benchmarks.simulated import Plan, simulate
 from reconstruct.basis import Basis
 from reconstruct.cells import Cells, cells_of
 from reconstruct.microfacet import families
@@ -12,6 +11,7 @@ from reconstruct.robust import error_model, independence, level
 from reconstruct.select import Candidate, Prior, choose, crosses, folds_of, try_all
 from reconstruct.solve import Factors, FoldedDesign, solve
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 SMALL = Plan(views=12, pixels=1500, level=2, spoiled=0.0)
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.simulated import Plan, simulate
 from benchmarks.symmetry_choice import Turned
 from capture.errors import InputError
 from reconstruct.cells import Cells, cells_of
@@ -14,6 +13,7 @@ from reconstruct.fit import FitOptions, fit_table
 from reconstruct.symmetry import asked, judge, one_rotation, twins
 from reconstruct.trial import shuffled
 from synthetic.brdf import make_brdf
+from tests.drawn.tables import Plan, simulate
 
 PLANE = Plan(
     shape="plane",

@@ -8,7 +8,7 @@ from synthetic.bounce import bounce_extra, bounced, exit_albedo, raise_above_hor
 from synthetic.brdf import make_brdf
 from synthetic.plan import look_at
 from synthetic.render import render, tangent_frames
-from tests.synthetic.rooms import camera, room
+from tests.drawn.rooms import camera, room
 
 LAMBERT = make_brdf("lambert", {"albedo": (1.0,)})
 BOARD = Board("charuco", "DICT_4X4_50", squares=(9, 7), square_length=20.0, marker_length=15.0)

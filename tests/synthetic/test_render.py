@@ -9,7 +9,7 @@ from synthetic.brdf import make_brdf
 from synthetic.highlight import area, coverage
 from synthetic.plan import look_at
 from synthetic.render import lamp_directions, pixel_middles, plane_corners, render
-from tests.synthetic.rooms import camera, overhead, room
+from tests.drawn.rooms import camera, overhead, room
 
 LAMBERT = make_brdf("lambert", {"albedo": (1.0,)})
 

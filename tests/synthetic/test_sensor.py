@@ -9,7 +9,7 @@ from synthetic.parts import CameraScene, SensorScene
 from synthetic.plan import camera_of
 from synthetic.scene import Scene
 from synthetic.sensor import cos4, demosaic, encode, expose
-from tests.synthetic.rooms import camera
+from tests.drawn.rooms import camera
 
 
 def scene(camera_changes=None, **sensor) -> Scene:

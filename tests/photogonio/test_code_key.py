@@ -1,0 +1,57 @@
+"""Kept results hang on the program's text: a byte changed anywhere in it is another key."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+import calib
+import capture
+import reconstruct
+import synthetic
+from photogonio import evaluate, store
+
+PACKAGES = {
+    package.__name__.rpartition(".")[2]: package for package in (capture, calib, reconstruct, synthetic)
+}
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_any_changed_byte_changes_the_key(tmp_path, name):
+    copy = tmp_path / name
+    shutil.copytree(Path(PACKAGES[name].__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    before = store.text_key(copy)
+    for path in sorted(copy.rglob("*.py")):
+        text = path.read_bytes()
+        path.write_bytes(text + b"#")
+        assert store.text_key(copy) != before, path
+        path.write_bytes(text)
+    assert store.text_key(copy) == before
+
+
+def test_a_moved_or_new_file_changes_the_key(tmp_path):
+    (tmp_path / "a.py").write_text("x = 1\n")
+    keys = {store.text_key(tmp_path)}
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "a.py").rename(tmp_path / "inner" / "a.py")
+    keys.add(store.text_key(tmp_path))
+    (tmp_path / "inner" / "b.py").write_text("")
+    keys.add(store.text_key(tmp_path))
+    assert len(keys) == 3
+
+
+@pytest.mark.parametrize("package", ["capture", "calib", "reconstruct"])
+def test_the_key_of_results_holds_each_package(monkeypatch, package):
+    asked = []
+    monkeypatch.setattr(store, "text_key", lambda folder, leaving_out=(): asked.append(folder) or "key")
+    store.code_key.__wrapped__()
+    assert Path(PACKAGES[package].__file__).parent in asked
+
+
+def test_the_renderer_s_key_leaves_out_what_the_scenes_say_themselves(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        evaluate, "text_key", lambda folder, leaving_out=(): asked.append((folder, set(leaving_out)))
+    )
+    evaluate.renderer_key.__wrapped__()
+    assert asked == [(Path(synthetic.__file__).parent, {Path(evaluate.hard.__file__)})]
