@@ -2,7 +2,6 @@
 
 import itertools
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -19,8 +18,9 @@ from calib.tone import detection_image, halved
 from capture.errors import InputError
 from capture.photoset import Board
 from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
+from tests.places import DATA
 
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "charuco-photos"
+CHARUCO = DATA / "charuco-photos"
 NOISE = 0.004
 MIDDLE = np.append(board_size(BOARD) / 2, 0.0)
 OFFSETS = ((5, 3, 185), (90, 20, 160), (-75, 40, 165), (20, 95, 160), (-15, -90, 165), (60, -60, 170))
@@ -200,11 +200,11 @@ def test_camera_comes_back_from_drawn_photos(closer):
     assert (fit.standard_errors[:2] < 0.001 * true).all()
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared real photos are absent")
+@pytest.mark.skipif(not CHARUCO.is_dir(), reason="the shared real photos are absent")
 def test_real_photos_give_the_published_camera():
     board = Board("charuco", "DICT_6X6_250", squares=(5, 7), square_length=0.04, marker_length=0.02)
     images = {}
-    for path in sorted(SHARED.glob("*.jpg")):
+    for path in sorted(CHARUCO.glob("*.jpg")):
         coded = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) / 255.0
         linear = np.where(coded > 0.04045, ((coded + 0.055) / 1.055) ** 2.4, coded / 12.92)
         images[path.name] = radiance(linear, 0.01)
@@ -213,7 +213,7 @@ def test_real_photos_give_the_published_camera():
     size = seen[0].size
     closer = look_closer(reader, quick_camera([s.corners for s in seen], size), seen, quiet)
     fit = fit_camera([s.corners for s in closer], size)
-    published = cv2.FileStorage(str(SHARED / "reference.yml"), cv2.FILE_STORAGE_READ)
+    published = cv2.FileStorage(str(CHARUCO / "reference.yml"), cv2.FILE_STORAGE_READ)
     focal = published.getNode("camera_matrix").mat()[[0, 1], [0, 1]]
     assert fit is not None
     assert fit.rms <= min(0.2, published.getNode("avg_reprojection_error").real())

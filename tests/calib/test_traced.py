@@ -1,7 +1,5 @@
 """Calibration of a set rendered by an independent path tracer, against where everything was."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,9 +7,9 @@ from calib.calibrate import calibrate
 from calib.setup import Setup
 from capture.manifest import load_photoset
 from capture.prepare import prepare
+from tests.places import DATA
 
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
-SET, TRUTH = SHARED / "traced-eggshell-ball", SHARED / "traced-eggshell-ball.truth.npz"
+SET, TRUTH = DATA / "traced-eggshell-ball", DATA / "traced-eggshell-ball.truth.npz"
 
 pytestmark = [
     pytest.mark.slow,
@@ -76,10 +74,10 @@ def test_focal_lengths(setup, truth):
 def test_no_lamp_over_the_plane_is_lost():
     """One is seen in no mirror ball: the board's light alone places it, with the sheet's own bounce in it. Highlights
     of balls 17 pixels wide tell a lamp to a degree; the edges of their shadows on the print tell it to a tenth."""
-    photoset = load_photoset(SHARED / "traced-green-plane")
+    photoset = load_photoset(DATA / "traced-green-plane")
     reader = prepare(photoset)
     found = calibrate(photoset, lambda _, view: reader.read(view))
-    with np.load(SHARED / "traced-green-plane.truth.npz") as data:
+    with np.load(DATA / "traced-green-plane.truth.npz") as data:
         files, light = list(data["files"]), data["light"]
     middle = np.append(found.sample.outline.mean(0), found.sample.height)
     true = light[[files.index(v.name) for v in found.views]] - middle

@@ -10,6 +10,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from tests.places import SHARED
+
 HEAD = """format = 1
 [sample]
 shape = "sphere"
@@ -65,7 +67,7 @@ def files() -> dict[str, Callable[..., None]]:
 
 @pytest.fixture(scope="session")
 def shared() -> Path:
-    folder = Path(__file__).parents[3] / "shared"
+    folder = SHARED
     if not folder.is_dir():
         pytest.skip("the real data (../shared) is not here")
     return folder

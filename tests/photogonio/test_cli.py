@@ -19,8 +19,8 @@ from reconstruct.angles import unit_vectors
 from reconstruct.brdf import load_brdf
 from reconstruct.physics_turning import TOLERANCE
 from synthetic.brdf import make_brdf
+from tests.places import ROOT
 
-ROOT = Path(__file__).parents[2]
 COMMANDS = (
     "process",
     "calibrate",

@@ -1,7 +1,6 @@
 """The whole fit on tables of known surfaces."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,9 @@ from reconstruct.model import LobeSet, Model
 from reconstruct.physics import held_pairs
 from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
 from tests.drawn.tables import Plan, simulate
+from tests.places import DATA
 
-SHARED = Path(__file__).parents[3] / "shared" / "data" / "nist-ptfe"
+PTFE = DATA / "nist-ptfe"
 PLAN = Plan(views=16, pixels=4000, level=3)
 LIMIT = np.radians(70.0)
 
@@ -98,10 +98,10 @@ def test_the_same_table_gives_the_same_numbers():
 
 
 def ptfe(wavelength):
-    if not SHARED.exists():
+    if not PTFE.exists():
         pytest.skip("the PTFE measurements are not at hand")
     where = [("lambda", wavelength)]
-    return samples_table(read_samples(SHARED / "PTFE.data.csv", columns=COLUMNS, where=where))
+    return samples_table(read_samples(PTFE / "PTFE.data.csv", columns=COLUMNS, where=where))
 
 
 def relative_rms(brdf, cells):
@@ -138,7 +138,7 @@ def test_a_high_order_does_not_swing_between_the_angles_that_were_measured():
 def test_published_coefficients_lie_within_the_standard_errors():
     table = ptfe("0.532")
     brdf = fit_table(table, FitOptions(order=7, lobes=0)).brdf
-    rows = np.loadtxt(SHARED / "PTFE.532.coeff.csv", delimiter=",")
+    rows = np.loadtxt(PTFE / "PTFE.532.coeff.csv", delimiter=",")
     published = {tuple(row[2:5].astype(int)): row[7] for row in rows if row[0] == row[1] == 1}
     z = [
         (coefficient - published[tuple(mode)]) / error

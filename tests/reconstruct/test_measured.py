@@ -10,8 +10,8 @@ import pytest
 from capture.errors import InputError
 from reconstruct.angles import pair_angles
 from reconstruct.measured import UNBINNED, Samples, read_samples, samples_table
+from tests.places import SHARED
 
-SHARED = Path(__file__).parents[2].parent / "shared"
 PTFE = SHARED / "data/nist-ptfe/PTFE.data.csv"
 
 

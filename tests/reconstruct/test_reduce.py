@@ -1,7 +1,6 @@
 """Photos to tables: a known surface must come back, with the noise that the photo has and no bias."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +12,8 @@ from capture.prepare import prepare
 from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 from reconstruct.reduce import reduce_view
 from reconstruct.table import LEFT_OUT, add_tables
+from tests.places import DATA
 
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 FLOAT32 = 1e-7
 
 
@@ -136,9 +135,9 @@ def test_traced_photos_with_their_true_geometry(name, median):
 
     The lamp's strength is read off the white patch with the true geometry.
     """
-    if not (SHARED / name).is_dir():
+    if not (DATA / name).is_dir():
         pytest.skip(f"{name} is not here")
-    photoset, truth = load_photoset(SHARED / name), np.load(SHARED / f"{name}.truth.npz")
+    photoset, truth = load_photoset(DATA / name), np.load(DATA / f"{name}.truth.npz")
     reader = prepare(photoset)
     camera = Camera(truth["K"], truth["dist"], reader.size)
     views = {view.name: view for view in photoset.views("sample")}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,9 @@ from capture.errors import InputError
 from reconstruct import modes as m
 from reconstruct.brdf import Brdf
 from reconstruct.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, scatmech_table, write_scatmech
+from tests.places import DATA
 
-PTFE = Path(__file__).parents[3] / "shared" / "data" / "nist-ptfe"
+PTFE = DATA / "nist-ptfe"
 needs_ptfe = pytest.mark.skipif(not PTFE.is_dir(), reason="the PTFE data are not beside the project")
 
 
