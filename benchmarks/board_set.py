@@ -17,7 +17,7 @@ import tomli_w
 
 from benchmarks.end_to_end import DIFFERENT, copied, write_picture
 from calib.camera import Camera
-from capture.images import read_image
+from capture.files.images import read_image
 from capture.photoset import MANIFEST
 from reconstruct.rows import cores
 from synthetic.manifest import manifest_of

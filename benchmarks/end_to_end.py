@@ -25,10 +25,10 @@ import OpenImageIO as oiio
 
 from benchmarks.kernel import RADIUS, made_view
 from calib.setup import Setup
-from capture.encoding import linear_to_srgb
-from capture.manifest import load_photoset
-from capture.prepare import prepare
-from capture.reader import RadianceReader
+from capture.linear.encoding import linear_to_srgb
+from capture.linear.prepare import prepare
+from capture.linear.reader import RadianceReader
+from capture.manifest.load import load_photoset
 from photogonio.pipeline import process
 from photogonio.store import Store
 from photogonio.stream import reduce_photos

@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.end_to_end import made_setup, make_set
-from capture.manifest import load_photoset
-from capture.prepare import prepare
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from photogonio.memory import peak_megabytes
 from photogonio.stream import reduce_photos
 from reconstruct.directions import ReduceOptions

@@ -17,8 +17,8 @@ import argparse
 import numpy as np
 
 from calib.setup import Setup, ViewSetup
-from capture.manifest import load_photoset
-from capture.prepare import prepare
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from photogonio.options import Options
 from photogonio.pipeline import process
 from reconstruct.angles import spherical_angles

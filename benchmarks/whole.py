@@ -39,7 +39,7 @@ def child(what: str, folder: Path, out: Path, workers: int, quick: bool) -> dict
         start = time.perf_counter()
         found = dict(process(folder, out, asked).seconds)
     else:
-        from capture.images import read_image
+        from capture.files.images import read_image
 
         roles = ("sample",) if what == "decode" else ("sample", "calibration")
         files = [path for role in roles for path in sorted((folder / role).iterdir())]

@@ -19,8 +19,8 @@ from calib.sample import LIMB_POINTS, focal
 from calib.sight import Sight
 from calib.together import start_sample
 from calib.tone import without_fireflies
+from capture.linear.signal import Region
 from capture.photoset import PhotoSet, Sphere
-from capture.signal import Region
 
 _MOVED = 0.03  # of the radius, by which a ball may stand beside its place without a further look
 _REACH = 1.6  # radii around the manifest's place that are looked at

@@ -36,9 +36,9 @@ from calib.tone import (
     without_fireflies,
 )
 from capture.errors import InputError
+from capture.linear.signal import Region, Windows, cut
 from capture.photoset import Board, PhotoSet, View
 from capture.radiance import RadianceImage
-from capture.signal import Region, Windows, cut
 
 ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
 # gray (h, w) float32 and not saturated (h, w) bool, of a region or everywhere

@@ -19,9 +19,9 @@ from calib.shading import Reading
 from calib.sight import FIXED_POSE, Sight
 from calib.starts import local_noise
 from calib.tone import without_fireflies
+from capture.linear.signal import Region
 from capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
 from capture.radiance import RadianceImage
-from capture.signal import Region
 
 _ACROSS = 170  # paper samples along the board's longer side
 _ACROSS_LOOSE = 300  # the same where only loose markers are known to be paper

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from capture import pointwise
+from capture.linear import kernel as pointwise
 from capture.radiance import RadianceImage
 
 _BRIGHT = 98.0  # percentile taken as white: highlights and a white patch should not darken the board

@@ -18,7 +18,7 @@ from calib.notes import Notes
 from calib.pose import fit_pose, joined
 from calib.sight import FIXED_POSE, POSE, Sight, light_id
 from capture.errors import InputError
-from capture.images import copies
+from capture.files.images import copies
 from capture.photoset import MANIFEST, PhotoSet, View
 
 _ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by

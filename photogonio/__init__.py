@@ -16,7 +16,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "InputError": "capture.errors",
     "PhotoSet": "capture.photoset",
-    "load_photoset": "capture.manifest",
+    "load_photoset": "capture.manifest.load",
     "Setup": "calib.setup",
     "load_setup": "calib.setup",
     "save_setup": "calib.setup",

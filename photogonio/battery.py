@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from capture.errors import InputError
-from capture.schema import did_you_mean
+from capture.manifest.schema import did_you_mean
 from photogonio.evaluate import INNER, against, rendered, spread_over_processes
 from photogonio.metrics import Directions
 from photogonio.options import Options

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from calib.setup import Setup, ViewSetup
-from capture.manifest import load_photoset
-from capture.prepare import prepare
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from capture.radiance import RadianceImage
 from photogonio.evaluate import INNER, against
 from photogonio.pipeline import view_errors

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from capture.colour import ColourCorrection, colour_correction, srgb_from_xyz
 from capture.errors import InputError
+from capture.linear.colour_chart import ColourCorrection, colour_correction, srgb_from_xyz
+from capture.linear.reader import RadianceReader
 from capture.photoset import MANIFEST, PhotoSet
-from capture.reader import RadianceReader
 from reconstruct.brdf import Brdf, Lobe
 
 _CHANNELS = {"srgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}

@@ -16,8 +16,8 @@ import numpy as np
 from calib.board import Corners
 from calib.looking import Seen
 from calib.register import Around
+from capture.linear.reader import RadianceReader
 from capture.photoset import View
-from capture.reader import RadianceReader
 from photogonio.store import Store, code_key, key_of
 
 SUFFIX = ".look.npz"

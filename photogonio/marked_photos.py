@@ -9,7 +9,7 @@ import numpy as np
 
 from calib.overlay import draw_marks, draw_view, picture_of
 from calib.setup import Setup
-from capture.reader import RadianceReader
+from capture.linear.reader import RadianceReader
 from photogonio.progress import Reporter
 
 _QUALITY = 88

@@ -12,14 +12,14 @@ import numpy as np
 
 from calib.calibrate import calibrate as find_setup
 from calib.setup import LeftOut, Setup, save_setup
-from capture.colour import ColourCorrection
 from capture.errors import InputError
-from capture.frames import falloff_gain
-from capture.images import Image
-from capture.manifest import load_photoset
+from capture.files.images import Image
+from capture.linear.colour_chart import ColourCorrection
+from capture.linear.frames import falloff_gain
+from capture.linear.prepare import prepare, vignetting
+from capture.linear.reader import RadianceReader
+from capture.manifest.load import load_photoset
 from capture.photoset import MANIFEST, PhotoSet, Plane
-from capture.prepare import prepare, vignetting
-from capture.reader import RadianceReader
 from photogonio import page
 from photogonio.colours import correction_note, find_correction, in_colours, require_mixable
 from photogonio.looks import KeptLooks

@@ -22,7 +22,7 @@ from typing import BinaryIO, TypeVar
 
 import numpy as np
 
-from capture.images import Image, read_image
+from capture.files.images import Image, read_image
 
 Value = TypeVar("Value")
 
@@ -55,7 +55,7 @@ class Scratch:
             self._file = None
 
     def take(self, path: Path, *, demosaic: str = "superpixel") -> Image:
-        """The photo, read back if it was kept. Raises InputError as :func:`capture.images.read_image` does."""
+        """The photo, read back if it was kept. Raises InputError as :func:`capture.files.images.read_image` does."""
         return self._latest(path, demosaic, keep=False)
 
     def keep(self, path: Path, *, demosaic: str = "superpixel") -> Image:

@@ -18,9 +18,9 @@ import numpy as np
 
 from calib.setup import LeftOut, Setup, ViewSetup
 from capture.errors import InputError
-from capture.images import Image
+from capture.files.images import Image
+from capture.linear.reader import RadianceReader
 from capture.radiance import RadianceImage, exposure_fault
-from capture.reader import RadianceReader
 from photogonio.provenance import hash_file
 from photogonio.store import Store, code_key, key_of
 from photogonio.surroundings import PhotoAround

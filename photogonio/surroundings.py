@@ -10,9 +10,9 @@ import numpy as np
 from calib.backdrop import backdrop
 from calib.setup import Setup, ViewSetup
 from calib.surround import Surround, completed, near_shown, radiance_around, surround_of
+from capture.linear.reader import RadianceReader
+from capture.linear.signal import MIDDLE
 from capture.photoset import PhotoSet, Sphere, View
-from capture.reader import RadianceReader
-from capture.signal import MIDDLE
 from reconstruct.spoilt import Spoilt, UnknownStray, unknown_stray, without_spoilt
 from reconstruct.stray import StrayLight
 from reconstruct.table import FacetTable

@@ -12,7 +12,7 @@ from types import UnionType
 from typing import get_args, get_origin, get_type_hints
 
 from capture.errors import InputError
-from capture.schema import did_you_mean
+from capture.manifest.schema import did_you_mean
 from synthetic.parts import (
     BallScene,
     BoardScene,

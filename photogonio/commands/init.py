@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from capture.init import list_photos, manifest_text
+from capture.manifest.draft import list_photos, manifest_text
 from capture.photoset import MANIFEST
 from photogonio.outputs import staged_file
 from photogonio.progress import Reporter

@@ -7,10 +7,10 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from capture.errors import InputError
+from capture.manifest.stub import stub_manifest
 from capture.photoset import MANIFEST
-from capture.sheet import pdf_page
-from capture.stub import stub_manifest
-from capture.target import make_target
+from capture.target.layout import make_target
+from capture.target.pdf import pdf_page
 from photogonio.outputs import staged_file
 from photogonio.progress import Reporter
 

@@ -8,8 +8,8 @@ import pytest
 
 from benchmarks import all as everything
 from benchmarks import coverage, end_to_end, fit, growth, kernel, lamps, left_out_rows, symmetry_choice, whole
-from capture.images import read_image
-from capture.manifest import load_photoset
+from capture.files.images import read_image
+from capture.manifest.load import load_photoset
 
 
 def test_kernel_against_numpy(capsys):

@@ -5,8 +5,8 @@ import pytest
 
 from calib.calibrate import calibrate
 from calib.setup import Setup
-from capture.manifest import load_photoset
-from capture.prepare import prepare
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from tests.places import DATA
 
 SET, TRUTH = DATA / "traced-eggshell-ball", DATA / "traced-eggshell-ball.truth.npz"

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture.colour import ColourCorrection, correct, reference_xyz, srgb_from_xyz, white_xyz
-from capture.manifest import load_photoset
+from capture.linear.colour_chart import ColourCorrection, correct, reference_xyz, srgb_from_xyz, white_xyz
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from capture.photoset import Radiometry
-from capture.prepare import prepare
 from photogonio import colours, pipeline
 from photogonio.cli import main
 from photogonio.colours import find_correction, in_colours

@@ -8,9 +8,9 @@ import pytest
 from calib.board import Corners
 from calib.looking import Seen
 from calib.register import Around
-from capture.manifest import load_photoset
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from capture.photoset import Board
-from capture.prepare import prepare
 from photogonio.looks import KeptLooks
 from photogonio.store import Store
 

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from capture import images
 from capture.errors import InputError
+from capture.files import images
 from photogonio import scratch as scratches
 from photogonio.scratch import Scratch
 

@@ -10,9 +10,9 @@ import pytest
 from calib.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.errors import InputError
-from capture.manifest import load_photoset
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from capture.photoset import MirrorBall, Sphere
-from capture.prepare import prepare
 from photogonio.provenance import hash_file, hash_photos
 from photogonio.store import Store, default_store, key_of
 from photogonio.stream import reduce_photos

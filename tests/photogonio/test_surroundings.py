@@ -6,7 +6,7 @@ import numpy as np
 
 from calib.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
-from capture.manifest import load_photoset
+from capture.manifest.load import load_photoset
 from capture.photoset import Plane, Sphere
 from photogonio import pipeline
 from photogonio.options import Options

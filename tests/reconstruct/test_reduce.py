@@ -7,8 +7,8 @@ import pytest
 
 from calib.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
-from capture.manifest import load_photoset
-from capture.prepare import prepare
+from capture.linear.prepare import prepare
+from capture.manifest.load import load_photoset
 from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 from reconstruct.reduce import reduce_view
 from reconstruct.table import LEFT_OUT, add_tables

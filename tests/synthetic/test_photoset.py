@@ -9,7 +9,7 @@ import pytest
 
 from calib.camera import Camera, Pose
 from capture.errors import InputError
-from capture.manifest import load_photoset
+from capture.manifest.load import load_photoset
 from photogonio.reflectances import load_known
 from synthetic.brdf import make_brdf, on_grid
 from synthetic.hard import changed, hard_case, hard_names

@@ -1,0 +1,4 @@
+"""What do the bytes of a photo say?
+
+Takes an image file; gives pixels as stored, exposure, orientation.
+"""

@@ -1,0 +1,100 @@
+"""A set's own dark, ambient and flat frames, and what follows from them; unusable ones are left out and
+named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from capture.errors import InputError
+from capture.linear.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
+from capture.linear.reader import RadianceReader
+from capture.linear.signal import Signal
+from capture.photoset import View
+from capture.radiance import RadianceImage
+
+TOO_FULL = 0.01  # share of saturated pixels that spoils a dark or flat frame
+
+Read = TypeVar("Read", Signal, RadianceImage)
+Warnings = tuple[str, ...]
+
+
+def dark_frame(reader: RadianceReader) -> tuple[Dark | None, Warnings]:
+    photos = [photo for photo in reader.photoset.photos if photo.role == "dark"]
+    if not photos:
+        return None, ()
+    kept, warnings = usable(
+        reader,
+        [View((photo,)) for photo in photos],
+        lambda view: reader.signal(view.photos[0]),
+        full="a dark frame, but much of it is saturated",
+    )
+    black_known = reader.photoset.radiometry.black_level is not None or reader.sensor.encoding.black > 0
+    exposures = [reader.exposures[view.name] for view, _ in kept]
+    return dark_of([signal for _, signal in kept], exposures, black_known=black_known), warnings
+
+
+def ambient_light(reader: RadianceReader) -> tuple[dict[str | None, RadianceImage], Warnings]:
+    """Mean radiance of the ambient photos by the light that they name; None: for all other views."""
+    kept, warnings = usable(reader, reader.photoset.views("ambient"), reader.exposed)
+    by_light: dict[str | None, list[RadianceImage]] = {}
+    for view, image in kept:
+        by_light.setdefault(view.light, []).append(image)
+    return {light: mean_image(images) for light, images in by_light.items()}, warnings
+
+
+def mean_image(images: Sequence[RadianceImage]) -> RadianceImage:
+    value, variance = mean_signal(images)
+    full = np.logical_or.reduce([image.saturated for image in images])
+    return RadianceImage(value, variance, ~full, full)
+
+
+def flat_field(reader: RadianceReader) -> tuple[np.ndarray | None, Warnings]:
+    """What radiance is multiplied by, (h, w, c), where the manifest asks for a flat field."""
+    photoset = reader.photoset
+    if photoset.radiometry.vignetting != "flat":
+        return None, ()
+    kept, warnings = usable(
+        reader,
+        photoset.views("flat"),
+        reader.exposed,
+        full="a flat field, but much of it is saturated",
+    )
+    try:
+        return flat_gain(*mean_signal([image for _, image in kept])), warnings
+    except ValueError as error:
+        raise InputError(photoset.folder / kept[0][0].name, str(error)) from error
+
+
+def vignetting(reader: RadianceReader, camera: Rays | None) -> np.ndarray | None:
+    """What radiance is multiplied by, (h, w, 1), where the manifest asks for cos^4; None without the
+    camera.
+    """
+    asked = reader.photoset.radiometry.vignetting == "cos4"
+    return cos4_gain(camera) if asked and camera is not None else None
+
+
+def usable(
+    reader: RadianceReader, views: Iterable[View], read: Callable[[View], Read], *, full: str | None = None
+) -> tuple[list[tuple[View, Read]], Warnings]:
+    """What can be read of some views, and why others cannot.
+
+    ``full`` is what is said of a saturated one, if that matters. Raises the first view's InputError if none
+    is left.
+    """
+    kept: list[tuple[View, Read]] = []
+    faults: list[InputError] = []
+    for view in views:
+        try:
+            image = read(view)
+            if full is not None and image.saturated.mean() > TOO_FULL:
+                raise InputError(reader.photoset.folder / view.name, full)
+            kept.append((view, image))
+        except InputError as error:
+            faults.append(error)
+    if faults and not kept:
+        raise faults[0]
+    return kept, tuple(f"left out: {fault}" for fault in faults)

@@ -1,0 +1,125 @@
+"""Noise against level, given or estimated, must be the noise that is there."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from capture.linear.clipping import clip_code
+from capture.linear.encoding import Encoding, linear_to_srgb
+from capture.linear.noise import DEGREES, QUANTILE, NoiseModel, estimate_noise, given_noise
+from capture.photoset import Radiometry
+
+HEIGHT, WIDTH = 400, 600
+
+
+def scenes() -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(7)
+    gradient = np.linspace(0.02, 1, HEIGHT)[:, None] * np.linspace(0.2, 0.8, WIDTH)
+    patches = np.kron(rng.uniform(0.03, 0.8, (HEIGHT // 20, WIDTH // 20)), np.ones((20, 20)))
+    textured = gradient.copy()
+    grain = cv2.GaussianBlur(rng.normal(size=(HEIGHT, WIDTH // 2)), (0, 0), 1.5)
+    textured[:, : WIDTH // 2] *= 1 + 0.2 * grain / grain.std()
+    return {"gradient": gradient, "patches": patches, "half textured": textured}
+
+
+def coded(light: np.ndarray, bits: int, kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Signal, quantisation variance and usable pixels of light in a file."""
+    full = 2**bits - 1
+    encoded = linear_to_srgb(light) if kind == "srgb" else light
+    codes = np.round(encoded * full).astype(int)
+    value, step = Encoding(kind).lookup(full, 1)
+    return value[codes, 0][..., None], step[codes, 0][..., None], (codes > 0) & (codes < full)
+
+
+@pytest.mark.parametrize("scene", ["gradient", "patches", "half textured"])
+@pytest.mark.parametrize(("bits", "kind"), [(16, "linear"), (12, "linear"), (8, "srgb")])
+@pytest.mark.parametrize(("electrons", "read"), [(20000, 5), (2000, 20)])
+def test_estimated_noise_is_the_sensors(sensor, scene, bits, kind, electrons, read):
+    """10 % of variance is 5 % of a standard deviation.
+
+    Where half of all blocks hold texture, the low quantile of all is a higher one of the calm half, so that
+    noise may come out greater, by the ratio of the two and no more.
+    """
+    textured = chi2.ppf(2 * QUANTILE, DEGREES) / chi2.ppf(QUANTILE, DEGREES)
+    light = np.clip(scenes()[scene], 0, 0.95)
+    photos = [coded(sensor(light, electrons=electrons, read=read, seed=k), bits, kind) for k in range(2)]
+    model = estimate_noise(photos)
+    for level in (0.1, 0.5):
+        true = level / electrons + (read / electrons) ** 2
+        assert (
+            0.9
+            < float(model.variance(np.array([level]))[0]) / true
+            < 1.1 * (textured if scene == "half textured" else 1.0)
+        )
+
+
+def test_no_noise_is_none(sensor):
+    model = estimate_noise([coded(np.clip(scenes()["gradient"], 0, 0.95), 8, "linear")])
+    assert float(model.variance(np.array([0.5]))[0]) < 1 / 255**2 / 12
+
+
+def test_too_small_photos_tell_nothing():
+    tiny = np.full((16, 16, 1), 0.5, np.float32)
+    assert estimate_noise([(tiny, 0 * tiny, np.ones((16, 16), bool))]) is None
+
+
+def test_given_noise_is_photon_and_read_noise(sensor):
+    model = given_noise(Radiometry(gain_electrons=5000, read_noise_electrons=12), 1)
+    for level in (0.0, 0.01, 0.3, 0.8):
+        found = sensor(np.full(200_000, level + 0.02), electrons=5000, read=12, seed=3) - 0.02
+        # relative scatter of a variance of n values: sqrt(2 / n) = 0.3 %; the pedestal keeps the dark from being cut
+        expected = float(model.variance(np.array([level + 0.02]))[0])
+        assert found.var() == pytest.approx(expected, rel=5 * np.sqrt(2 / 200_000))
+
+
+def test_averaged_sites_have_less_noise():
+    radiometry = Radiometry(gain_electrons=5000, read_noise_electrons=12)
+    model = given_noise(radiometry, 3, (1, 2, 1))
+    red, green, blue = model.variance(np.full(3, 0.4))
+    assert green == pytest.approx(red / 2) and blue == pytest.approx(red)
+    assert given_noise(Radiometry(), 3) is None
+
+
+def test_below_black_there_is_read_noise_alone():
+    model = NoiseModel(np.array([1e-6]), np.array([1e-4]))
+    assert model.variance(np.array([-0.01]))[0] == pytest.approx(1e-6)
+
+
+def photos_of_clipped(clip: int, shift: int, count: int = 3) -> list[np.ndarray]:
+    """Photos of which a part is clipped at a code and shifted up."""
+    light = np.linspace(0.1, 1.3, 200)[None, :, None] * np.ones((60, 1, 3))
+    photos = []
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        codes = light * clip + rng.normal(0, 0.004 * clip, light.shape)
+        photos.append((np.clip(np.round(codes), 0, clip).astype(np.uint16)) << shift)
+    return photos
+
+
+def test_padding_shows_where_full_scale_is():
+    assert clip_code(photos_of_clipped(16383, 2), 65535.0) == 65532
+    dark = [(photo // 16) << 2 for photo in photos_of_clipped(16383, 0)]  # nothing is clipped in these
+    assert clip_code(dark, 65535.0) == 65532
+
+
+def test_a_pile_shows_where_the_sensor_is_full():
+    assert clip_code(photos_of_clipped(58000, 0), 65535.0) == 58000
+    assert clip_code(photos_of_clipped(58000, 0, count=1), 65535.0) == 65535  # one photo is no proof
+    floats = [photo.astype(np.float32) / 65535 for photo in photos_of_clipped(58000, 0)]
+    assert clip_code(floats, 1.0) == pytest.approx(58000 / 65535)
+
+
+def test_without_a_pile_full_scale_stands():
+    below = [np.minimum(photo, 40000 + k) for k, photo in enumerate(photos_of_clipped(58000, 0))]
+    assert clip_code(below, 65535.0) == 65535
+    smooth = [np.linspace(0, 0.9, 3000, dtype=np.float32).reshape(50, 60, 1)] * 2
+    assert clip_code(smooth, 1.0) == np.inf
+
+
+def test_jpeg_leaves_room_for_ringing():
+    photo = np.full((20, 20, 3), 255, np.uint8)
+    photo[5] = 97
+    assert clip_code([photo, photo], 255.0, lossy=True) == 252

@@ -1,0 +1,109 @@
+"""A manifest from a folder of photos."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from capture.errors import InputError
+from capture.manifest.draft import list_photos, manifest_text
+from capture.manifest.load import load_photoset
+from capture.manifest.stub import stub_manifest
+from capture.target.layout import make_target
+
+
+@pytest.fixture
+def folder(tmp_path, files):
+    pixels = np.zeros((8, 8, 3), np.uint8)
+
+    def add(name: str, time: float | None = None) -> None:
+        attributes = (
+            {}
+            if time is None
+            else {"ExposureTime": time, "FNumber": 8.0, "Exif__PhotographicSensitivity": 100}
+        )
+        files["oiio"](tmp_path / "set" / name, pixels, "uint8", **attributes)
+
+    for name, time in (
+        ("calibration/c1.jpg", 0.01),
+        ("calibration/c0.JPG", 0.01),
+        ("Sample/s0.jpg", 0.5),
+        ("Sample/s1.jpg", 0.25),
+        ("Sample/left lamp/a.jpg", 0.125),
+        ("Sample/left lamp/b.jpg", 0.125),
+        ("Sample/series/a.jpg", 0.125),
+        ("Sample/series/b.jpg", 0.5),
+        ("Sample/series/c.jpg", 2.0),
+        ("chrome/left lamp/p.jpg", 0.125),
+        ("darks/d.png", None),
+        ("flat_01.jpg", 0.1),
+        ("other.jpg", 0.1),
+    ):
+        add(name, time)
+    (tmp_path / "set" / "notes.txt").write_text("not a photo")
+    return tmp_path / "set"
+
+
+def test_roles_lights_and_brackets_come_from_the_folders(folder):
+    photos = {photo.file: photo for photo in list_photos(folder)}
+    roles = {name: photo.role for name, photo in photos.items()}
+    assert roles["calibration/c0.JPG"] == "calibration" and roles["Sample/s0.jpg"] == "sample"
+    assert roles["chrome/left lamp/p.jpg"] == "probe" and roles["darks/d.png"] == "dark"
+    assert roles["flat_01.jpg"] == "flat" and roles["other.jpg"] == "sample" and len(photos) == 13
+    assert photos["Sample/left lamp/a.jpg"].light == "left lamp" == photos["chrome/left lamp/p.jpg"].light
+    assert [photos[f"Sample/series/{k}.jpg"].bracket for k in "abc"] == [1, 1, 1]
+    assert photos["Sample/s0.jpg"].bracket is None and photos["Sample/s0.jpg"].light is None
+
+
+def test_exposures_come_from_exif(folder):
+    photos = {photo.file: photo for photo in list_photos(folder)}
+    assert photos["Sample/s0.jpg"].exposure_time == pytest.approx(0.5, abs=1e-6)
+    assert (photos["Sample/s0.jpg"].f_number, photos["Sample/s0.jpg"].iso) == (8.0, 100.0)
+    assert photos["darks/d.png"].exposure_time is None
+
+
+def test_the_text_is_a_manifest_of_those_photos(folder):
+    text = manifest_text(folder)
+    assert text == manifest_text(folder) and "CHECK" in text and 'encoding = "srgb"' in text
+    (folder / "photoset.toml").write_text(text, encoding="utf-8")
+    found = load_photoset(folder)
+    expected = list_photos(folder)
+    assert [photo.file for photo in found.photos] == [photo.file for photo in expected]
+    assert [photo.light for photo in found.photos] == [photo.light for photo in expected]
+    for one, other in zip(found.photos, expected, strict=True):
+        known = other.exposure_time is not None
+        assert one.exposure_time == (pytest.approx(other.exposure_time, rel=1e-8) if known else None)
+
+
+def test_photos_are_added_to_the_targets_own_manifest(folder):
+    stub = stub_manifest(make_target(paper="a3", kind="aruco-grid"), name="mine")
+    (folder / "photoset.toml").write_text(stub, encoding="utf-8")
+    text = manifest_text(folder)
+    assert text.startswith(stub.rstrip())
+    (folder / "photoset.toml").write_text(text, encoding="utf-8")
+    found = load_photoset(folder)
+    assert found.name == "mine" and found.board.kind == "aruco-grid" and len(found.photos) == 13
+    with pytest.raises(InputError, match="names photos already"):
+        manifest_text(folder)
+
+
+def test_a_raw_file_goes_before_its_jpeg(folder, shared):
+    (folder / "Sample" / "s0.dng").write_bytes((shared / "data" / "raw" / "colorchart.dng").read_bytes())
+    names = [photo.file for photo in list_photos(folder)]
+    assert "Sample/s0.dng" in names and "Sample/s0.jpg" not in names
+
+
+def test_folders_without_photos_are_refused(tmp_path):
+    with pytest.raises(InputError, match="no photo here"):
+        manifest_text(tmp_path)
+    with pytest.raises(InputError, match="no such folder"):
+        manifest_text(tmp_path / "nowhere")
+    (tmp_path / "a.jpg").write_bytes(b"no picture")
+    with pytest.raises(InputError, match=r"a\.jpg"):
+        manifest_text(tmp_path)
+
+
+def test_names_with_quotes_are_quoted(folder):
+    (folder / "Sample" / "s0.jpg").rename(folder / "Sample" / 'a "good" one.jpg')
+    (folder / "photoset.toml").write_text(manifest_text(folder), encoding="utf-8")
+    assert 'Sample/a "good" one.jpg' in [photo.file for photo in load_photoset(folder).photos]

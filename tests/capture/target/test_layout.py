@@ -1,0 +1,145 @@
+"""The printed target: what is drawn is what the manifest beside it says, found again by OpenCV."""
+
+from __future__ import annotations
+
+import re
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+
+from capture.errors import InputError
+from capture.manifest.load import load_photoset
+from capture.manifest.stub import stub_manifest
+from capture.target.layout import KINDS, PAPERS, black_rectangles, make_target, marker_corners
+from capture.target.pdf import pdf_page
+
+PIXELS = 8.0  # a millimetre; markers' cells of 15 / 7 mm do not fall on whole pixels
+TARGETS = [(paper, kind) for paper in PAPERS for kind in KINDS]
+
+
+def drawn(target) -> np.ndarray:
+    """The pattern with a white margin of 10 mm, 8-bit, each pixel's ink by area (supersampled 4 x 4)."""
+    fine = 4
+    scale, margin = PIXELS * fine, 10.0
+    width, height = (round((size + 2 * margin) * scale) for size in target.size)
+    page = np.full((height, width), 255, np.uint8)
+    for x, y, w, h in black_rectangles(target):
+        left, right = (round((v + margin) * scale) for v in (x, x + w))
+        low, high = (round((v + margin) * scale) for v in (y, y + h))
+        page[height - high : height - low, left:right] = 0
+    return cv2.resize(page, (width // fine, height // fine), interpolation=cv2.INTER_AREA)
+
+
+def world(pixels: np.ndarray, page: np.ndarray) -> np.ndarray:
+    """Pixels (n, 2) as millimetres, x right and y up from the pattern's lower-left corner."""
+    x, y = pixels[:, 0] + 0.5, page.shape[0] - (pixels[:, 1] + 0.5)
+    return np.column_stack([x, y]) / PIXELS - 10.0
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_charuco_board_is_found_where_the_manifest_says(paper):
+    target = make_target(paper=paper)
+    board, page = target.board, drawn(target)
+    marks = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))
+    made = cv2.aruco.CharucoBoard(board.squares, board.square_length, board.marker_length, marks)
+    corners, ids, _, _ = cv2.aruco.CharucoDetector(made).detectBoard(page)
+    columns, rows = board.squares
+    assert len(ids) == (columns - 1) * (rows - 1)
+    true = np.column_stack([ids.ravel() % (columns - 1) + 1, rows - 1 - ids.ravel() // (columns - 1)])
+    error = world(corners.reshape(-1, 2), page) - true * board.square_length
+    assert np.abs(error).max() < 0.05  # 0.4 pixels
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_grid_is_found_where_the_manifest_says(paper):
+    target = make_target(paper=paper, kind="aruco-grid")
+    page = drawn(target)
+    marks = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, target.board.dictionary))
+    corners, ids, _ = cv2.aruco.ArucoDetector(marks).detectMarkers(page)
+    columns, rows = target.board.markers
+    assert len(ids) == columns * rows - 4  # sample, two balls and patch stand in the place of one each
+    number, true = marker_corners(target.board)
+    place = {int(k): corner for k, corner in zip(number, true, strict=True)}
+    for found, k in zip(corners, ids.ravel(), strict=True):
+        assert (
+            np.abs(world(found.reshape(4, 2), page) - place[int(k)]).max() < 0.2
+        )  # unrefined: to 1.5 pixels
+
+
+@pytest.mark.parametrize(("paper", "kind"), TARGETS)
+def test_the_page_is_the_layout_at_true_scale(paper, kind):
+    """The PDF's own numbers: a page of the paper's size, and each rectangle of ink once, in millimetres."""
+    target = make_target(paper=paper, kind=kind)
+    data = pdf_page(target)
+    assert data == pdf_page(target)
+    box = [float(v) for v in re.search(rb"/MediaBox \[ ([\d. ]+)\]", data).group(1).split()]
+    assert box == pytest.approx([0, 0, *(v / 25.4 * 72 for v in PAPERS[paper])], abs=1e-3)
+    content = unpacked(data)
+    scales = [
+        tuple(map(float, m)) for m in re.findall(r"([\d.]+) 0 0 ([\d.]+) ([\d.]+) ([\d.]+) cm", content)
+    ]
+    assert any(s[0] == pytest.approx(72 / 25.4, abs=1e-5) and s[1] == s[0] for s in scales)
+    rectangles = np.array(re.findall(r"([-\d.]+) ([-\d.]+) ([-\d.]+) ([-\d.]+) re(?! S)", content), float)
+    ink = black_rectangles(target)
+    assert len(rectangles) >= len(ink)
+    assert np.abs(rectangles[: len(ink)] - ink).max() < 1e-4  # reportlab rounds to 6 decimals or fewer
+
+
+def unpacked(data: bytes) -> str:
+    """The page's drawing commands: ASCII-85 and zlib, as reportlab writes them."""
+    import base64
+
+    stream = re.search(rb"stream\s(.*?)~>endstream", data, re.S).group(1)
+    return zlib.decompress(base64.a85decode(stream)).decode("latin-1")
+
+
+@pytest.mark.parametrize(("paper", "kind"), TARGETS)
+def test_everything_fits_on_the_paper(paper, kind):
+    target = make_target(paper=paper, kind=kind)
+    width, height = target.page
+    x, y = target.corner
+    assert (
+        x >= 9.99
+        and y >= 25.99
+        and x + target.size[0] <= width - 9.99
+        and y + target.size[1] <= height - 9.99
+    )
+    places = np.array([*target.balls, target.sample, *target.patch])
+    assert (places >= 0).all() and (places <= target.size).all()
+    near = np.linalg.norm(np.array(target.balls) - target.sample, axis=1)
+    assert near.min() > 25 + 8 + 20  # a ball of 25 mm does not hide those of 8 mm
+
+
+@pytest.mark.parametrize(("paper", "kind"), TARGETS)
+def test_the_stub_is_a_manifest_once_photos_are_named(tmp_path, paper, kind):
+    target = make_target(paper=paper, kind=kind)
+    (tmp_path / "photoset.toml").write_text(stub_manifest(target), encoding="utf-8")
+    with pytest.raises(InputError, match="photogonio init"):
+        load_photoset(tmp_path)
+    (tmp_path / "a.png").write_bytes(b"")
+    text = stub_manifest(target) + '[[photo]]\nfile = "a.png"\nrole = "sample"\n'
+    (tmp_path / "photoset.toml").write_text(text, encoding="utf-8")
+    found = load_photoset(tmp_path)
+    assert found.board.kind == kind and found.board.dictionary == target.board.dictionary
+    assert (found.board.squares, found.board.markers) == (target.board.squares, target.board.markers)
+    assert found.board.marker_length == pytest.approx(target.board.marker_length, abs=1e-4)
+    balls = np.array([ball.center[:2] for ball in found.mirror_balls])
+    assert np.abs(balls - target.balls).max() <= 0.005
+    assert found.sample.center[:2] == pytest.approx(target.sample, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"paper": "a5"}, "--paper: expected one of"),
+        ({"kind": "chess"}, "--kind: expected one of"),
+        ({"square": 60.0}, "--square: 60 mm leaves"),
+        ({"dictionary": "DICT_9"}, "--dictionary: OpenCV has no"),
+        ({"dictionary": "DICT_4X4_50"}, "--dictionary: DICT_4X4_50 has 50 markers, the board needs 52"),
+    ],
+)
+def test_impossible_targets_are_refused(wrong, said):
+    with pytest.raises(InputError, match=said):
+        make_target(**wrong)
