@@ -16,7 +16,7 @@ import numpy as np
 import tomli_w
 
 from benchmarks.end_to_end import DIFFERENT, copied, write_picture
-from calib.camera import Camera
+from calib.geometry.camera import Camera
 from capture.files.images import read_image
 from capture.photoset import MANIFEST
 from reconstruct.rows import cores

@@ -13,15 +13,15 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from calib.bundle import pose_block
+from calib.adjust.bundle import pose_block
+from calib.adjust.lamps import block_name
 from calib.calibrate import light_of, settled_from
-from calib.camera import Pose
-from calib.irradiance import read_view, tie
-from calib.lamps import block_name
-from calib.looking import Reader, Seen
-from calib.notes import Notes
-from calib.sight import Sight
-from calib.viewpoints import Photos, find_poses, fitted_camera, scale_corners
+from calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
+from calib.detect.observation import Sight
+from calib.detect.photo_reader import Reader, Seen
+from calib.geometry.camera import Pose
+from calib.radiometry.scale import read_view, tie
+from calib.remarks import Notes
 from capture.photoset import PhotoSet, View
 from tests.drawn.setups import SAMPLE, SIZE, World, draw_corners, draw_patch, draw_world, observe, photoset_of
 

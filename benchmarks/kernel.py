@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.evaluation import best_time
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.photoset import Plane, Sphere
 from capture.radiance import RadianceImage

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib.radiometry.surround import MARGIN, Bounds, ReadAt
 from calib.setup import Setup, ViewSetup
-from calib.surround import MARGIN, Bounds, ReadAt
 from capture.photoset import MirrorBall
 
 ACROSS = 64  # points along the picture's longer side that are read

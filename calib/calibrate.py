@@ -8,7 +8,42 @@ from functools import partial
 
 import numpy as np
 
-from calib.account import (
+from calib.adjust.alternate import Settled, settle, start_sample, start_scene
+from calib.adjust.bundle import Model, block_pose, pose_block
+from calib.adjust.lamps import block_name, place_in_world, start_lamps
+from calib.adjust.terms import Posed
+from calib.camera_poses import check_camera, find_camera, find_poses, look_at_all, scale_corners
+from calib.detect.edges import PlaneMove, lying
+from calib.detect.observation import (
+    FIXED_POSE,
+    POSE,
+    Keep,
+    Sight,
+    channel_names,
+    hand_over,
+    in_memory,
+    start_over,
+)
+from calib.detect.observe import observe
+from calib.detect.photo_reader import Looks, Progress, Reader, ReadLevel, ReadPart, ReadRadiance
+from calib.diagnose.allowances import NO_FALLOFF, Settle, settle_allowing
+from calib.diagnose.ambient_light import Beside, ambient_irradiance, expect, light_beside, note_beside
+from calib.diagnose.displaced_ball import ball_elsewhere, note_ball, shows_limb
+from calib.diagnose.ghosting import ghost_warnings
+from calib.diagnose.glossy_print import shining, white_alone
+from calib.diagnose.lamp_beam import Beam, note_beam
+from calib.diagnose.moved_lamp import tell_shared_apart
+from calib.diagnose.outline_off_sample import cut_to_sample
+from calib.diagnose.thick_sample import clear_of_slab, is_thick
+from calib.diagnose.unusable_photos import contradiction, denied_by_patch, washed_out
+from calib.diagnose.veiling_glare import Veil, find_veils, lift, lifted, lifted_image, lifted_view, note_veil
+from calib.diagnose.vignetting import brighten, brightened_image, doubted, note_falloff
+from calib.geometry.board import Corners, board_size
+from calib.geometry.camera import Camera, Pose
+from calib.radiometry.patch import patches_box
+from calib.radiometry.scale import Reading, read_view, tie
+from calib.remarks import Notes, listed
+from calib.report.summary import (
     account,
     account_plane,
     believed,
@@ -16,34 +51,8 @@ from calib.account import (
     marks,
     sample_in_picture,
 )
-from calib.allowed import NO_FALLOFF, Settle, settle_allowing
-from calib.astray import ball_elsewhere, note_ball, shows_limb
-from calib.beam import Beam, note_beam
-from calib.beside import Beside, ambient_irradiance, expect, light_beside, note_beside
-from calib.board import Corners, board_size
-from calib.bundle import Model, block_pose, pose_block
-from calib.camera import Camera, Pose
-from calib.doubts import contradiction, denied_by_patch, washed_out
-from calib.evidence import Posed
-from calib.falloff import brighten, brightened_image, doubted, note_falloff
-from calib.ghosts import ghost_warnings
-from calib.irradiance import Reading, read_view, tie
-from calib.lamps import block_name, place_in_world, start_lamps
-from calib.looking import Looks, Progress, Reader, ReadLevel, ReadPart, ReadRadiance
-from calib.notes import Notes, listed
-from calib.observe import observe
-from calib.patch import patches_box
-from calib.plane import PlaneMove, lying
 from calib.setup import BoardSetup, Falloff, Light, Setup, ViewSetup
-from calib.shared import tell_shared_apart
-from calib.sheen import shining, white_alone
-from calib.sight import FIXED_POSE, POSE, Keep, Sight, channel_names, hand_over, in_memory, start_over
-from calib.slab import clear_of_slab, is_thick
-from calib.starts import square_ratios, white_level
-from calib.together import Settled, settle, start_sample, start_scene
-from calib.uncovered import cut_to_sample
-from calib.veil import Veil, find_veils, lift, lifted, lifted_image, lifted_view, note_veil
-from calib.viewpoints import check_camera, find_camera, find_poses, look_at_all, scale_corners
+from calib.shading.initial import square_ratios, white_level
 from capture.errors import InputError
 from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
 

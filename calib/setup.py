@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from capture.errors import InputError
 from capture.photoset import MirrorBall, Plane, Sphere
 
@@ -85,7 +85,7 @@ class BoardSetup:
 @dataclass(frozen=True, slots=True)
 class Falloff:
     """How a lens darkens its pictures: it leaves exp(terms[0] a + terms[1] a^2) of the light at ``a`` of
-    :meth:`calib.camera.Camera.aside`."""
+    :meth:`calib.geometry.camera.Camera.aside`."""
 
     terms: np.ndarray  # (2,)
     covariance: np.ndarray  # (2, 2)

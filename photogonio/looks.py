@@ -13,9 +13,9 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from calib.board import Corners
-from calib.looking import Seen
-from calib.register import Around
+from calib.detect.photo_reader import Seen
+from calib.detect.subpixel import Around
+from calib.geometry.board import Corners
 from capture.linear.reader import RadianceReader
 from capture.photoset import View
 from photogonio.store import Store, code_key, key_of

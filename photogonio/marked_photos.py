@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from calib.overlay import draw_marks, draw_view, picture_of
+from calib.report.overlay import draw_marks, draw_view, picture_of
 from calib.setup import Setup
 from capture.linear.reader import RadianceReader
 from photogonio.progress import Reporter

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.backdrop import backdrop
+from calib.radiometry.surround import Surround, completed, near_shown, radiance_around, surround_of
 from calib.setup import Setup, ViewSetup
-from calib.surround import Surround, completed, near_shown, radiance_around, surround_of
 from capture.linear.reader import RadianceReader
 from capture.linear.signal import MIDDLE
 from capture.photoset import PhotoSet, Sphere, View

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
 from reconstruct.obstacles import (

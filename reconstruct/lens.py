@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from calib.camera import Camera
+from calib.geometry.camera import Camera
 
 STEP = 16  # pixels between nodes
 LEAST_STEP = 4

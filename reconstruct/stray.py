@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from calib.radiometry.surround import Surround
 from calib.setup import ViewSetup
-from calib.surround import Surround
 from capture.photoset import Plane, Sphere
 from reconstruct.cells import Cells
 from reconstruct.model import Model

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from synthetic.light import see_lamp
 from synthetic.room import BALL, World
 from synthetic.trace import nearest

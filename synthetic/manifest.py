@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.camera import Camera
+from calib.geometry.camera import Camera
 from synthetic.parts import BoardScene
 from synthetic.plan import Shot, lamp_intensity
 from synthetic.scene import Scene

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import tomli_w
 
-from calib.camera import Camera
+from calib.geometry.camera import Camera
 from capture.errors import InputError
 from capture.photoset import MANIFEST
 from synthetic.bounce import bounce_extra, room_extra

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from synthetic.scene import Scene
 
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # azimuth step that spreads any number of places evenly

@@ -13,7 +13,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from synthetic.highlight import add_highlights
 from synthetic.light import see_lamp
 from synthetic.reflectance import Reflectance

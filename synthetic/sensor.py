@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from calib.camera import Camera
+from calib.geometry.camera import Camera
 from synthetic.render import pixel_middles, plane_corners
 from synthetic.scene import Scene
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.camera import Camera
+from calib.geometry.camera import Camera
 from synthetic.brdf import angle_grid, on_grid
 from synthetic.plan import Shot, exposure_factor
 from synthetic.reflectance import Reflectance

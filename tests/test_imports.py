@@ -19,7 +19,7 @@ ROOMS = {
     "photogonio": {"synthetic", "reconstruct", "calib", "capture"},
 }
 # calib's parts that solve for something; synthetic may use the formats and the geometry alone
-GEOMETRY = {"calib.camera", "calib.setup", "calib.board"}
+GEOMETRY = {"calib.geometry.camera", "calib.setup", "calib.geometry.board"}
 DECODERS = {"imread", "imreadmulti", "imdecode", "imreadanimation", "ImageInput", "ImageBuf"}
 IMAGE_READERS = {"capture/files/images.py", "capture/files/raw.py"}
 HEAVY = ("numpy", "cv2", "scipy", "numba", "matplotlib", "rawpy", "OpenImageIO", "colour", "jinja2", "tqdm")

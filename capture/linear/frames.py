@@ -24,7 +24,7 @@ GRID = 129  # knots of the cos^4 field along each side
 
 
 class Rays(Protocol):
-    """What cos^4 needs of a camera (calib.camera.Camera)."""
+    """What cos^4 needs of a camera (calib.geometry.camera.Camera)."""
 
     size: tuple[int, int]
 

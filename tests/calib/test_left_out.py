@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from calib.calibrate import usable
-from calib.doubts import washed_out
-from calib.observe import is_dark
-from calib.shading import Reading
-from calib.starts import square_ratios, white_level
+from calib.detect.observe import is_dark
+from calib.diagnose.unusable_photos import washed_out
+from calib.shading.fit import Reading
+from calib.shading.initial import square_ratios, white_level
 from capture.errors import InputError
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import draw_paper

@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 import pytest
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from calib.setup import BoardSetup, Falloff, LeftOut, Light, Marks, Setup, ViewSetup, load_setup, save_setup
 from capture.errors import InputError
 from capture.photoset import MirrorBall, Plane, Sphere

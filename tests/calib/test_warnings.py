@@ -10,27 +10,27 @@ import numpy as np
 import pytest
 
 from benchmarks.coverage import deviations
-from calib.account import _shared_lights, account
-from calib.allowed import NO_FALLOFF, settle_allowing
-from calib.beam import beam_of, note_beam
-from calib.beside import light_beside, note_beside
-from calib.board import Corners
-from calib.board_light import lens
+from calib.adjust.alternate import _shade
+from calib.adjust.lamps import Lamp, block_name
 from calib.calibrate import light_of, settled_at_last, settled_from
-from calib.checks import bad_photos, board_shape, view_warnings
-from calib.doubts import contradiction
-from calib.falloff import brighten, note_falloff
-from calib.highlights import find_highlight
-from calib.lamps import Lamp, block_name
-from calib.looking import Reader, Seen
-from calib.notes import Notes
-from calib.pose import fit_pose
-from calib.shading import Ball, fit_shading
-from calib.sight import FIXED_POSE, start_over
-from calib.together import _shade
-from calib.viewpoints import Photos, check_camera, find_poses, fitted_camera, scale_corners
-from tests.calib.test_lights import BALLS as MIRRORS
-from tests.calib.test_lights import CAMERA, LAMP, POSE, highlight, spot
+from calib.camera_poses import Photos, check_camera, find_poses, fitted_camera, scale_corners
+from calib.detect.highlights import find_highlight
+from calib.detect.observation import FIXED_POSE, start_over
+from calib.detect.photo_reader import Reader, Seen
+from calib.diagnose.allowances import NO_FALLOFF, settle_allowing
+from calib.diagnose.ambient_light import light_beside, note_beside
+from calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
+from calib.diagnose.lamp_beam import beam_of, note_beam
+from calib.diagnose.unusable_photos import contradiction
+from calib.diagnose.vignetting import brighten, note_falloff
+from calib.geometry.board import Corners
+from calib.geometry.pose import fit_pose
+from calib.remarks import Notes
+from calib.report.summary import _shared_lights, account
+from calib.shading.fit import Ball, fit_shading
+from calib.shading.kernel import lens
+from tests.calib.detect.test_mirror_rays import BALLS as MIRRORS
+from tests.calib.detect.test_mirror_rays import CAMERA, LAMP, POSE, highlight, spot
 from tests.drawn.boards import radiance
 from tests.drawn.setups import (
     BLACK,

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from calib import looking
+from calib.detect import photo_reader as looking
 from capture.photoset import MANIFEST
 from photogonio.evaluate import Score, evaluate_scene, rendered
 from photogonio.pipeline import calibrate, write_result

@@ -5,8 +5,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from calib.camera import Camera, Pose
-from calib.looking import Reader
+from calib.detect.photo_reader import Reader
+from calib.geometry.camera import Camera, Pose
 from capture.photoset import Board, Photo, PhotoSet, Sphere, View
 from capture.radiance import RadianceImage
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from synthetic.pattern import print_of
 from synthetic.room import World
 

@@ -12,17 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.board import Corners, board_points, board_size
-from calib.board_light import light_on_board
-from calib.bounce import diffuse_bounce, glossy_bounce, polished_bounce
-from calib.camera import Camera, Pose
-from calib.highlights import Highlight, outline
-from calib.masks import fill
-from calib.paper import PaperSamples, behind_ball, covered, draw_print, spread_of
-from calib.reflect import mirrored_point
-from calib.sample import Limb
-from calib.shading import Ball, Reading, Scene, lit
-from calib.sight import Sight
+from calib.detect.highlights import Highlight, outline
+from calib.detect.limb import Limb
+from calib.detect.masks import fill
+from calib.detect.observation import Sight
+from calib.detect.paper import PaperSamples, behind_ball, covered, draw_print, spread_of
+from calib.geometry.board import Corners, board_points, board_size
+from calib.geometry.camera import Camera, Pose
+from calib.geometry.mirror import mirrored_point
+from calib.shading.fit import Ball, Reading, Scene, lit
+from calib.shading.interreflection import diffuse_bounce, glossy_bounce, polished_bounce
+from calib.shading.kernel import light_on_board
 from capture.photoset import Board, CameraEntry, MirrorBall, Photo, PhotoSet, Sphere, WhitePatch
 from capture.radiance import RadianceImage
 

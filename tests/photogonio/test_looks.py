@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.board import Corners
-from calib.looking import Seen
-from calib.register import Around
+from calib.detect.photo_reader import Seen
+from calib.detect.subpixel import Around
+from calib.geometry.board import Corners
 from capture.linear.prepare import prepare
 from capture.manifest.load import load_photoset
 from capture.photoset import Board

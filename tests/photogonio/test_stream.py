@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.errors import InputError
 from capture.linear.prepare import prepare

@@ -4,7 +4,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.manifest.load import load_photoset
 from capture.photoset import Plane, Sphere

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.linear.prepare import prepare
 from capture.manifest.load import load_photoset

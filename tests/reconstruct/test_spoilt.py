@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.photoset import Sphere
 from reconstruct.cells import cells_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.camera import Pose
+from calib.geometry.camera import Pose
 from calib.setup import Light, ViewSetup
 from capture.photoset import Plane, Sphere
 from reconstruct.basis import Basis

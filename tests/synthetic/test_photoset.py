@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.camera import Camera, Pose
+from calib.geometry.camera import Camera, Pose
 from capture.errors import InputError
 from capture.manifest.load import load_photoset
 from photogonio.reflectances import load_known

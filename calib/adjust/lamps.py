@@ -1,0 +1,182 @@
+"""One lamp while it is being found: what the manifest says, the first guess, where its highlights belong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.adjust.bundle import Values
+from calib.detect.lamp_markers import marked_place
+from calib.detect.mirror_rays import MirroredRay, meet, mirrored_ray
+from calib.detect.observation import Sight, light_entry
+from calib.detect.parallel import abreast
+from calib.detect.photo_reader import Progress
+from calib.geometry.board import board_size
+from calib.geometry.camera import Camera, Pose
+from calib.geometry.mirror import mirrored_direction, mirrored_point
+from calib.shading.fit import Scene
+from calib.shading.initial import first_fit
+from capture.photoset import LightEntry, PhotoSet, Sphere
+
+_FAR = 25.0  # board diagonals beyond which a lamp counts as distant
+
+
+@dataclass(frozen=True, slots=True)
+class Lamp:
+    """One light id while it is being settled."""
+
+    name: str
+    entry: LightEntry | None
+    kind: str  # "point" | "directional"
+    block: np.ndarray  # (3,) place, direction, or place in the camera's frame if attached
+    source: str
+    fixed: bool = False
+    one_ray: bool = False  # only one highlight speaks for it: its distance is not known
+    place_sigma: float = 0.0  # of a place by markers, length units; 0: no such place
+
+    @property
+    def attached(self) -> bool:
+        """Whether it moves with the camera."""
+        return self.entry is not None and self.entry.attached_to == "camera"
+
+
+def block_name(light: str) -> str:
+    """The name under which a lamp's place is adjusted."""
+    return f"light {light}"
+
+
+def place_in_world(lamp: Lamp, block: np.ndarray, pose: Pose) -> np.ndarray:
+    """A lamp's place (or direction) in the world frame, seen from the camera's ``pose``."""
+    return pose.inverse().apply(block) if lamp.attached else block
+
+
+def expected_pixel(camera: Camera, sight: Sight, lamp: Lamp, values: Values, number: int) -> np.ndarray:
+    """Where a lamp's highlight in a mirror ball belongs, (2,) pixels."""
+    block, pose = values[f"ball {number}"], sight.pose
+    place = place_in_world(lamp, values[block_name(lamp.name)], pose)
+    if lamp.kind == "directional":
+        point = mirrored_direction(block[:3], block[3], pose.center, place / np.linalg.norm(place))
+    else:
+        point = mirrored_point(block[:3], block[3], pose.center, place)
+    return camera.project(pose, point[None])[0]
+
+
+def sight_rays(photoset: PhotoSet, camera: Camera, sight: Sight) -> list[MirroredRay]:
+    """The mirrored rays of one photo's highlights."""
+    rays = [mirrored_ray(camera, sight.pose, photoset.mirror_balls[h.ball], h) for h in sight.highlights]
+    return [r for r in rays if r is not None]
+
+
+def start_lamps(
+    photoset: PhotoSet,
+    camera: Camera,
+    groups: dict[str, list[Sight]],
+    scene: Scene | None,
+    tell: Progress,
+    workers: int = 1,
+) -> dict[str, Lamp]:
+    """First guesses of all lamps that something tells about, by id."""
+
+    def start(name: str) -> Lamp | None:
+        entry = _entry(photoset, groups[name])
+        return start_lamp(photoset, camera, name, entry, groups[name], scene)
+
+    lamps = {}
+    for k, (name, lamp) in enumerate(zip(groups, abreast(start, groups, workers), strict=True)):
+        if lamp is not None:
+            lamps[name] = lamp
+        tell("finding the lights", k + 1, len(groups))
+    return _bring_near(photoset, lamps, groups, camera)
+
+
+def _entry(photoset: PhotoSet, members: list[Sight]) -> LightEntry | None:
+    return light_entry(photoset, members[0].view)
+
+
+def start_lamp(
+    photoset: PhotoSet,
+    camera: Camera,
+    name: str,
+    entry: LightEntry | None,
+    sights: list[Sight],
+    scene: Scene | None,
+) -> Lamp | None:
+    """A first place for one light; None if nothing tells it."""
+    given = _given(name, entry) or _marked(photoset, camera, name, entry, sights)
+    if given is not None:
+        return given
+    kind = entry.kind if entry is not None else None
+    paper = next((s for s in sights if s.has_paper), None)
+    reading = None if paper is None else paper.reading
+    attached = entry is not None and entry.attached_to == "camera"
+    seen = [paper or sights[0]] if attached else sights
+    rays = [ray for s in seen for ray in sight_rays(photoset, camera, s)]
+    source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
+    if scene is not None and paper is not None and reading is not None and kind != "directional":
+        diagonal = float(np.hypot(*board_size(photoset.board)))
+        local = first_fit(reading, scene, rays, middle_of(photoset), diagonal)
+        if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or not rays:
+            paper.shading = local
+            place = paper.pose.apply(local[:3]) if attached else local[:3]
+            return Lamp(name, entry, "point", place, source if rays else "board")
+    if not rays:
+        return None
+    span = max(float(np.linalg.norm(b.center)) for b in photoset.mirror_balls) + 1.0
+    met = meet(rays, kind, span)
+    place = seen[0].pose.apply(met.place) if attached and met.kind == "point" else met.place
+    return Lamp(name, entry, met.kind, place, source, one_ray=len(rays) == 1)
+
+
+def _given(name: str, entry: LightEntry | None) -> Lamp | None:
+    if entry is not None and entry.position is not None:
+        source = "camera" if entry.attached_to == "camera" else "given"
+        return Lamp(name, entry, "point", np.asarray(entry.position, float), source, fixed=True)
+    if entry is not None and entry.direction is not None:
+        toward = np.asarray(entry.direction, float)
+        return Lamp(name, entry, "directional", toward / np.linalg.norm(toward), "given", fixed=True)
+    return None
+
+
+def _marked(
+    photoset: PhotoSet, camera: Camera, name: str, entry: LightEntry | None, sights: list[Sight]
+) -> Lamp | None:
+    """By markers on the lamp: the mean over the photos that show them."""
+    if entry is None or not entry.marker_ids:
+        return None
+    length = photoset.board.marker_length if photoset.board is not None else None
+    found = [p for s in sights if (p := marked_place(camera, s.pose, s.corners, entry, length)) is not None]
+    if not found:
+        return None
+    place = np.mean([p.place for p in found], axis=0)
+    sigma = float(np.sqrt(np.mean([p.sigma**2 for p in found]) / len(found)))
+    return Lamp(name, entry, "point", place, "markers", place_sigma=sigma)
+
+
+def _bring_near(
+    photoset: PhotoSet, lamps: dict[str, Lamp], groups: dict[str, list[Sight]], camera: Camera
+) -> dict[str, Lamp]:
+    """Lamps known by one ray only stand as far as the set's other lamps do, if those are near."""
+    near = [lamp.block for lamp in lamps.values() if lamp.kind == "point" and not lamp.attached]
+    lonely = [lamp for lamp in lamps.values() if lamp.kind == "directional" and lamp.one_ray]
+    lonely = [lamp for lamp in lonely if lamp.entry is None or lamp.entry.kind is None]
+    if not near or not lonely:
+        return lamps
+    middle = middle_of(photoset)
+    reach = float(np.median([np.linalg.norm(p - middle) for p in near]))
+    moved = dict(lamps)
+    for lamp in lonely:
+        ray = next(r for s in groups[lamp.name] for r in sight_rays(photoset, camera, s))
+        place = ray.origin + reach * ray.direction
+        moved[lamp.name] = Lamp(lamp.name, lamp.entry, "point", place, lamp.source, one_ray=True)
+    return moved
+
+
+def middle_of(photoset: PhotoSet) -> np.ndarray:
+    """The middle (3,) of the board, or of the sample where there is none."""
+    if photoset.board is not None:
+        return np.append(board_size(photoset.board) / 2, 0.0)
+    sample = photoset.sample
+    if isinstance(sample, Sphere):
+        return np.asarray(sample.center, float)
+    return np.append(np.mean(sample.outline, axis=0), sample.height)

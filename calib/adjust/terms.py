@@ -1,0 +1,202 @@
+"""The terms of the adjustment that the photos and the manifest of a set give."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from calib.adjust.bundle import (
+    Derivatives,
+    Model,
+    Part,
+    Sighting,
+    Term,
+    Values,
+    block_pose,
+    camera_term,
+    corner_term,
+    highlight_term,
+    limb_term,
+    pose_block,
+    prior_term,
+    quadratic_term,
+)
+from calib.adjust.lamps import Lamp, block_name
+from calib.detect.observation import FIXED_POSE, Sight
+from calib.geometry.board import Corners
+from calib.geometry.camera import Camera, Pose
+from calib.shading.fit import Scene, ShadingFit
+from calib.shading.parameters import BALL, LOCAL, SHARED
+from capture.photoset import PhotoSet, Sphere
+
+BALL_PLACE = 0.02  # of a mirror ball's radius: how well the manifest places it
+_BALL_RADIUS = 0.003
+SAMPLE_PLACE = 0.03  # of the sample's radius
+_SAMPLE_RADIUS = 0.004
+_STANDS = 0.002  # of its radius: how well a ball that stands on the paper touches it
+_LIMB_BIAS = 0.1  # pixels
+_LAMP_SIZE = 0.7  # of the logarithm of the lamp's radius
+BEAM_HELD, _BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
+FALLOFF_HELD, FALLOFF = 0.002, (0.5, 0.1)  # of the terms of how a lens darkens its pictures, likewise
+_BLACK = 0.3  # of the logarithm of black print over white
+
+Posed = tuple[str, Corners, Pose]  # block's name, corners and pose of one calibration photo
+
+
+def first_values(
+    photoset: PhotoSet,
+    model: Model,
+    camera: Camera,
+    boards: list[Posed],
+    sights: list[Sight],
+    lamps: dict[str, Lamp],
+    scene: Scene | None,
+    sample: np.ndarray | None,
+) -> Values:
+    """All blocks where the stages before have put them."""
+    values: Values = {"camera": model.block(camera)}
+    values |= {name: pose_block(pose) for name, _, pose in boards}
+    values |= {sight.pose_block: pose_block(sight.pose) for sight in sights}
+    values |= {block_name(name): np.asarray(lamp.block, float) for name, lamp in lamps.items()}
+    for k, ball in enumerate(photoset.mirror_balls):
+        values[f"ball {k}"] = np.append(np.asarray(ball.center, float), ball.radius)
+    if sample is not None:
+        values["sample"] = sample
+    values["limb offset"] = np.zeros(1)
+    if scene is not None:
+        values["lamp"] = scene.shared[4:SHARED]
+    return values
+
+
+def fixed_blocks(photoset: PhotoSet, lamps: dict[str, Lamp]) -> frozenset[str]:
+    """Blocks that the manifest states."""
+    fixed = {block_name(n) for n, lamp in lamps.items() if lamp.fixed}
+    if photoset.camera.matrix is not None:
+        fixed.add("camera")
+    if photoset.camera.rotation is not None:
+        fixed.add(FIXED_POSE)
+    return frozenset(fixed)
+
+
+def sightings(sights: list[Sight], lamps: dict[str, Lamp], scale: float) -> list[Sighting]:
+    """Every highlight, its stated error times ``scale``."""
+    return [
+        Sighting(
+            s.pose_block,
+            block_name(s.light),
+            f"ball {h.ball}",
+            lamps[s.light].kind == "directional",
+            lamps[s.light].attached,
+            h.pixel,
+            scale * h.sigma,
+        )
+        for s in sights
+        if s.light in lamps
+        for h in s.highlights
+    ]
+
+
+def corner_terms(model: Model, boards: list[Posed], sights: list[Sight]) -> list[tuple[Term, bool]]:
+    """The board's corners in all photos."""
+    terms = [(corner_term(model, name, corners), True) for name, corners, _ in boards]
+    return terms + [
+        (corner_term(model, s.pose_block, s.corners), True) for s in sights if s.corners is not None
+    ]
+
+
+def all_terms(
+    photoset: PhotoSet,
+    model: Model,
+    boards: list[Posed],
+    sights: list[Sight],
+    lamps: dict[str, Lamp],
+    values: Values,
+    fits: dict[str, ShadingFit],
+    scale: float,
+    beam: bool = False,
+    lens: bool = False,
+) -> list[tuple[Term, bool]]:
+    """Every term, with whether its loss is robust; the corners' come first, one a photo. ``beam``: lamps may shine
+    less beside their axis. ``lens``: pictures may be darker aside of their middle."""
+    terms = corner_terms(model, boards, sights)
+    seen = sightings(sights, lamps, scale)
+    if seen:
+        terms.append((highlight_term(model, seen), True))
+    for s in sights:
+        if s.limb is not None and len(s.limb):
+            terms.append((limb_term(model, s.pose_block, "sample", s.limb.pixels, s.limb.sigma), True))
+        for number, limb in s.ball_limbs.items():
+            terms.append((limb_term(model, s.pose_block, f"ball {number}", limb.pixels, limb.sigma), True))
+        if s.view.name in fits:
+            terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
+    terms.append((camera_term(model), False))
+    return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values, beam, lens)
+
+
+def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> Term:
+    """What one view's shading says of lamp, sample, print and polished balls, its own values eliminated."""
+    has_sample = "sample" in values
+    own = slice(3, LOCAL)
+    kept = np.r_[0:3, (LOCAL if has_sample else LOCAL + BALL) : len(fit.normal)]
+    balls = [f"ball {k}" for k in range((len(fit.normal) - LOCAL - SHARED) // BALL)]
+    cross = np.linalg.solve(fit.normal[own, own], fit.normal[own][:, kept])
+    normal = fit.normal[np.ix_(kept, kept)] - fit.normal[kept][:, own] @ cross
+    slope = fit.gradient[kept] - cross.T @ fit.gradient[own]
+    light = Part(block_name(sight.light), slice(0, 3))
+    if lamp.attached:
+        pose = block_pose(values[sight.pose_block]).inverse()
+        light = replace(light, turn=pose.rotation, shift=pose.translation)
+    parts = (
+        [light] + ([Part("sample", slice(0, 4))] if has_sample else []) + [Part("lamp", slice(0, SHARED - 4))]
+    )
+    parts += [Part(ball, slice(0, BALL)) for ball in balls]
+    at = np.concatenate([fit.place] + [values[p.block][p.where] for p in parts[1:]])
+    return quadratic_term(parts, at, normal, slope)
+
+
+def _expectations(photoset: PhotoSet, values: Values) -> list[tuple[Term, bool]]:
+    """What the manifest leads one to expect of balls and sample."""
+    terms: list[tuple[Term, bool]] = [(prior_term("limb offset", np.zeros(1), np.array([_LIMB_BIAS])), False)]
+    for k, ball in enumerate(photoset.mirror_balls):
+        sigma = ball.radius * np.array([BALL_PLACE] * 3 + [_BALL_RADIUS])
+        terms.append((prior_term(f"ball {k}", np.append(ball.center, ball.radius), sigma), True))
+    sample = photoset.sample
+    if "sample" in values and isinstance(sample, Sphere):
+        sigma = sample.radius * np.array([SAMPLE_PLACE] * 3 + [_SAMPLE_RADIUS])
+        terms.append((prior_term("sample", np.append(sample.center, sample.radius), sigma), False))
+        if photoset.board is not None and abs(sample.center[2] - sample.radius) < 0.01 * sample.radius:
+            terms.append((_standing_term(_STANDS * sample.radius), False))
+    return terms
+
+
+def _lamp_expectations(
+    lamps: dict[str, Lamp], values: Values, beam: bool, lens: bool
+) -> list[tuple[Term, bool]]:
+    terms: list[tuple[Term, bool]] = []
+    if "lamp" in values:
+        mean = np.append(values["lamp"][:2], np.zeros(3))
+        spread = [_BEAM if beam else BEAM_HELD, *(FALLOFF if lens else (FALLOFF_HELD, FALLOFF_HELD))]
+        terms.append((prior_term("lamp", mean, np.array([_LAMP_SIZE, _BLACK, *spread])), False))
+    for name, lamp in lamps.items():
+        block = block_name(name)
+        if lamp.fixed:
+            continue
+        if lamp.kind == "directional":
+            terms.append((prior_term(block, values[block], np.ones(3)), False))
+        elif lamp.place_sigma > 0:
+            terms.append((prior_term(block, lamp.block, np.full(3, lamp.place_sigma)), False))
+        elif lamp.one_ray:
+            reach = 0.3 * float(np.linalg.norm(lamp.block))
+            terms.append((prior_term(block, lamp.block, np.full(3, reach)), False))
+    return terms
+
+
+def _standing_term(sigma: float) -> Term:
+    """The sample ball touches the paper: its centre is as high as its radius."""
+
+    def term(values: Values) -> tuple[np.ndarray, Derivatives]:
+        ball = values["sample"]
+        return np.array([(ball[2] - ball[3]) / sigma]), {"sample": np.array([[0, 0, 1, -1]]) / sigma}
+
+    return term

@@ -1,0 +1,292 @@
+"""The first half of calibration: the camera, and where it stood in every photo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.adjust.bundle import Model
+from calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
+from calib.adjust.terms import Posed
+from calib.detect.observation import FIXED_POSE, POSE, Sight, light_id
+from calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
+from calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
+from calib.diagnose.wrong_board import board_doubts, board_fault
+from calib.geometry.board import FEWEST_CORNERS, Corners
+from calib.geometry.camera import Camera, Pose
+from calib.geometry.pose import fit_pose, joined
+from calib.remarks import Notes
+from capture.errors import InputError
+from capture.files.images import copies
+from capture.photoset import MANIFEST, PhotoSet, View
+
+_ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by
+_ORDINARY = (
+    (0, 0.15),
+    (1, 0.1),
+    (2, 5e-4),
+    (3, 5e-4),
+)  # distortion terms of a lens, by OpenCV's number, and size
+_ASPECT = 5e-4  # how square pixels are
+_CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
+_POSE_VALUES = 7  # that each photo's corners fix: its pose, and its share of the camera
+_MOVED = 0.5  # share of a photo's corners astray that means the camera moved
+
+
+@dataclass(frozen=True, slots=True)
+class Photos:
+    """All photos with their corners, by role."""
+
+    samples: list[Seen]
+    probes: list[Seen]
+    boards: list[Seen]  # calibration photos
+
+    @property
+    def every(self) -> list[Seen]:
+        return self.boards + self.samples + self.probes
+
+    def replaced(self, every: list[Seen]) -> Photos:
+        """The same with other corners; inverse of ``every``."""
+        first, second = len(self.boards), len(self.boards) + len(self.samples)
+        return Photos(every[first:second], every[second:], every[:first])
+
+
+def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, notes: Notes) -> Photos:
+    """Every photo's corners at first sight; InputError if no sample photo can be read."""
+    if not photoset.views("sample"):
+        raise InputError(photoset.folder / MANIFEST, 'no [[photo]] has the role "sample"')
+    samples = look(reader, _originals(photoset, notes), tell, "looking for the board")
+    probes = look(reader, photoset.views("probe"), tell, "looking at probe photos")
+    boards = look(reader, photoset.views("calibration"), tell, "looking at calibration photos")
+    for name, reason in reader.failed.items():
+        notes.leave_out(name, reason)
+    if not samples:
+        raise InputError(photoset.folder / MANIFEST, "none of the sample photos can be read")
+    return Photos(samples, probes, boards)
+
+
+def _originals(photoset: PhotoSet, notes: Notes) -> tuple[View, ...]:
+    """The sample's views without copies of others, which would count twice and predict themselves."""
+    views = photoset.views("sample")
+    copied = copies(photoset.folder, [v.name for v in views if len(v.photos) == 1])
+    for name, original in copied.items():
+        notes.leave_out(name, f"it is the same file as {original}")
+    return tuple(v for v in views if v.name not in copied)
+
+
+def find_camera(
+    photoset: PhotoSet, reader: Reader, photos: Photos, tell: Progress, notes: Notes
+) -> tuple[Camera, Model, Photos]:
+    """The camera, given or fitted, and all corners placed as well as they can be with it."""
+    size = photos.samples[0].size
+    entry = photoset.camera
+    if entry.matrix is not None:
+        distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
+        camera = Camera(np.asarray(entry.matrix, float), distortion, size)
+        closer = photos.replaced(look_closer(reader, camera, photos.every, tell, notes.warnings.append))
+        return camera, Model(size, distortion, ()), closer
+    _check_board(photoset, reader, photos)
+    start = quick_camera(_useful(photos.every, size), size)
+    if start is None:
+        raise InputError(
+            photoset.folder / MANIFEST,
+            "too few board corners in every photo to find the camera: give [camera] or calibration photos",
+        )
+    closer = photos.replaced(look_closer(reader, start, photos.every, tell, notes.warnings.append))
+    return fitted_camera(closer, size, notes, reader.workers)
+
+
+def _check_board(photoset: PhotoSet, reader: Reader, photos: Photos) -> None:
+    """InputError if the markers in the photos are others than the board's, or lie otherwise."""
+    seen = [one for one in photos.every if one.corners is not None]
+    fault = None if photoset.board is None else board_fault(photoset.board, reader, seen)
+    if fault is not None:
+        raise InputError(photoset.folder / MANIFEST, fault)
+
+
+def _useful(seen: list[Seen], size: tuple[int, int]) -> list[Corners]:
+    return [s.corners for s in seen if s.corners is not None and s.size == size]
+
+
+def fitted_camera(
+    photos: Photos, size: tuple[int, int], notes: Notes, workers: int = 1
+) -> tuple[Camera, Model, Photos]:
+    """The camera from all corners, once more without the photos that do not fit."""
+    seen = [s for s in photos.boards + photos.samples if s.corners is not None and s.size == size]
+    fit = fit_camera([s.corners for s in seen if s.corners is not None], size, workers)
+    if fit is None:
+        raise InputError(MANIFEST, "too few board corners in every photo to find the camera")
+    posed = [
+        (s, p) for s in seen if s.corners is not None and (p := fit_pose(fit.camera, s.corners)) is not None
+    ]
+    boards: list[Posed] = [
+        (s.view.name, s.corners.keep(p.inlier), p.pose) for s, p in posed if s.corners is not None
+    ]
+    bad = dict(bad_photos(fit.camera, boards))
+    if bad:
+        names = {boards[k][0] for k in bad}
+        for k, reason in bad.items():
+            if posed[k][0].view.photos[0].role == "calibration":
+                notes.leave_out(boards[k][0], reason)
+        photos = replace(photos, boards=[s for s in photos.boards if s.view.name not in names])
+        better = fit_camera([c for n, c, _ in boards if n not in names], size, workers)
+        fit = better if better is not None else fit
+    model = model_of(fit)
+    notes.residuals["camera"] = {
+        "model": fit.model,
+        "rms_px": fit.rms,
+        "held_out_rms_px": fit.scores,
+        "photos": sum(bool(u) for u in fit.used),
+    }
+    return fit.camera, model, photos
+
+
+def model_of(fit: CameraFit) -> Model:
+    """What is adjusted later: the chosen terms, and those of an ordinary lens that the photos did not ask for, which
+    are expected to be small. A term left out for good would make all others look surer than they are.
+    """
+    chosen = free_terms(MODELS[fit.model])
+    held = tuple((k, sigma) for k, sigma in _ORDINARY if k not in chosen)
+    return Model(
+        fit.camera.size,
+        fit.camera.distortion,
+        tuple(sorted({*chosen, *(k for k, _ in held)})),
+        _ASPECT if fit.square else 0.0,
+        _CENTRE * fit.camera.size[0] if fit.centred else 0.0,
+        held,
+    )
+
+
+def find_poses(
+    photoset: PhotoSet, camera: Camera, photos: Photos, notes: Notes
+) -> tuple[list[Posed], list[Sight]]:
+    """Poses of the calibration photos and of every sample and probe view that has one."""
+    boards: list[Posed] = []
+    for one in photos.boards:
+        fit = fit_pose(camera, one.corners) if one.corners is not None else None
+        if fit is None or one.corners is None:
+            notes.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree")
+        else:
+            boards.append((POSE + one.view.name, one.corners.keep(fit.inlier), fit.pose))
+    common = _common_pose(photoset, camera, photos.samples + photos.probes)
+    sights = []
+    for one in photos.samples + photos.probes:
+        sight = _sight(photoset, camera, one, common, notes)
+        if sight is not None:
+            sights.append(sight)
+    return boards, sights
+
+
+def _sight(
+    photoset: PhotoSet, camera: Camera, one: Seen, common: tuple[Pose, float] | None, notes: Notes
+) -> Sight | None:
+    name = light_id(photoset, one.view)
+    if common is not None and not _moved(camera, common[0], one, notes):
+        corners = _agreeing(camera, common[0], one)
+        return Sight(one.view, name, corners, common[0], FIXED_POSE, common[1], rejected=_rest(one, corners))
+    fit = fit_pose(camera, one.corners) if one.corners is not None else None
+    if fit is None or one.corners is None:
+        if one.view.photos[0].role == "sample":
+            notes.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree: no camera pose")
+        return None
+    corners = one.corners.keep(fit.inlier)
+    return Sight(
+        one.view, name, corners, fit.pose, POSE + one.view.name, fit.rms, rejected=_rest(one, corners)
+    )
+
+
+def _rest(one: Seen, kept: Corners | None) -> np.ndarray:
+    """Pixels (n, 2) of the corners that were not kept."""
+    if one.corners is None:
+        return np.zeros((0, 2))
+    used = np.zeros(0, int) if kept is None else kept.ids
+    return one.corners.pixels[~np.isin(one.corners.ids, used)]
+
+
+def _common_pose(photoset: PhotoSet, camera: Camera, seen: list[Seen]) -> tuple[Pose, float] | None:
+    """The one pose of a fixed camera: as given, or from all photos' corners together."""
+    entry = photoset.camera
+    if entry.rotation is not None and entry.translation is not None:
+        return Pose(np.asarray(entry.rotation, float), np.asarray(entry.translation, float)), float("nan")
+    found = [s.corners for s in seen if s.corners is not None and len(s.corners)]
+    if not entry.fixed or not found:
+        return None
+    fit = fit_pose(camera, joined(found))
+    return None if fit is None else (fit.pose, fit.rms)
+
+
+def _moved(camera: Camera, pose: Pose, one: Seen, notes: Notes) -> bool:
+    """Whether most of a photo's corners agree on another pose than the fixed camera's; such a photo is named."""
+    if one.corners is None or len(one.corners) < FEWEST_CORNERS:
+        return False
+    miss = _misses(camera, pose, one.corners)
+    if np.mean(miss > _ASTRAY) <= _MOVED or fit_pose(camera, one.corners) is None:
+        return False
+    notes.warnings.append(
+        f"{one.view.name}: the board is {np.median(miss):.1f} px off where the fixed camera sees it in the others; "
+        "something moved, so this photo has a pose of its own"
+    )
+    return True
+
+
+def _agreeing(camera: Camera, pose: Pose, one: Seen) -> Corners | None:
+    """A photo's corners where a fixed camera must see them."""
+    if one.corners is None or len(one.corners) == 0:
+        return None
+    kept = one.corners.keep(_misses(camera, pose, one.corners) < _ASTRAY)
+    return kept if len(kept) else None
+
+
+def _misses(camera: Camera, pose: Pose, corners: Corners) -> np.ndarray:
+    """(n,) pixels between corners and where ``pose`` puts them."""
+    return np.linalg.norm(camera.project(pose, corners.points) - corners.pixels, axis=1)
+
+
+def check_camera(
+    photoset: PhotoSet, camera: Camera, model: Model, boards: list[Posed], sights: list[Sight], notes: Notes
+) -> None:
+    """Warn of what the photos leave open, and of a board that is not what the manifest says."""
+    photos = boards + [
+        (s.pose_block, s.corners, s.pose)
+        for s in sights
+        if s.corners is not None and s.pose_block != FIXED_POSE
+    ]
+    given = photoset.camera.matrix is not None
+    if not given:
+        notes.warnings += view_warnings(camera.size, photos)
+    if photoset.board is not None:
+        lamps = {number for entry in photoset.lights for number in entry.marker_ids}
+        notes.warnings += board_doubts(photoset.board, camera, boards, lamps)
+    shape = board_shape(model, camera, photos, given)
+    if shape is not None:
+        notes.warnings += shape.warnings()
+        notes.residuals["board"] = {
+            "stretch": shape.stretch,
+            "stretch_error": shape.stretch_error,
+            "bend": shape.bend.tolist(),
+            "bend_error": shape.bend_error.tolist(),
+        }
+
+
+def _freed(corners: Corners) -> float:
+    """What the fit of a pose takes off its corners' residuals, as a factor to put it back."""
+    count = 2 * len(corners)
+    return float(np.sqrt(count / max(count - _POSE_VALUES, 1)))
+
+
+def scale_corners(camera: Camera, boards: list[Posed], sights: list[Sight]) -> float:
+    """Give corners the errors they show: those stated know nothing of what all corners of a print share."""
+    photos = [(c, p) for _, c, p in boards] + [(s.corners, s.pose) for s in sights if s.corners is not None]
+    z = [_freed(c) * (camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for c, p in photos]
+    if not z:
+        return 1.0
+    factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))
+    boards[:] = [(name, replace(c, sigma=factor * c.sigma), pose) for name, c, pose in boards]
+    still = sum(s.pose_block == FIXED_POSE for s in sights)
+    for sight in sights:
+        if sight.corners is not None:
+            # a still camera's photos repeat the errors of where the pixels cut the print
+            alike = np.sqrt(still) if sight.pose_block == FIXED_POSE else 1.0
+            sight.corners = replace(sight.corners, sigma=alike * factor * sight.corners.sigma)
+    return factor

@@ -1,0 +1,56 @@
+"""Are the board's markers where its numbers put them? A drawing of low resolution rounds their edges."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from calib.geometry.board import Corners, board_size
+from capture.photoset import Board
+
+_MANY = 12  # corners of a photo that tells of the print
+_JUDGES = 4  # photos that are asked
+_SURE = 5.0  # standard errors
+_MATTERS = 0.0007  # of a square, by which markers may pull the corners
+
+
+def judging_photos(counts: list[int]) -> list[int]:
+    """Which photos, by how many corners each shows, are to be looked at with and without the markers."""
+    many = [k for k, count in enumerate(counts) if count >= _MANY]
+    return [many[k] for k in np.unique(np.linspace(0, len(many) - 1, _JUDGES).astype(int))] if many else []
+
+
+def misprint_warning(off: float) -> str:
+    return (
+        f"the board's markers are printed {off:.2g} of a square off their places: corners are placed by the "
+        "squares alone; check marker_length, or print the board from a drawing of higher resolution"
+    )
+
+
+def misplaced_markers(board: Board, pairs: list[tuple[Corners, Corners]]) -> float | None:
+    """By how much of a square the markers pull the corners, if surely; None if they do not.
+
+    ``pairs`` hold one photo's corners placed with the markers and without. A marker that is printed beside its place
+    pulls all corners around it; over the board that is a shift, a stretch or a turn.
+    """
+    design, off = [], []
+    middle = board_size(board) / 2
+    for whole, bare in pairs:
+        _, here, there = np.intersect1d(whole.ids, bare.ids, return_indices=True)
+        if len(here) < _MANY or np.array_equal(whole.pixels[here], bare.pixels[there]):
+            continue
+        flat = whole.points[here, :2]
+        back, _ = cv2.findHomography(bare.pixels[there], flat)
+        moved = cv2.perspectiveTransform(whole.pixels[here][None], back)[0]
+        off.append(
+            (moved - cv2.perspectiveTransform(bare.pixels[there][None], back)[0]) / board.square_length
+        )
+        design.append(np.column_stack([np.ones(len(here)), (flat - middle) / middle]))
+    if not off:
+        return None
+    rows, shift = np.concatenate(design), np.concatenate(off)
+    values = np.linalg.lstsq(rows, shift, rcond=None)[0]
+    scatter = 1.4826 * np.median(np.abs(shift - rows @ values))
+    sure = scatter * np.sqrt(values.size / len(rows))
+    size = float(np.sqrt(np.mean((rows @ values) ** 2) * 2))
+    return size if size > max(_SURE * sure, _MATTERS) else None

@@ -1,0 +1,291 @@
+"""What one look at each photo yields: its corners. Photos are read through a small cache."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from threading import Lock
+from typing import Protocol
+
+import numpy as np
+
+from calib.detect.gray import (
+    detection_image,
+    fine_about,
+    fine_image,
+    finite,
+    gray,
+    halved,
+    without_fireflies,
+)
+from calib.detect.marker_placement import judging_photos, misplaced_markers, misprint_warning
+from calib.detect.masks import things_mask
+from calib.detect.observation import Keep, in_memory
+from calib.detect.parallel import Found, Item, abreast
+from calib.detect.subpixel import KEPT_BYTES, Around, refined_corners
+from calib.geometry.board import (
+    Corners,
+    board_points,
+    corners_of_half,
+    expected_places,
+    find_corners,
+    placed_corners,
+)
+from calib.geometry.camera import Camera
+from calib.geometry.pose import fit_pose
+from calib.geometry.print_map import Print, draw_print
+from capture.errors import InputError
+from capture.linear.signal import Region, Windows, cut
+from capture.photoset import Board, PhotoSet, View
+from capture.radiance import RadianceImage
+
+ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
+# gray (h, w) float32 and not saturated (h, w) bool, of a region or everywhere
+ReadLevel = Callable[[View, Region | None], tuple[np.ndarray, np.ndarray]]
+ReadPart = Callable[[View, Region | Windows], RadianceImage]
+Progress = Callable[[str, int, int], None]
+
+_CACHE_BYTES = 250_000_000  # a few small photos; large ones are read again
+_GROW = 3  # pixels kept clear around whatever stands on the board
+_LARGE = 6_000_000  # pixels of a photo whose markers are large enough in one of half the size, mostly
+# photos of a role of which the pixels about the corners are kept for the second look, and bytes of all of them
+_KEPT, _MOST_BYTES = 40, 40_000_000
+_ABOUT = 16  # pixels around a corner that placing it takes: its window, and two for what moves it
+
+
+class Reader:
+    """Reads views' radiance, keeping the latest while they are small; remembers which could not be read.
+
+    Several threads may use it.
+    """
+
+    def __init__(
+        self,
+        photoset: PhotoSet,
+        read_radiance: ReadRadiance,
+        read_part: ReadPart | None = None,
+        read_level: ReadLevel | None = None,
+        workers: int = 1,
+        keep: Keep = in_memory,
+        looks: Looks | None = None,
+    ):
+        """``read_part`` and ``read_level`` read less of a view at less cost; ``workers`` are looked at side by side;
+        ``keep`` sets aside what was read of a view's paper; ``looks`` are those of an earlier run."""
+        self.photoset = photoset
+        self.keep, self.looks = keep, looks
+        self.failed: dict[str, str] = {}
+        self.workers = workers
+        self._read, self._read_part, self._read_level = read_radiance, read_part, read_level
+        self._kept: OrderedDict[str, RadianceImage] = OrderedDict()
+        self._bytes = 0
+        self._lock = Lock()
+
+    def __call__(self, view: View) -> RadianceImage | None:
+        """The view's radiance; None if it cannot be read, the reason then being in ``failed``."""
+        if view.name in self.failed:
+            return None
+        with self._lock:
+            if view.name in self._kept:
+                self._kept.move_to_end(view.name)
+                return self._kept[view.name]
+        try:
+            image = self._read(self.photoset, view)
+        except InputError as error:
+            self.failed[view.name] = str(error)
+            return None
+        self._keep(view.name, image)
+        return image
+
+    def level(self, view: View, region: Region | None = None) -> tuple[np.ndarray, np.ndarray] | None:
+        """Gray radiance (h, w) and the pixels that may be used (h, w) bool, of a region or everywhere; None if the view
+        cannot be read."""
+        if self._read_level is None or view.name in self.failed or view.name in self._kept:
+            image = self(view)
+            if image is None:
+                return None
+            return cut(gray(image), region), cut(~image.saturated & finite(image), region)
+        try:
+            return self._read_level(view, region)
+        except InputError as error:
+            self.failed[view.name] = str(error)
+            return None
+
+    def part(self, view: View, region: Region | Windows) -> RadianceImage | None:
+        """The radiance of a region ``[x0, x1) x [y0, y1)``; None if the view cannot be read."""
+        if self._read_part is None or view.name in self.failed or view.name in self._kept:
+            return self(view)
+        try:
+            return self._read_part(view, region)
+        except InputError as error:
+            self.failed[view.name] = str(error)
+            return None
+
+    def near(self, view: View, pixels: np.ndarray) -> RadianceImage | None:
+        """The four pixels to the right of and below each of ``pixels`` (n, 2), as a picture (2 n, 2) in which they lie
+        under one another; None if the view cannot be read. Only the whole picture tells which of them are valid."""
+        windows = Windows(pixels, 0, 1)
+        if self._read_part is not None and view.name not in self._kept:
+            return self.part(view, windows)
+        image = self(view)
+        if image is None:
+            return None
+        planes = (image.value, image.variance, image.valid, image.saturated)
+        return RadianceImage(*(windows.of(plane) for plane in planes))
+
+    def abreast(self, task: Callable[[Item], Found], items: Sequence[Item]) -> Iterator[Found]:
+        """:func:`calib.detect.parallel.abreast` with this reader's workers."""
+        return abreast(task, items, self.workers)
+
+    def _keep(self, name: str, image: RadianceImage) -> None:
+        with self._lock:
+            if name in self._kept or _size(image) > _CACHE_BYTES:
+                return
+            self._kept[name] = image
+            self._bytes += _size(image)
+            while self._bytes > _CACHE_BYTES:
+                _, old = self._kept.popitem(last=False)
+                self._bytes -= _size(old)
+
+
+def _size(image: RadianceImage) -> int:
+    return image.value.nbytes + image.variance.nbytes + image.valid.nbytes + image.saturated.nbytes
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One view and the board's corners in it."""
+
+    view: View
+    corners: Corners | None  # None: no board in this set
+    size: tuple[int, int]
+    around: Around | None = None  # the photo about all corners, until they are placed for good
+
+
+class Looks(Protocol):
+    """First looks that were kept; see :func:`look`."""
+
+    def get(self, view: View, *, around: bool) -> Seen | None:
+        """What was found in a view, with pixels about the corners or without; None if it is not at hand."""
+
+    def put(self, seen: Seen, *, around: bool) -> None:
+        """Keep what was found."""
+
+
+def look(reader: Reader, views: tuple[View, ...], progress: Progress, label: str) -> list[Seen]:
+    """Find the board in each view that can be read."""
+    seen = []
+    board = reader.photoset.board
+    most = 0 if board is None else min(_KEPT, _MOST_BYTES // (KEPT_BYTES * len(board_points(board))))
+    tasks = [(view, k < most) for k, view in enumerate(views)]
+    for k, one in enumerate(reader.abreast(lambda task: _once_looked_at(reader, *task), tasks)):
+        if one is not None:
+            seen.append(one)
+        progress(label, k + 1, len(views))
+    return seen
+
+
+def _once_looked_at(reader: Reader, view: View, keep: bool) -> Seen | None:
+    looks = reader.looks
+    if looks is None:
+        return _look_at(reader, view, keep)
+    seen = looks.get(view, around=keep)
+    if seen is None:
+        seen = _look_at(reader, view, keep)
+        if seen is not None:
+            looks.put(seen, around=keep)
+    return seen
+
+
+def _look_at(reader: Reader, view: View, keep: bool) -> Seen | None:
+    shown = reader.level(view)
+    if shown is None:
+        return None
+    height, width = shown[0].shape
+    board = reader.photoset.board
+    if board is None:
+        return Seen(view, None, (width, height))
+    corners = _corners(board, shown[0])
+    if not keep or not _has_print(board):
+        return Seen(view, corners, (width, height))
+    around = Around.of(*shown, expected_places(board_points(board), corners))
+    return Seen(view, corners, (width, height), around)
+
+
+def _corners(board: Board, level: np.ndarray) -> Corners:
+    """The corners in a photo (h, w); those of a large one are looked for in one of half the size, if it shows them."""
+    if level.size > _LARGE:
+        small = without_fireflies(halved(level))
+        found = corners_of_half(board, detection_image(small))
+        if found is not None:
+            return placed_corners(board, found, *fine_about(level, found.pixels, _ABOUT))
+    calm = without_fireflies(level)
+    return find_corners(board, detection_image(calm), fine_image(calm))
+
+
+def _has_print(board: Board) -> bool:
+    return board.kind == "charuco" and draw_print(board) is not None
+
+
+def look_closer(
+    reader: Reader,
+    camera: Camera,
+    seen: list[Seen],
+    progress: Progress,
+    warn: Callable[[str], None] | None = None,
+) -> list[Seen]:
+    """The corners of each view again, placed by the whole print around them, those that do not fit left out.
+
+    Where a few photos show that the markers are not where the board's numbers put them, they take no part, and
+    ``warn`` is told.
+    """
+    board = reader.photoset.board
+    pattern = draw_print(board) if board is not None and _has_print(board) else None
+    if board is None or pattern is None:
+        return seen
+    judges = judging_photos([0 if one.corners is None else len(one.corners) for one in seen])
+    both = [(False, True) if k in judges else (False,) for k in range(len(seen))]
+    tasks = list(zip(seen, both, strict=True))
+    found = []
+    for k, one in enumerate(reader.abreast(lambda t: _closer(reader, pattern, camera, *t), tasks)):
+        found.append(one)
+        progress("placing the corners", k + 1, len(seen))
+    pairs = [(found[k][0], found[k][-1]) for k in judges]
+    off = misplaced_markers(board, [(a, b) for a, b in pairs if a is not None and b is not None])
+    if off is None:
+        return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, found, strict=True)]
+    if warn is not None:
+        warn(misprint_warning(off))
+    again = reader.abreast(lambda one: _closer(reader, pattern, camera, one, (True,)), seen)
+    return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, again, strict=True)]
+
+
+def _closer(
+    reader: Reader, pattern: Print, camera: Camera, one: Seen, ways: tuple[bool, ...]
+) -> list[Corners | None]:
+    """One view's corners placed by the print, with the markers or, where a way is True, without; as they are where
+    that cannot be done."""
+    unchanged = [one.corners] * len(ways)
+    fit = fit_pose(camera, one.corners) if one.corners is not None else None
+    if fit is None or one.corners is None:
+        return unchanged
+    board = reader.photoset.board
+    every, square = board_points(board), float(board.square_length)
+    around = _around(reader, one, camera.project(fit.pose, every))
+    if around is None:
+        return unchanged
+    if one.view.photos[0].role != "calibration":
+        width, height = one.size
+        around = around.without(things_mask(reader.photoset, camera, fit.pose, (height, width), _GROW))
+    return [
+        refined_corners(pattern, camera, fit.pose, around, every, square, one.corners, bare=bare)
+        for bare in ways
+    ]
+
+
+def _around(reader: Reader, one: Seen, places: np.ndarray) -> Around | None:
+    """The photo about ``places`` (n, 2), from the first look if it was close enough, else read again."""
+    if one.around is not None and one.around.holds(places):
+        return one.around
+    shown = reader.level(one.view)
+    return None if shown is None else Around.of(*shown, places)

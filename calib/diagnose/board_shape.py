@@ -1,0 +1,147 @@
+"""Is the calibration to be trusted? What a user can do something about, in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.adjust.bundle import (
+    Derivatives,
+    Model,
+    Term,
+    Values,
+    adjust,
+    camera_term,
+    corner_term,
+    pose_block,
+    prior_term,
+    project,
+)
+from calib.adjust.terms import Posed
+from calib.geometry.board import Corners
+from calib.geometry.camera import Camera, Pose
+
+_FEW_PHOTOS = 4
+_FRONTAL = 12.0  # degrees: photos tilted less tell little of the focal length
+_ALIKE = 12.0  # degrees within which board normals are one and the same
+_OUTER = 2 / 3  # of the way from the middle to the picture's corner
+_BAD_PHOTO = 3.0  # times the typical residual
+_BAD_PIXELS = 0.3  # residual below which no photo is bad
+_SURE = 6.0  # standard errors at which a shape of the board is believed
+_BENT = 0.002  # of the board's size
+_STRETCHED = 0.002  # relative
+
+
+def bad_photos(camera: Camera, boards: list[Posed]) -> list[tuple[int, str]]:
+    """Photos whose corners fit much worse than the others', with the reason."""
+    rms = np.array([_rms(camera, corners, pose) for _, corners, pose in boards])
+    if len(rms) < _FEW_PHOTOS:
+        return []
+    bound = max(_BAD_PHOTO * float(np.median(rms)), _BAD_PIXELS)
+    return [
+        (k, f"its corners miss by {r:.2f} px, the others' by {np.median(rms):.2f} px")
+        for k, r in enumerate(rms)
+        if r > bound
+    ]
+
+
+def _rms(camera: Camera, corners: Corners, pose: Pose) -> float:
+    miss = camera.project(pose, corners.points) - corners.pixels
+    return float(np.sqrt(np.mean((miss**2).sum(1))))
+
+
+def view_warnings(size: tuple[int, int], boards: list[Posed]) -> list[str]:
+    """What the choice of photos leaves undetermined."""
+    if not boards:
+        return []
+    warnings = []
+    normals = np.array([pose.rotation[:, 2] for _, _, pose in boards])
+    tilt = np.degrees(np.arccos(np.clip(-normals[:, 2], -1, 1)))
+    middle = normals.mean(0) / np.linalg.norm(normals.mean(0))
+    apart = np.degrees(np.arccos(np.clip(normals @ middle, -1, 1)))
+    if len(boards) < _FEW_PHOTOS:
+        warnings.append(f"only {len(boards)} photos tell the camera: take eight or more of the board")
+    if tilt.max() < _FRONTAL:
+        warnings.append(
+            f"all photos are frontal (tilt at most {tilt.max():.0f} degrees): tilt the board by 30 to 45 degrees"
+        )
+    elif apart.max() < _ALIKE:
+        warnings.append("the board is tilted alike in all photos: tilt it in different directions")
+    reach = np.array(size, float) / 2
+    pixels = np.concatenate([corners.pixels for _, corners, _ in boards])
+    outward = np.linalg.norm((pixels - reach) / reach, axis=1) / np.sqrt(2)
+    if outward.max() < _OUTER:
+        warnings.append("no corner in the outer third of the picture: its distortion there is a guess")
+    return warnings
+
+
+@dataclass(frozen=True, slots=True)
+class BoardShape:
+    """How the print departs from a flat one of the stated proportions, with standard errors."""
+
+    stretch: float  # of y over x, relative
+    stretch_error: float
+    bend: np.ndarray  # (3,) sagitta over half the board, in its sizes, along x, y and the diagonal
+    bend_error: np.ndarray
+
+    def warnings(self) -> list[str]:
+        """In words, where it is sure and matters."""
+        said = []
+        if abs(self.stretch) > max(_SURE * self.stretch_error, _STRETCHED):
+            longer = "taller" if self.stretch > 0 else "wider"
+            said.append(
+                f"the board is {100 * abs(self.stretch):.2f} % {longer} than the manifest says: printed with "
+                "unequal scales, or square_length is wrong in one direction"
+            )
+        worst = int(np.argmax(np.abs(self.bend) / np.maximum(self.bend_error, 1e-12)))
+        if abs(self.bend[worst]) > max(_SURE * self.bend_error[worst], _BENT):
+            said.append(
+                f"the board is not flat (bent by {100 * abs(self.bend[worst]):.1f} % of its size): fix it to a plate"
+            )
+        return said
+
+
+def board_shape(model: Model, camera: Camera, boards: list[Posed], fixed_camera: bool) -> BoardShape | None:
+    """Stretch and bending of the print, adjusted together with camera and poses; None from too few corners."""
+    if len(boards) < 3 or sum(len(c) for _, c, _ in boards) < 60:
+        return None
+    every = np.concatenate([c.points for _, c, _ in boards])
+    if np.ptp(every[:, 2]) > 0:
+        return None
+    middle = (every.min(0) + every.max(0)) / 2
+    half = float(np.ptp(every[:, :2], axis=0).max()) / 2
+    values: Values = {"camera": model.block(camera), "shape": np.zeros(4)}
+    values |= {name: pose_block(pose) for name, _, pose in boards}
+    terms = [(_shaped(model, name, c, middle, half), True) for name, c, _ in boards]
+    terms.append((camera_term(model), False))
+    terms.append((prior_term("shape", np.zeros(4), np.full(4, 0.05)), False))
+    done = adjust(values, terms, frozenset({"camera"} if fixed_camera else ()))
+    z = np.concatenate(done.residuals[: len(boards)])
+    error = np.sqrt(np.diag(done.covariance["shape"])) * max(
+        1.0, float(np.sqrt(np.mean(np.minimum(z**2, 9))))
+    )
+    shape = done.values["shape"]
+    return BoardShape(float(shape[0]), float(error[0]), shape[1:], error[1:])
+
+
+def _shaped(model: Model, pose_name: str, corners: Corners, middle: np.ndarray, half: float) -> Term:
+    """Corners of a board stretched in y by ``shape[0]`` and bent by ``shape[1:]`` halves along x, y and across."""
+    u, v = ((corners.points - middle) / half)[:, :2].T
+    by_stretch = np.column_stack([np.zeros(len(u)), corners.points[:, 1] - middle[1], np.zeros(len(u))])
+    bends = np.stack([u**2, v**2, u * v], axis=1) * half
+    plain = corner_term(model, pose_name, corners)
+
+    def term(values: Values) -> tuple[np.ndarray, Derivatives]:
+        shape = values["shape"]
+        moved = corners.points + by_stretch * shape[0]
+        moved[:, 2] += bends @ shape[1:]
+        weight = np.repeat(1 / corners.sigma, 2)
+        pixels, _, _, by_point = project(model, values["camera"], values[pose_name], moved)
+        _, derivatives = plain(values)
+        columns = [np.einsum("nij,nj->ni", by_point, by_stretch).ravel()]
+        columns += [(by_point[:, :, 2] * bends[:, k : k + 1]).ravel() for k in range(3)]
+        derivatives["shape"] = np.column_stack(columns) * weight[:, None]
+        return (pixels - corners.pixels).ravel() * weight, derivatives
+
+    return term

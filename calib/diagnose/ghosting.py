@@ -1,0 +1,50 @@
+"""What moved between the exposures of a bracket: where they disagree, nothing is measured, and a person is told."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from calib.detect.highlights import outline
+from calib.detect.observation import Sight
+from calib.detect.photo_reader import Reader
+from calib.geometry.camera import Camera, Pose
+from capture.photoset import Plane, Sphere
+
+_TOLD = 0.01  # of the sample's part of the picture
+
+
+def ghost_warnings(
+    reader: Reader, camera: Camera, sample: Sphere | Plane, sights: list[Sight], names: set[str]
+) -> list[str]:
+    """A sentence for each view of ``names`` whose exposures disagree over more than a hundredth of the sample."""
+    told = []
+    for sight in sights:
+        if sight.view.name not in names or len(sight.view.photos) < 2:
+            continue
+        share = _ghost_share(reader, camera, sample, sight)
+        if share > _TOLD:
+            told.append(
+                f"{sight.view.name}: something moved between the exposures of its bracket: "
+                f"{share:.0%} of the sample's part of the picture is not used"
+            )
+    return told
+
+
+def _ghost_share(reader: Reader, camera: Camera, sample: Sphere | Plane, sight: Sight) -> float:
+    limb = _limb(camera, sight.pose, sample)
+    width, height = camera.size
+    x0, y0 = np.clip(np.floor(limb.min(0)), 0, [width - 1, height - 1]).astype(int)
+    x1, y1 = np.clip(np.ceil(limb.max(0)) + 1, [x0 + 1, y0 + 1], [width, height]).astype(int)
+    image = reader.part(sight.view, (int(x0), int(y0), int(x1), int(y1)))
+    if image is None or image.ghost is None:
+        return 0.0
+    left, top = image.origin  # a small picture comes whole
+    return float(image.ghost[y0 - top : y1 - top, x0 - left : x1 - left].mean())
+
+
+def _limb(camera: Camera, pose: Pose, sample: Sphere | Plane) -> np.ndarray:
+    """(k, 2) pixels of the sample's outline."""
+    if isinstance(sample, Sphere):
+        return outline(camera, pose, np.asarray(sample.center, float), sample.radius)
+    flat = np.asarray(sample.outline, float)
+    return camera.project(pose, np.column_stack([flat, np.full(len(flat), sample.height)]))

@@ -1,0 +1,153 @@
+"""Photos that name one light although it stood in several places: each place becomes a light of its own.
+
+It is one lamp that people carry about, so that they give it one id. Highlights that lie alike in the mirror balls say
+that nothing moved; where they do not, or there are none, each photo's own paper says where its lamp stood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.adjust.alternate import start_sample, start_scene
+from calib.adjust.lamps import middle_of, sight_rays
+from calib.detect.mirror_rays import MirroredRay
+from calib.detect.observation import Sight, light_entry
+from calib.detect.photo_reader import Reader
+from calib.geometry.board import board_size
+from calib.geometry.camera import Camera
+from calib.remarks import Notes
+from calib.shading.fit import Scene, ShadingFit, fit_shading
+from calib.shading.initial import first_fit
+from capture.photoset import PhotoSet
+
+SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart, and
+SURE_APART = 4.0  # standard errors of it
+_FINER = np.radians(1.0)  # by which places are told apart once it is known that the lamp moved
+_BY_BALL = np.radians(30.0)  # the same by a mirror ball that another camera sees: it may stand elsewhere
+_STEPS = 8
+_NAMED = 3  # photos named of each place
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What one photo says of where its lamp is."""
+
+    sight: Sight
+    rays: dict[int, MirroredRay]  # by mirror ball
+    fit: ShadingFit | None  # by its paper
+
+    def apart(self, other: _Told, least: float = SHARED_APART) -> float | None:
+        """Angle, radians, between the lamp's directions in two photos where it is surely not nothing; None if nothing
+        that both show compares them."""
+        if self.fit is not None and other.fit is not None:
+            angle = _angle(self.fit.place, other.fit.place)
+            sure = SURE_APART * float(np.hypot(aside(self.fit), aside(other.fit)))
+            return angle if angle > max(least, sure) else 0.0
+        common = self.rays.keys() & other.rays.keys()
+        if not common:
+            return None
+        still = self.sight.pose_block == other.sight.pose_block
+        angle = min(_angle(self.rays[k].direction, other.rays[k].direction) for k in common)
+        return angle if angle > (SHARED_APART if still else _BY_BALL) else 0.0
+
+
+def aside(fit: ShadingFit) -> float:
+    """Standard error, radians, of the direction in which one photo's paper has its lamp."""
+    far = float(np.linalg.norm(fit.place))
+    across = np.eye(3) - np.outer(fit.place, fit.place) / far**2
+    return float(np.sqrt(np.linalg.norm(across @ fit.covariance() @ across, 2))) / far
+
+
+def tell_shared_apart(
+    photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight], notes: Notes
+) -> None:
+    """Give a light of its own to each place in which photos of one light show it, in ``sights``."""
+    groups: dict[str, list[Sight]] = {}
+    for sight in sights:
+        entry = light_entry(photoset, sight.view)
+        told = entry is not None and (
+            entry.attached_to is not None
+            or entry.position is not None
+            or entry.direction is not None
+            or bool(entry.marker_ids)
+        )
+        if not told:
+            groups.setdefault(sight.light, []).append(sight)
+    rays = {s.view.name: {r.ball: r for r in sight_rays(photoset, camera, s)} for s in sights}
+    doubtful = {
+        name: members
+        for name, members in groups.items()
+        if len(members) > 1 and not _one_place(members, rays)
+    }
+    if not doubtful:
+        return
+    scene = start_scene(photoset, camera, sights, start_sample(camera, sights, photoset.sample))
+    for name, members in doubtful.items():
+        found = reader.abreast(
+            lambda s: _Told(s, rays[s.view.name], _by_paper(photoset, s, rays, scene)), members
+        )
+        told = list(found)
+        if len(_places(told, SHARED_APART)) > 1:
+            _part(name, _places(told, _FINER), notes)
+
+
+def _one_place(members: list[Sight], rays: dict[str, dict[int, MirroredRay]]) -> bool:
+    """Whether each mirror ball that shows the lamp shows it alike in all photos of one light."""
+    for one in rays[members[0].view.name].items():
+        ball, ray = one
+        others = [rays[s.view.name].get(ball) for s in members[1:]]
+        if all(o is not None and _angle(o.direction, ray.direction) < SHARED_APART for o in others):
+            return True
+    return False
+
+
+def _by_paper(
+    photoset: PhotoSet, sight: Sight, rays: dict[str, dict[int, MirroredRay]], scene: Scene | None
+) -> ShadingFit | None:
+    reading = sight.reading
+    if scene is None or reading is None or photoset.board is None:
+        return None
+    diagonal = float(np.hypot(*board_size(photoset.board)))
+    own = list(rays[sight.view.name].values())
+    local = first_fit(reading, scene, own, middle_of(photoset), diagonal)
+    return fit_shading(reading, scene, local, _STEPS)
+
+
+def _places(told: list[_Told], least: float) -> list[list[_Told]]:
+    """Photos that have their lamp in one place, together; those of which nothing tells stay with the first."""
+    groups: list[list[_Told]] = []
+    for one in sorted(told, key=lambda t: t.fit is None):  # those that tell most make the places
+        angles = [one.apart(group[0], least) for group in groups]
+        home = next((k for k, angle in enumerate(angles) if angle == 0.0), None)
+        if home is None and None in angles:
+            home = angles.index(None)
+        if home is None:
+            groups.append([one])
+        else:
+            groups[home].append(one)
+    return groups
+
+
+def _part(name: str, groups: list[list[_Told]], notes: Notes) -> None:
+    """Lights of their own for all places but the first, and the warning."""
+    wanted = [group for group in groups if any(not t.sight.probe for t in group)]
+    if len(wanted) < 2:
+        return
+    worst = max(a for g in wanted[1:] if (a := g[0].apart(wanted[0][0])) is not None)
+    for number, group in enumerate(groups[1:], 2):
+        for told in group:
+            told.sight.light = f"{name} ({number})"
+    lists = [", ".join(t.sight.view.name for t in group[:_NAMED]) for group in wanted[:_NAMED]]
+    more = ", and so on" if len(wanted) > _NAMED or any(len(g) > _NAMED for g in wanted) else ""
+    notes.warnings.append(
+        f"photos of light {name!r} show it in directions {np.degrees(worst):.0f} degrees apart, in {len(wanted)} "
+        f"places ({'; '.join(lists)}{more}): each is taken as a light of its own; give each place of a lamp an id of "
+        "its own"
+    )
+
+
+def _angle(one: np.ndarray, other: np.ndarray) -> float:
+    cross, dot = np.linalg.norm(np.cross(one, other)), float(one @ other)
+    return float(np.arctan2(cross, dot))

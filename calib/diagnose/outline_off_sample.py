@@ -1,0 +1,173 @@
+"""A flat sample's outline that reaches over bare board: the print is seen there, and is cut off the outline.
+
+Print under a sample is hidden. Edges of the print that show within the outline, white and black on the sides where they
+belong, lie beside the sample.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from calib.detect.gray import without_fireflies
+from calib.detect.limb import focal
+from calib.detect.observation import Sight
+from calib.detect.photo_reader import Reader
+from calib.geometry.camera import Camera, Pose
+from calib.geometry.print_map import Print, draw_print
+from calib.remarks import Notes
+from capture.errors import InputError
+from capture.photoset import MANIFEST, PhotoSet, Plane
+
+_ASIDE = 1.8  # pixels to both sides of an edge at which the print's tone is read
+_STEP = 1.5  # pixels between places
+_CONTRAST = 0.5  # of white less black over their sum, at which an edge is the print's
+_PHOTOS = 4  # looked at
+_FEWEST = 6  # edges that are seen, beyond two for each that is hidden, that tell
+_DEEP = 3.0  # pixels: what is less is found by the sample's own edges
+_LEFT = 0.25  # of the outline's area that must remain
+
+
+def cut_to_sample(
+    photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight], notes: Notes
+) -> PhotoSet:
+    """The set with a flat sample's outline without the parts in which photos show the board's print.
+
+    Raises:
+        InputError: hardly anything remains.
+    """
+    plane, board = photoset.sample, photoset.board
+    shown = [s for s in sights if not s.probe]
+    if not isinstance(plane, Plane) or board is None or board.kind == "markers" or not shown:
+        return photoset
+    pattern = draw_print(board)
+    if pattern is None:
+        return photoset
+    outline = np.asarray(plane.outline, float)
+    middle = np.append(outline.mean(axis=0), 0.0)
+    pixel = float(np.median([np.linalg.norm(s.pose.apply(middle)) for s in shown])) / focal(camera)
+    white, black = print_edges(pattern, outline, pixel)
+    every = np.unique(np.linspace(0, len(shown) - 1, _PHOTOS).astype(int))
+    seen = [c for k in every if (c := _contrast(reader, camera, shown[k], white, black)) is not None]
+    if not seen:
+        return photoset
+    visible = np.nanmedian(seen, axis=0) > _CONTRAST
+    least = max(_DEEP * pixel, abs(plane.height))
+    kept, deepest = cut(outline, (white + black) / 2, visible, least)
+    if deepest == 0.0:
+        return photoset
+    if len(kept) < 3 or cv2.contourArea(kept.astype(np.float32)) < _LEFT * cv2.contourArea(
+        outline.astype(np.float32)
+    ):
+        where = f"{photoset.folder / MANIFEST}: sample.outline"
+        raise InputError(where, "the board's print is seen in most of it: the flat sample lies elsewhere")
+    corners = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y in kept)
+    notes.warnings.append(
+        f"the board's print is seen within the flat sample's outline, up to {deepest:.2g} {photoset.length_unit} from "
+        f"its border: the sample is taken to be within [{corners}]; correct sample.outline"
+    )
+    return replace(photoset, sample=replace(plane, outline=kept))
+
+
+def print_edges(pattern: Print, outline: np.ndarray, pixel: float) -> tuple[np.ndarray, np.ndarray]:
+    """Board points (n, 2) in the print's white and opposite ones in its black, beside edges within ``outline`` (k, 2);
+    ``pixel`` is one's size there."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    x, y = np.meshgrid(*(np.arange(a, b, _STEP * pixel) for a, b in zip(low, high, strict=True)))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    depth = np.min([_depth(places, *side) for side in _sides(outline)], axis=0)
+    places = places[(depth > 0) & pattern.on_print(places)]
+    whites, blacks = [], []
+    for aside in _ASIDE * pixel * np.eye(2):
+        one, other = places + aside, places - aside
+        (first, clear), (second, free) = pattern.at(one), pattern.at(other)
+        good = (first != second) & (np.minimum(clear, free) > pixel)
+        whites.append(np.where(first[:, None], one, other)[good])
+        blacks.append(np.where(first[:, None], other, one)[good])
+    return np.concatenate(whites), np.concatenate(blacks)
+
+
+def cut(
+    outline: np.ndarray, places: np.ndarray, visible: np.ndarray, least: float
+) -> tuple[np.ndarray, float]:
+    """The outline without strips along its sides in which most of ``places`` (n, 2) are ``visible`` (n,), of
+    those that are deeper than ``least``, and how deep the deepest is; the one that tells most first."""
+    kept, deepest = outline, 0.0
+    while len(kept) >= 3:
+        depths = [_depth(places, *side) for side in _sides(kept)]
+        inside = np.min(depths, axis=0) > 0
+        strips = [_strip(depth[inside], visible[inside]) for depth in depths]
+        strips = [(gain, deep, k) for k, (gain, deep) in enumerate(strips) if deep > least]
+        gain, deep, side = max(strips, default=(0, 0.0, 0))
+        if gain < _FEWEST:
+            break
+        start, inward = _sides(kept)[side]
+        kept, deepest = _clipped(kept, start + deep * inward, inward), max(deepest, deep)
+    return kept, deepest
+
+
+def _strip(depth: np.ndarray, visible: np.ndarray) -> tuple[int, float]:
+    """How many places are visible, less two for each hidden, in the strip where that is most, and how deep the first
+    place behind it is, which is hidden: between the two it is bare board or sample, and nothing tells which."""
+    order = np.argsort(depth)
+    more = np.cumsum(np.where(visible[order], 1, -2))
+    if not len(more) or more.max() <= 0:
+        return 0, 0.0
+    best = int(np.argmax(more))
+    return int(more[best]), float(depth[order[min(best + 1, len(order) - 1)]])
+
+
+def _sides(outline: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """A point of each side, and the unit normal inward."""
+    along = np.roll(outline, -1, axis=0) - outline
+    normal = np.column_stack([-along[:, 1], along[:, 0]])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    inward = np.sign(((outline.mean(axis=0) - outline) * normal).sum(axis=1))[:, None] * normal
+    return list(zip(outline, inward, strict=True))
+
+
+def _depth(places: np.ndarray, start: np.ndarray, inward: np.ndarray) -> np.ndarray:
+    return (places - start) @ inward
+
+
+def _clipped(outline: np.ndarray, start: np.ndarray, inward: np.ndarray) -> np.ndarray:
+    """The part of a convex polygon on the inner side of a line."""
+    depth, kept = _depth(outline, start, inward), []
+    for k in range(len(outline)):
+        n = (k + 1) % len(outline)
+        if depth[k] >= 0:
+            kept.append(outline[k])
+        if (depth[k] > 0) != (depth[n] > 0) and depth[k] != depth[n]:
+            share = depth[k] / (depth[k] - depth[n])
+            kept.append(outline[k] + share * (outline[n] - outline[k]))
+    return np.array(kept).reshape(-1, 2)
+
+
+def _contrast(
+    reader: Reader, camera: Camera, sight: Sight, white: np.ndarray, black: np.ndarray
+) -> np.ndarray | None:
+    """White less black over their sum (n,) as a photo shows them; NaN outside; None if it shows none of them."""
+    pixels = [_pixels(camera, sight.pose, flat) for flat in (white, black)]
+    size = np.array(camera.size)
+    inside = np.logical_and(*(((p >= 1) & (p <= size - 2)).all(axis=1) for p in pixels))
+    if not inside.any():
+        return None
+    within = np.concatenate([p[inside] for p in pixels])
+    low, high = np.floor(within.min(axis=0)).astype(int) - 1, np.ceil(within.max(axis=0)).astype(int) + 2
+    shown = reader.level(sight.view, (int(low[0]), int(low[1]), int(high[0]), int(high[1])))
+    if shown is None:
+        return None
+    level = np.nan_to_num(without_fireflies(shown[0])).astype(np.float32)
+    values = []
+    for one in pixels:
+        there = (np.where(inside[:, None], one, low) - low).astype(np.float32)
+        values.append(cv2.remap(level, there[:, :1], there[:, 1:], cv2.INTER_LINEAR).ravel().astype(float))
+    total = values[0] + values[1]
+    contrast = (values[0] - values[1]) / np.where(total > 0, total, np.inf)
+    return np.where(inside, contrast, np.nan)
+
+
+def _pixels(camera: Camera, pose: Pose, flat: np.ndarray) -> np.ndarray:
+    return camera.project(pose, np.column_stack([flat, np.zeros(len(flat))]))

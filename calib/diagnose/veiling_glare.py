@@ -1,0 +1,231 @@
+"""Light that lies over a whole picture: veiling glare of the lens, or a black level that is not the sensor's own.
+
+It adds as much to black print as to white, which no light on the board does: of that the black sends on a fixed share
+of what the white beside it does. Where the board is lit unevenly, in shadows above all, black print against the white
+next to it is a straight line, whose offset tells the veil.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from calib.detect.observation import Sight
+from calib.detect.paper import PaperSamples
+from calib.detect.parallel import abreast
+from calib.remarks import Notes
+from calib.setup import ViewSetup
+from calib.shading.fit import Reading
+from capture.radiance import RadianceImage
+
+_NEIGHBOURS = 24  # samples of white paper that tell how a black one is lit
+_EVEN = 0.03  # relative scatter of theirs about a plane, beyond which an edge of a shadow runs between them
+_RIDGE = 1e-6  # of the normal equations: places in a row tell no plane
+_FEWEST, _MOST = 200, 1500  # samples of black print that tell a line, and about as many as are asked at first
+_WELL = 6e-4  # of white paper: error to which some may tell it, else all are asked
+_DIM = 0.1  # of the middle white: radiance at which black print is no longer told to the same share
+_ROUNDS, _WILD = 6, 3.0
+_ASTRAY = 3e-4  # of white paper: what path-traced sets without a veil show in single photos, 1e-4 to 4e-4
+_LEAST = 1e-3  # of white paper: a veil that is told, if by
+_SURE = 4.0  # standard errors
+_FEW, _FAR = 4, 4.0  # photos whose scatter tells nothing, and standard errors at which one has no say
+
+
+@dataclass(frozen=True, slots=True)
+class Veil:
+    """What lies over one photo, radiance."""
+
+    level: np.ndarray  # (c,)
+    error: np.ndarray  # (c,) standard error
+    white: np.ndarray  # (c,) of the middle white paper, as it was read
+    told: bool = False  # whether there surely is any; else its level is 0
+
+
+def find_veils(readings: Iterable[tuple[str, Reading]], workers: int = 1) -> dict[str, Veil]:
+    """By photo, as the photos together tell it; where they tell none, what there may be unseen is its error.
+
+    It is as white as the paper, as far as can be told: compression mixes the colours of black print and white. Photos
+    share it as a part of how bright their paper is; each has its own as far as they are surely apart. ``workers``
+    photos are looked at side by side.
+    """
+    found = abreast(lambda one: (one[0], photo_veil(one[1].samples)), readings, workers)
+    seen = {name: one for name, one in found if one is not None}
+    telling = [one for one in seen.values() if np.isfinite(one.level).all()]
+    if not telling:
+        return {}
+    share = np.array([one.level / one.white for one in telling])
+    error = np.hypot([one.error / one.white for one in telling], _ASTRAY)
+    channels, sure, _ = _in_common(share, error)
+    weight = sure**-2.0 / (sure**-2.0).sum()
+    spare = 1.0 - weight @ weight  # 0 for one channel, which tells nothing of what others would have
+    colour = np.sqrt(weight @ (channels - weight @ channels) ** 2 * (1.0 / spare - 1.0)) if spare > 0 else 0.0
+    # channels of one photo err together
+    common, sure, apart = (
+        float(one[0]) for one in _in_common((share @ weight)[:, None], (error @ weight)[:, None])
+    )
+    sure = float(np.hypot(sure, colour))
+    if abs(common) < max(_LEAST, _SURE * sure):
+        doubt = float(np.hypot(common, sure))
+        if doubt < _LEAST:
+            return {}
+        return {
+            name: replace(one, level=0.0 * one.white, error=doubt * one.white) for name, one in seen.items()
+        }
+    return {name: _own(one, weight, common, apart, sure) for name, one in seen.items()}
+
+
+def _own(seen: Veil, weight: np.ndarray, common: float, apart: float, sure: float) -> Veil:
+    """A photo's veil: what all have in ``common``, to ``sure``, and its own as far as photos are ``apart``."""
+    if not np.isfinite(seen.level).all():
+        level, left = common, float(np.hypot(sure, apart))
+    else:
+        share, error = (
+            weight @ (seen.level / seen.white),
+            np.hypot(weight @ (seen.error / seen.white), _ASTRAY),
+        )
+        believed = apart**2 / (error**2 + apart**2)
+        level = common + believed * np.clip(share - common, -_WILD * apart, _WILD * apart)
+        left = np.sqrt(believed * error**2 + sure**2)
+    return Veil(level * seen.white, left * seen.white, seen.white, told=True)
+
+
+def _in_common(share: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What photos (v, c) with such errors have in common, its error, and the standard deviation by which they are
+    apart, (c,) each; those that lie far off the others have no say."""
+    middle = np.median(share, axis=0)
+    scatter = 1.4826 * np.median(np.abs(share - middle), axis=0) if len(share) >= _FEW else 0.0
+    apart = np.sqrt(np.maximum(scatter**2 - np.median(error**2, axis=0), 0.0))
+    expected = error**2 + apart**2
+    weight = np.where((share - middle) ** 2 <= _FAR**2 * expected, 1 / expected, 0.0)
+    total = np.maximum(weight.sum(0), np.finfo(float).tiny)
+    return (weight * share).sum(0) / total, 1 / np.sqrt(total), apart
+
+
+def photo_veil(samples: PaperSamples) -> Veil | None:
+    """As one photo's paper has it, NaN if it shows too little; None without white paper. Errors within a square of the
+    print go together."""
+    white = samples.white
+    middle = np.median(samples.value[white], axis=0) if white.any() else np.zeros(1)
+    if middle.min() <= 0:
+        return None
+    untold = Veil(np.full_like(middle, np.nan), np.full_like(middle, np.nan), middle)
+    if white.sum() < _NEIGHBOURS or (~white).sum() < _FEWEST:
+        return untold
+    for most in (_MOST, len(white)):  # all of them, where some do not tell it well
+        dark, beside = _evenly_lit(samples, most)
+        if len(dark) < _FEWEST:
+            continue
+        black, square = samples.value[dark], samples.square[dark]
+        lines = [_line(beside[:, c], black[:, c], square) for c in range(len(middle))]
+        slope, offset, error = np.array(lines).T
+        if (error < _WELL * middle).all():
+            break
+    if len(dark) < _FEWEST:
+        return untold
+    if slope.max() >= 1:
+        return untold
+    # the white beside has the veil too: black = slope (white - veil) + veil
+    return Veil(offset / (1 - slope), error / (1 - slope), middle)
+
+
+def _evenly_lit(samples: PaperSamples, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Which of about ``most`` samples of black print no shadow's edge is near, and the white beside, (n, c)."""
+    white = samples.white
+    dark = np.flatnonzero(~white)
+    dark = dark[:: max(1, len(dark) // most)]
+    places, lit_places = samples.points[dark, :2], samples.points[white, :2]
+    distance, near = cKDTree(lit_places).query(places, k=_NEIGHBOURS)
+    beside, scatter = _at(places[:, None] - lit_places[near], samples.value[white][near])
+    good = (scatter < _EVEN) & (distance.max(1) < 2 * np.median(distance.max(1)))
+    return dark[good], beside[good]
+
+
+def _at(offset: np.ndarray, lit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What planes through radiances (n, k, c) at places ``offset`` (n, k, 2) about them say of n places, (n, c); and
+    how far they miss, relative, (n,)."""
+    reach = np.sqrt((offset**2).sum(2).mean(1))[:, None, None]
+    design = np.concatenate([np.ones((*offset.shape[:2], 1)), offset / reach], axis=2)
+    normal = np.einsum("nki,nkj->nij", design, design) + _RIDGE * np.eye(3) * design.shape[1]
+    planes = np.linalg.solve(normal, np.einsum("nki,nkc->nic", design, lit))
+    miss = (lit - design @ planes).mean(2)
+    return planes[:, 0], np.sqrt((miss**2).mean(1)) / np.maximum(lit.mean((1, 2)), np.finfo(float).tiny)
+
+
+def _line(x: np.ndarray, y: np.ndarray, cluster: np.ndarray) -> tuple[float, float, float]:
+    """Slope, offset and the latter's standard error of a line through (n,) points whose errors are a share of ``x``,
+    and hang together within a ``cluster``; without what lies far off it."""
+    size = x + _DIM * np.median(x)
+    design, target = np.column_stack([x, np.ones(len(x))]) / size[:, None], y / size
+    keep = np.ones(len(x), bool)
+    for _ in range(_ROUNDS):
+        found = np.linalg.lstsq(design[keep], target[keep], rcond=None)[0]
+        miss = target - design @ found
+        keep = np.abs(miss) <= _WILD * 1.4826 * np.median(np.abs(miss[keep])) + 1e-15
+    part, inverse = np.unique(cluster[keep], return_inverse=True)
+    pulls = np.zeros((len(part), 2))
+    np.add.at(pulls, inverse, design[keep] * miss[keep, None])
+    normal = np.linalg.pinv(design[keep].T @ design[keep])
+    return float(found[0]), float(found[1]), float(np.sqrt((normal @ pulls.T @ pulls @ normal)[1, 1]))
+
+
+def lift(sights: Sequence[Sight], veils: Mapping[str, Veil]) -> None:
+    """Take it off the paper of all sights, and give them its error: to black print that is much, to white next to
+    nothing."""
+    for sight in sights:
+        veil, reading = veils.get(sight.view.name), sight.reading
+        if veil is None or reading is None:
+            continue
+        reading, doubt = lifted(reading, veil), float(veil.error.mean()) ** 2
+        close = reading.close
+        sight.reading = replace(
+            reading,
+            noise=reading.noise + doubt,
+            close=None if close is None else replace(close, noise=close.noise + doubt),
+        )
+
+
+def lifted(reading: Reading, veil: Veil | None) -> Reading:
+    """A photo's paper without it."""
+    if veil is None or not veil.told:
+        return reading
+    gray, close = float(veil.level.mean()), reading.close
+    return replace(
+        reading,
+        samples=replace(reading.samples, value=reading.samples.value - veil.level),
+        level=reading.level - gray,
+        close=None if close is None else replace(close, level=close.level - gray),
+    )
+
+
+def lifted_image(image: RadianceImage, veil: Veil | None) -> RadianceImage:
+    """A part of a photo without it."""
+    if veil is None or not veil.told:
+        return image
+    return replace(image, value=(image.value - veil.level).astype(image.value.dtype))
+
+
+def lifted_view(view: ViewSetup, veil: Veil | None) -> ViewSetup:
+    """The view that says what lies over its photo."""
+    return view if veil is None or not veil.told else replace(view, veil=veil.level, veil_error=veil.error)
+
+
+def note_veil(veils: Mapping[str, Veil], notes: Notes) -> None:
+    """What was found, and a warning."""
+    told = [one for one in veils.values() if one.told]
+    if not told:
+        return
+    share = float(np.median([(one.level / one.white).mean() for one in told]))
+    error = float(np.median([(one.error / one.white).mean() for one in told]))
+    notes.residuals["veil"] = {"share_of_white": share, "error": error}
+    what = (
+        "light lies over the pictures, as much on black print as on white"
+        if share > 0
+        else "the pictures' black is too low"
+    )
+    notes.warnings.append(
+        f"{what}: {share:+.2%} (+- {error:.2%}) of white paper. It is taken off: a lens that spreads light (glare; "
+        "keep lamps off it, and clean it) does it, and a wrong [radiometry] black_level"
+    )

@@ -1,0 +1,183 @@
+"""Why a board is not found that is there: its markers are others, or laid out otherwise, than the manifest says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from calib.adjust.terms import Posed
+from calib.detect.gray import detection_image, without_fireflies
+from calib.detect.photo_reader import Reader, Seen
+from calib.geometry.board import Corners, dictionary, marker_middles, opencv_board
+from calib.geometry.camera import Camera
+from capture.errors import InputError
+from capture.photoset import Board
+
+_FEWEST = 6  # markers that tell how they are laid out: any four fit some homography
+_LOOKED_AT = 3  # photos
+_OFF = 0.15  # of a marker's side, that it may lie beside its place: a lens bends a board by less
+_FIT = 0.8  # share of the markers that must lie where a board has them
+_WIDER = 0.1  # relative, by which markers of a grid may be wider beside their distances
+_PHOTOS = 3  # in which markers are missing, or seen, that tell of rows
+_INSIDE = 0.75  # of a marker's side around its middle, that must be in the picture
+_COLUMNS = range(2, 31)
+# each holds the smaller ones of its kind
+_LARGEST = (
+    *(f"DICT_{n}X{n}_1000" for n in (4, 5, 6, 7)),
+    "DICT_ARUCO_ORIGINAL",
+    *(f"DICT_APRILTAG_{name}" for name in ("16H5", "25H9", "36H10", "36H11")),
+    "DICT_ARUCO_MIP_36H12",
+)
+
+
+def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
+    """What of the manifest's board the photos contradict, with what they show instead; None if nothing shows."""
+    if board.kind == "markers" or not seen:
+        return None
+    order = sorted(seen, key=lambda one: -_markers(one.corners))
+    if _markers(order[0].corners) < _FEWEST:
+        return _other_dictionary(board, reader, order[:: max(1, len(order) // _LOOKED_AT)][:_LOOKED_AT])
+    shares = [_laid(board, one.corners) for one in order if _markers(one.corners) >= _FEWEST]
+    share, wider = max(shares)
+    if share < _FIT:
+        return _other_layout(board, order[0].corners)
+    if board.kind == "aruco-grid" and abs(wider - 1) > _WIDER:
+        apart = board.marker_separation / board.marker_length
+        shown = (1 + apart) / wider - 1
+        return (
+            f"board.marker_separation: the photos show markers {shown:.2g} of their length apart, marker_separation "
+            f"and marker_length say {apart:.2g}"
+        )
+    return None
+
+
+def board_doubts(board: Board, camera: Camera, boards: list[Posed], others: set[int]) -> list[str]:
+    """A board of more or fewer rows than the manifest says, which puts its origin elsewhere: markers that no photo
+    shows where it should, or that it has not; ``others`` are on lamps."""
+    if board.kind == "markers" or not boards:
+        return []
+    ids, places = marker_middles(board)
+    every = np.concatenate([corners.marker_ids for _, corners, _ in boards])
+    if not np.isin(every, ids).any():
+        return []
+    size = "squares" if board.kind == "charuco" else "markers"
+    unseen = ids > every[np.isin(every, ids)].max(initial=-1)
+    said = []
+    if unseen.any():
+        around = _INSIDE * board.marker_length * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+        reach = (places[unseen][:, None] + around).reshape(-1, 3)
+        shown = [camera.project(pose, reach) for _, _, pose in boards]
+        inside = [bool(((p > 0) & (p < np.array(camera.size) - 1)).all()) for p in shown]
+        if sum(inside) >= _PHOTOS:
+            said.append(
+                f"markers {ids[unseen].min()} to {ids.max()} of the board are seen in none of {sum(inside)} photos "
+                f"that reach so far: if it has fewer rows than board.{size} says, all places are off by as much"
+            )
+    more = [
+        k for k in np.unique(every[every > ids.max()]) if k not in others and (every == k).sum() >= _PHOTOS
+    ]
+    if more:
+        said.append(
+            f"markers {more[0]} to {more[-1]} are seen, which the board has not: if it has more rows than board.{size} "
+            "says, all places are off by as much"
+        )
+    return said
+
+
+def _markers(corners: Corners | None) -> int:
+    return 0 if corners is None else len(corners.marker_ids)
+
+
+def _other_dictionary(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
+    found: dict[str, set[int]] = {}
+    for one in seen:
+        shown = reader.level(one.view)
+        if shown is None:
+            continue
+        image = detection_image(without_fireflies(shown[0]))
+        for name in _LARGEST:
+            detector = cv2.aruco.ArucoDetector(dictionary(name), cv2.aruco.DetectorParameters())
+            _, marks, _ = detector.detectMarkers(image)
+            found.setdefault(name, set()).update([] if marks is None else np.asarray(marks).ravel().tolist())
+    name = max(found, key=lambda one: len(found[one]), default=None)
+    if name is None or len(found[name]) < _FEWEST:
+        return None
+    ids = sorted(found[name])
+    return (
+        f"board.dictionary: the photos show markers of {name} or of a smaller one of its kind ({len(ids)} of them, "
+        f"from {ids[0]} to {ids[-1]}), not of {board.dictionary}"
+    )
+
+
+def _other_layout(board: Board, corners: Corners) -> str | None:
+    for other, what in _others(board, corners):
+        if _laid(other, corners)[0] >= _FIT:
+            ids = corners.marker_ids
+            return f"board.{what}: the photos show markers {ids.min()} to {ids.max()} laid out so"
+    return None
+
+
+def _others(board: Board, corners: Corners) -> Iterator[tuple[Board, str]]:
+    """Boards that may have been meant, the likeliest first, and in what they differ."""
+    charuco, ids = board.kind == "charuco", corners.marker_ids
+    name, size = ("squares", board.squares) if charuco else ("markers", board.markers)
+    turned = replace(board, **{name: size[::-1]})
+    yield turned, f"{name} = {list(size[::-1])}, not {list(size)}"
+    firsts = sorted({0, int(ids.min()), board.first_id})
+    for first in firsts:
+        yield replace(board, first_id=first), f"first_id = {first}, not {board.first_id}"
+        yield replace(turned, first_id=first), f"{name} = {list(size[::-1])} and first_id = {first}"
+    if charuco:
+        for one in (board, turned):
+            other = replace(one, legacy_pattern=not one.legacy_pattern)
+            yield (
+                other,
+                f"legacy_pattern = {str(other.legacy_pattern).lower()}, {name} = {list(other.squares)}",
+            )
+    for first in firsts:
+        for columns in _COLUMNS:
+            count = int(ids.max()) - first + 1
+            rows = max(2, -(-(2 if charuco else 1) * count // columns))
+            for high in (rows, rows + 1) if charuco else (rows,):
+                other = replace(board, **{name: (columns, high)}, first_id=first)
+                yield (
+                    other,
+                    f"{name}: {columns} columns with first_id = {first}, not {list(size)} with {board.first_id}",
+                )
+
+
+def _laid(board: Board, corners: Corners) -> tuple[float, float]:
+    """Share of the markers seen whose middles lie where a board has them, by the homography that fits most; and how
+    much wider they are than it says, as a factor."""
+    try:
+        made = opencv_board(board)
+    except InputError:
+        return 0.0, 1.0
+    points = np.array([np.asarray(p, float).reshape(4, 3)[:, :2] for p in made.getObjPoints()])
+    place = {int(k): n for n, k in enumerate(np.asarray(made.getIds()).ravel())}
+    known = np.array([int(k) in place for k in corners.marker_ids])
+    if known.sum() < _FEWEST:
+        return 0.0, 1.0
+    flat = points[[place[int(k)] for k in corners.marker_ids[known]]]
+    quads = corners.marker_pixels[known]
+    bound = _OFF * float(np.median(_sides(quads)))
+    matrix, _ = cv2.findHomography(flat.mean(axis=1), quads.mean(axis=1), cv2.RANSAC, bound)
+    if matrix is None or abs(np.linalg.det(matrix)) < 1e-12:
+        return 0.0, 1.0
+    off = np.linalg.norm(_mapped(matrix, flat.mean(axis=1)) - quads.mean(axis=1), axis=1)
+    there = _mapped(np.linalg.inv(matrix), quads.reshape(-1, 2)).reshape(-1, 4, 2)
+    wider = float(np.median(_sides(there)[off < bound]) / board.marker_length) if (off < bound).any() else 1.0
+    return float((off < bound).sum()) / len(corners.marker_ids), wider
+
+
+def _sides(quads: np.ndarray) -> np.ndarray:
+    """Sides (n, 4) of quadrangles (n, 4, 2)."""
+    return np.linalg.norm(quads - np.roll(quads, 1, axis=1), axis=2)
+
+
+def _mapped(homography: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    lifted = np.column_stack([flat, np.ones(len(flat))]) @ homography.T
+    return lifted[:, :2] / lifted[:, 2:]

@@ -1,0 +1,160 @@
+"""Light over a whole picture, told by black print: drawn paper with and without it."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from calib.calibrate import usable
+from calib.diagnose.glossy_print import shining
+from calib.diagnose.veiling_glare import find_veils, lift, lifted_image, lifted_view, note_veil
+from calib.remarks import Notes
+from calib.setup import ViewSetup
+from calib.shading.fit import Reading
+from calib.shading.initial import local_noise, square_ratios
+from tests.calib.test_warnings import Drawn
+from tests.drawn.boards import radiance
+from tests.drawn.setups import draw_paper, draw_world, observe
+
+VIEWS = 6
+SHARE = 0.005  # of white paper
+LEAST = 1e-3  # of it that is told
+WIDEST = 5.0  # standard errors
+
+
+@pytest.fixture(scope="module")
+def readings() -> list[Reading]:
+    rng = np.random.default_rng(11)
+    world = draw_world(rng, fixed=True, views=VIEWS)
+    return [draw_paper(world, k, rng) for k in range(VIEWS)]
+
+
+def named(readings: list[Reading]) -> list[tuple[str, Reading]]:
+    return [(f"v{k}", reading) for k, reading in enumerate(readings)]
+
+
+def with_values(reading: Reading, value: np.ndarray) -> Reading:
+    samples = replace(
+        reading.samples, value=value, variance=np.broadcast_to(reading.noise[:, None], value.shape)
+    )
+    return replace(reading, samples=samples, level=value.mean(1))
+
+
+def white_of(reading: Reading) -> np.ndarray:
+    return np.median(reading.samples.value[reading.samples.white], axis=0)
+
+
+def veiled(reading: Reading, share: float) -> tuple[Reading, np.ndarray]:
+    veil = share * white_of(reading)
+    return with_values(reading, reading.samples.value + veil), veil
+
+
+def test_none_is_told_where_there_is_none(readings):
+    assert find_veils(named(readings)) == {}
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3])
+def test_light_on_the_board_is_none(readings, share):
+    """A room's even light: black print sends on as much less of it than white as of the lamp's."""
+    lit = []
+    for reading in readings:
+        black = np.median(reading.samples.value[~reading.samples.white]) / white_of(reading)[0]
+        tone = np.where(reading.samples.white, 1.0, black)[:, None]
+        lit.append(with_values(reading, reading.samples.value + share * white_of(reading) * tone))
+    found = find_veils(named(lit))
+    assert all(abs(one.level[0]) < SHARE * one.white[0] for one in found.values())
+
+
+@pytest.mark.parametrize("share", [SHARE, -SHARE, 0.02])
+def test_it_is_found_to_within_its_error_and_taken_off(readings, share):
+    both = [veiled(reading, share) for reading in readings]
+    found = find_veils(named([reading for reading, _ in both]))
+    sights = [
+        SimpleNamespace(view=SimpleNamespace(name=n), reading=r)
+        for n, (r, _) in zip(found, both, strict=True)
+    ]
+    lift(sights, found)
+    for (name, one), (_, veil), sight, bare in zip(found.items(), both, sights, readings, strict=True):
+        assert name == sight.view.name
+        assert one.error[0] < 0.2 * abs(veil[0])
+        assert abs(one.level[0] - veil[0]) < WIDEST * one.error[0]
+        left = sight.reading.level - bare.level
+        np.testing.assert_allclose(left, (veil - one.level)[0], rtol=0, atol=1e-9 * white_of(bare)[0])
+        np.testing.assert_allclose(sight.reading.noise, bare.noise + one.error[0] ** 2, rtol=1e-12)
+        np.testing.assert_allclose(sight.reading.samples.value.mean(1), sight.reading.level, rtol=1e-12)
+
+
+def test_photos_that_tell_nothing_have_it_as_the_others(readings):
+    both = [veiled(reading, SHARE) for reading in readings]
+    last, veil = both[-1]
+    few = np.flatnonzero(~last.samples.white)[100:]
+    kept = np.ones(len(last.level), bool)
+    kept[few] = False
+    last = replace(last, samples=last.samples.keep(kept), level=last.level[kept], noise=last.noise[kept])
+    found = find_veils(named([*(reading for reading, _ in both[:-1]), last]))
+    one = found[f"v{VIEWS - 1}"]
+    assert abs(one.level[0] - veil[0]) < WIDEST * one.error[0]
+
+
+def test_channels_that_contradict_one_another_tell_none(readings):
+    """As where compression mixes the colours of black and white: what one gains another loses."""
+    mixed = []
+    for reading in readings:
+        value = np.repeat(reading.samples.value, 3, axis=1)
+        mixed.append(with_values(reading, value + np.array([-SHARE, 0.3 * SHARE, SHARE]) * white_of(reading)))
+    found = find_veils(named(mixed))
+    assert not any(one.told for one in found.values())
+    assert all((one.error > LEAST * one.white).all() for one in found.values())
+
+
+def test_nothing_is_made_of_a_board_without_black_or_white(readings):
+    samples = readings[0].samples
+    for tone in (samples.white, ~samples.white):
+        part = replace(readings[0], samples=samples.keep(tone), level=readings[0].level[tone])
+        assert not any(one.told for one in find_veils([("a", part)]).values())
+    assert find_veils([]) == {}
+
+
+def test_pictures_and_views_are_freed_of_it_and_it_is_told(readings):
+    found = find_veils(named([veiled(reading, SHARE)[0] for reading in readings]))
+    one, notes, picture = found["v0"], Notes(), radiance(np.full((4, 5), 2.0), 0.0)
+    np.testing.assert_allclose(lifted_image(picture, one).value, 2.0 - one.level[0], rtol=1e-6)
+    assert lifted_image(picture, None) is picture
+    view = ViewSetup("v0", None, None, np.ones(1), np.ones(1), "none")
+    assert lifted_view(view, None) is view
+    none = replace(one, told=False)
+    assert lifted_view(view, none) is view and lifted_image(picture, none) is picture
+    np.testing.assert_array_equal(lifted_view(view, one).veil, one.level)
+    note_veil(found, notes)
+    assert notes.residuals["veil"]["share_of_white"] == pytest.approx(SHARE, rel=0.2)
+    assert "black_level" in notes.warnings[0]
+    note_veil({}, quiet := Notes())
+    assert not quiet.warnings
+
+
+@pytest.mark.parametrize("share", [0.05, -0.03])
+def test_a_veil_is_not_taken_for_a_print_that_shines(share):
+    """It makes black print an uneven share of the white too, by as much as white is unevenly lit; less light than none,
+    a black level that is too high, as well. Without it the shares are even, and black print may be read."""
+    drawn = Drawn(3)
+    _, _, _, sights = drawn.camera()
+    for sight in sights:
+        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=True)
+        sight.reading = veiled(sight.reading, share)[0]
+    before = {s.view.name: square_ratios(s.reading) for s in sights}
+    assert len(shining(before)) >= 2
+    kept, veils = usable(drawn.photoset, sights, drawn.notes)
+    assert kept == sights and not drawn.said("no even share of the white")
+    for sight in sights:
+        found, white = veils[sight.view.name], white_of(sight.reading) / (1 + share)
+        assert found.told and not sight.reading.samples.white.all()
+        assert np.abs(found.level - share * white).max() < WIDEST * np.hypot(found.error, LEAST * white).max()
+
+
+def test_paper_whose_black_reads_below_nothing_has_a_noise():
+    drawn = Drawn(3)
+    reading = draw_paper(drawn.world, 0, drawn.rng)
+    level = np.where(reading.samples.white, reading.level, -reading.level)
+    noise = local_noise(reading.samples, level)
+    assert np.isfinite(noise).all() and noise.max() < 0.1

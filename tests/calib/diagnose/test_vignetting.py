@@ -1,0 +1,69 @@
+"""What is not known of a lens that darkens its pictures, in the errors that are stated of lamps' strengths."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from calib.diagnose.vignetting import doubted
+from calib.geometry.camera import Camera
+from calib.setup import Falloff, Light, ViewSetup
+from capture.photoset import PhotoSet, Sphere, WhitePatch
+from tests.drawn.boards import looking_at
+
+CAMERA = Camera(
+    np.array([[1150.0, 0, 400], [0, 1150, 300], [0, 0, 1]]), np.array([-0.1, 0.05, 0, 0, 0]), (800, 600)
+)
+SAMPLE = Sphere(np.array([90.0, 70, 25]), 25.0)
+POSES = [
+    looking_at(np.array([90.0, 70 - y, z]), np.array([90.0, 70, 10])) for y, z in ((20, 300), (230, 140))
+]
+FALLOFF = Falloff(np.array([-0.2, 0.0]), np.diag([0.05**2, 0.0]), allowed=True)
+ERROR = 0.003  # of the strengths' own
+
+
+def sheet(x: float, y: float) -> WhitePatch:
+    return WhitePatch(np.array([[x, y], [x + 10, y], [x + 10, y + 10], [x, y + 10]]), 0.3, (0.9,))
+
+
+SEEN, OUTSIDE, BEHIND = sheet(130, 60), sheet(250, 10), sheet(90, -200)
+
+
+def found(*sheets: WhitePatch) -> tuple[np.ndarray, float]:
+    """The views' errors (v,) and the one that they share."""
+    lamp = Light("a", "point", np.array([0.0, 0, 500]), np.eye(3), "board", 3.0, 0.1)
+    views = [
+        ViewSetup(f"v{k}", lamp, pose, np.ones(1), np.full(1, ERROR), "white patch", 0.1, None, None)
+        for k, pose in enumerate(POSES)
+    ]
+    photoset = PhotoSet(Path("."), "x", "mm", SAMPLE, "auto", (), None, (), sheets)
+    views, common = doubted(photoset, SimpleNamespace(camera=CAMERA), views, FALLOFF)
+    return np.array([view.strength_error[0] for view in views]), common
+
+
+def test_a_doubtful_falloff_makes_strengths_doubtful_by_how_far_apart_patch_and_sample_are_in_the_picture():
+    """In the mean of the photos, which all of them share, and what one differs from it."""
+    own, common = found(SEEN)
+    apart = []
+    for pose in POSES:
+        sample, patch = CAMERA.project(pose, np.array([SAMPLE.center, [135.0, 65, 0.3]])) - [400, 300]
+        apart.append(
+            (sample @ sample - patch @ patch) / (400**2 + 300**2)
+        )  # (399, 299): the other corner is nearer
+    assert common == pytest.approx(0.05 * abs(np.mean(apart)), rel=1e-6)
+    np.testing.assert_allclose(own, np.hypot(ERROR, 0.05 * (apart - np.mean(apart))), rtol=1e-6)
+
+
+@pytest.mark.parametrize("more", [OUTSIDE, BEHIND])
+def test_patches_that_a_photo_does_not_show_tell_nothing_of_its_doubt(more):
+    own, common = found(SEEN)
+    with_it, shared = found(SEEN, more)
+    np.testing.assert_array_equal(with_it, own)
+    assert shared == common
+    np.testing.assert_array_equal(found(more)[0], ERROR)
+
+
+def test_no_falloff_that_any_photo_tells_of_is_no_doubt():
+    views = [object()]
+    assert doubted(None, None, views, None) == (tuple(views), 0.0)

@@ -1,0 +1,88 @@
+"""A board that the manifest has wrong: what is said names the key, and what the photos show."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from calib.detect.photo_reader import look
+from calib.diagnose.wrong_board import board_doubts, board_fault
+from capture.photoset import Board
+from tests.calib.geometry.test_board import POSES, quiet
+from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
+
+GRID = Board("aruco-grid", "DICT_4X4_50", markers=(6, 4), marker_length=12.0, marker_separation=4.0)
+_SCALE = 5  # pixels a length unit
+_BORDER = 40
+
+
+def fault(board: Board, level: np.ndarray) -> str | None:
+    reader = reader_of(board, {"one.png": radiance(level, 0.004)})
+    return board_fault(board, reader, look(reader, views_of(reader), quiet, ""))
+
+
+@pytest.fixture(scope="module")
+def charuco():
+    return draw(CAMERA, POSES[0], 0.004, 0)
+
+
+@pytest.fixture(scope="module")
+def grid():
+    marks = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    made = cv2.aruco.GridBoard(GRID.markers, GRID.marker_length, GRID.marker_separation, marks)
+    seen = made.generateImage((92 * _SCALE, 60 * _SCALE), marginSize=0)
+    framed = cv2.copyMakeBorder(seen, *(_BORDER,) * 4, cv2.BORDER_CONSTANT, value=255)
+    return np.where(framed > 127, WHITE, BLACK).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"squares": (6, 8)}, "board.squares = [8, 6], not [6, 8]"),
+        ({"squares": (7, 5)}, "board.squares: 8 columns"),
+        ({"first_id": 7}, "board.first_id = 0, not 7"),
+        ({"dictionary": "DICT_5X5_50"}, "board.dictionary: the photos show markers of DICT_4X4_1000"),
+        ({"dictionary": "DICT_4X4_100"}, None),  # holds the same markers
+        ({"marker_length": 8.0}, None),  # corners do not depend on it
+        ({}, None),
+    ],
+)
+def test_a_charuco_board(charuco, wrong, said):
+    found = fault(replace(BOARD, **wrong), charuco)
+    assert found is None if said is None else said in found
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"markers": (4, 6)}, "board.markers = [6, 4], not [4, 6]"),
+        ({"first_id": 3}, "board.first_id = 0, not 3"),
+        ({"marker_separation": 16.0}, "of their length apart, marker_separation and marker_length say 1.3"),
+        ({}, None),
+    ],
+)
+def test_a_grid(grid, wrong, said):
+    found = fault(replace(GRID, **wrong), grid)
+    assert found is None if said is None else said in found
+
+
+def test_a_photo_of_something_else_says_nothing():
+    assert fault(BOARD, np.full((360, 480), 0.3, np.float32)) is None
+
+
+def test_rows_that_the_board_has_not_or_has_besides_are_told():
+    images = {f"{k}.png": radiance(draw(CAMERA, pose, 0.004, k), 0.004) for k, pose in enumerate(POSES)}
+    reader = reader_of(BOARD, images)
+    seen = look(reader, views_of(reader), quiet, "")
+    boards = [(s.view.name, s.corners, pose) for s, pose in zip(seen, POSES, strict=True)]
+    assert board_doubts(BOARD, CAMERA, boards, set()) == []
+    fewer = replace(BOARD, squares=(8, 5))
+    assert any(
+        "20 to 23 are seen, which the board has not" in w for w in board_doubts(fewer, CAMERA, boards, set())
+    )
+    assert board_doubts(fewer, CAMERA, boards, {20, 21, 22, 23}) == []
+    more = replace(BOARD, squares=(8, 7))
+    assert any(
+        "24 to 27 of the board are seen in none" in w for w in board_doubts(more, CAMERA, boards, set())
+    )
