@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from benchmarks.evaluation import best_time
-from reconstruct.rows import cores
+from reconstruct.modes.parallel import cores
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS: dict[str, tuple[str, ...]] = {

@@ -19,7 +19,7 @@ from benchmarks.end_to_end import DIFFERENT, copied, write_picture
 from calib.geometry.camera import Camera
 from capture.files.images import read_image
 from capture.photoset import MANIFEST
-from reconstruct.rows import cores
+from reconstruct.modes.parallel import cores
 from synthetic.manifest import manifest_of
 from synthetic.photoset import view_radiance
 from synthetic.plan import Shot, camera_of, exposure_factor, plan

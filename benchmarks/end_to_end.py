@@ -32,8 +32,8 @@ from capture.manifest.load import load_photoset
 from photogonio.pipeline import process
 from photogonio.store import Store
 from photogonio.stream import reduce_photos
-from reconstruct.directions import OUTSIDE, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
-from reconstruct.rows import cores
+from reconstruct.modes.parallel import cores
+from reconstruct.reduce.directions import OUTSIDE, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 
 DIFFERENT = 6
 ELECTRONS, READ = 6000.0, 4.0  # of a small sensor

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from reconstruct import modes as m
-from reconstruct.brdf import Brdf
-from reconstruct.rows import cores
-from reconstruct.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, write_scatmech
+from reconstruct.brdf.brdf import Brdf
+from reconstruct.brdf.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, write_scatmech
+from reconstruct.modes import basis as m
+from reconstruct.modes.parallel import cores
 
 PTFE = Path(__file__).parents[2] / "shared" / "data" / "nist-ptfe" / "PTFE.532.coeff.csv"
 

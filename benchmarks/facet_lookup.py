@@ -16,8 +16,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from benchmarks.evaluation import best_time
-from reconstruct.facets import barycentres, facet_index, vertices
-from reconstruct.rows import cores, over_rows
+from reconstruct.modes.parallel import cores, over_rows
+from reconstruct.table.facets import barycentres, facet_index, vertices
 
 
 def random_directions(count: int, seed: int = 0) -> np.ndarray:

@@ -19,12 +19,12 @@ from unittest.mock import patch
 import numpy as np
 
 from reconstruct import fit as automatic
-from reconstruct.basis import Basis
-from reconstruct.cells import Cells, cells_of
-from reconstruct.robust import level
-from reconstruct.select import PRIORS, folds_of
-from reconstruct.solve import Factors, FoldedDesign, solve
-from reconstruct.table import FacetTable, of_groups
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.estimate.model_selection import PRIORS, folds_of
+from reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from reconstruct.estimate.weights import level
+from reconstruct.table.cells import Cells, cells_of
+from reconstruct.table.facet_table import FacetTable, of_groups
 from synthetic.brdf import make_brdf
 from tests.drawn.tables import Plan, simulate
 

@@ -26,8 +26,8 @@ from capture.linear.prepare import prepare
 from capture.manifest.load import load_photoset
 from photogonio.memory import peak_megabytes
 from photogonio.stream import reduce_photos
-from reconstruct.directions import ReduceOptions
-from reconstruct.rows import cores
+from reconstruct.modes.parallel import cores
+from reconstruct.reduce.directions import ReduceOptions
 
 SHARE = 0.06
 

@@ -16,9 +16,9 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from reconstruct.cells import Cells
 from reconstruct.fit import fit_table
-from reconstruct.region import seen_at
+from reconstruct.table.cells import Cells
+from reconstruct.uncertainty.validity import seen_at
 from synthetic.brdf import angle_grid, make_brdf, on_grid
 from synthetic.reflectance import Reflectance
 from tests.drawn.tables import Plan, simulate

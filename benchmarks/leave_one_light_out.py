@@ -21,11 +21,11 @@ from capture.linear.prepare import prepare
 from capture.manifest.load import load_photoset
 from photogonio.options import Options
 from photogonio.pipeline import process
-from reconstruct.angles import spherical_angles
-from reconstruct.brdf import Brdf
-from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
+from reconstruct.brdf.brdf import Brdf
 from reconstruct.fit import FitOptions, fit_table
-from reconstruct.table import of_groups
+from reconstruct.modes.angles import spherical_angles
+from reconstruct.reduce.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
+from reconstruct.table.facet_table import of_groups
 
 BRIGHT = 0.1  # of the photo's maximum
 

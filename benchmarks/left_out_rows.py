@@ -21,11 +21,11 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
-from reconstruct.angles import half_difference, unit_vectors
-from reconstruct.cells import Cells, cells_of
 from reconstruct.fit import FitOptions, fit_table
-from reconstruct.measured import read_samples, samples_table
-from reconstruct.table import FacetTable
+from reconstruct.modes.angles import half_difference, unit_vectors
+from reconstruct.table.cells import Cells, cells_of
+from reconstruct.table.facet_table import FacetTable
+from reconstruct.table.goniometer_csv import read_samples, samples_table
 
 COLUMNS = {"theta_i": "thetai", "phi_i": "phi", "theta_r": "thetar", "phi_r": "phir", "value": "f_r11"}
 WAVELENGTHS = ("0.351", "0.532", "0.633", "1.064")

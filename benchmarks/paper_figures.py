@@ -16,8 +16,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
-from reconstruct import modes as m
-from reconstruct.integrals import mirror_coefficients
+from reconstruct.modes import basis as m
+from reconstruct.modes.integrals import mirror_coefficients
 
 FOLDER = Path(__file__).parents[1] / "docs" / "figures"
 INCIDENT = np.pi / 4

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reconstruct.cells import cells_of
-from reconstruct.clean import clean
-from reconstruct.symmetry import Verdict, judge
+from reconstruct.estimate.pilot import clean
+from reconstruct.symmetry.verdict import Verdict, judge
+from reconstruct.table.cells import cells_of
 from synthetic.brdf import make_brdf
 from tests.drawn.tables import Plan, simulate
 

@@ -22,11 +22,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.paper_figures import FOLDER, save
-from reconstruct import modes as m
-from reconstruct.angles import unit_vectors
-from reconstruct.brdf import Brdf
-from reconstruct.projection import Projection, project
-from reconstruct.quadrature import azimuth_rule, elevation_rule
+from reconstruct.brdf.brdf import Brdf
+from reconstruct.modes import basis as m
+from reconstruct.modes.angles import unit_vectors
+from reconstruct.modes.projection import Projection, project
+from reconstruct.modes.quadrature import azimuth_rule, elevation_rule
 from synthetic.brdf import MODELS
 
 GREY = (0.5,)

@@ -23,7 +23,7 @@ from pathlib import Path
 
 from benchmarks.board_set import converted, make_board_set
 from photogonio.memory import keep_freed, peak_megabytes
-from reconstruct.rows import cores
+from reconstruct.modes.parallel import cores
 
 STAGES = ("calibrate", "reduce", "fit", "write")
 

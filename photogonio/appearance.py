@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
+from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

@@ -20,9 +20,9 @@ from photogonio.reflectances import Known, load_known
 from photogonio.summary import rescaled
 from photogonio.sums import TABLE_CASES
 from photogonio.truth import TRUTH
-from reconstruct.angles import spherical_angles
-from reconstruct.cells import Cells
 from reconstruct.fit import FitResult
+from reconstruct.modes.angles import spherical_angles
+from reconstruct.table.cells import Cells
 from synthetic.hard import ACCURATE, NAMED, PLAIN, TOLD, HardCase, hard_case, hard_names
 from synthetic.parts import FaultScene
 

@@ -16,13 +16,13 @@ from photogonio.pipeline import view_errors
 from photogonio.reflectances import Known, load_known
 from photogonio.surroundings import LightAround, light_around
 from photogonio.truth import TRUTH
-from reconstruct.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 from reconstruct.fit import FitOptions, fit_table
-from reconstruct.lens import lens_of
-from reconstruct.measured import UNBINNED
-from reconstruct.reduce import reduce_view, samples_of, unit_weight
-from reconstruct.spoilt import without_spoilt
-from reconstruct.table import FacetTable, add_tables
+from reconstruct.lighting.stray_limits import without_spoilt
+from reconstruct.reduce.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
+from reconstruct.reduce.ray_grid import lens_of
+from reconstruct.reduce.reduce import reduce_view, samples_of, unit_weight
+from reconstruct.table.facet_table import FacetTable, add_tables
+from reconstruct.table.goniometer_csv import UNBINNED
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from photogonio import metrics
 from photogonio.appearance import Appearance, appearance
 from photogonio.metrics import Directions
 from photogonio.reflectances import Known
-from reconstruct.plots import correlation
+from photogonio.report.plots import correlation
 
 _ALBEDO_ANGLES = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0])
 _ROUNDING = 1e-9  # radians: an angle written as 70 degrees is not below 70

@@ -24,7 +24,7 @@ from photogonio.reflectances import Known, load_known
 from photogonio.store import VARIABLE, key_of, text_key
 from photogonio.summary import photos_used
 from photogonio.truth import TRUTH, CalibrationError, calibration_error, load_truth
-from reconstruct.brdf import Brdf
+from reconstruct.brdf.brdf import Brdf
 from synthetic import hard
 from synthetic.hard import changed
 from synthetic.photoset import synthesize

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from calib.setup import Setup
 from capture.errors import InputError
 from capture.photoset import PhotoSet, Sphere
-from reconstruct.directions import region_of
+from reconstruct.reduce.directions import region_of
 
 Auto = int | None  # None: chosen automatically
 

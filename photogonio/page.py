@@ -10,6 +10,19 @@ import numpy as np
 
 from photogonio import __version__
 from photogonio.calibration_page import calibration_sections
+from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
+from photogonio.report.html import (
+    Card,
+    Picture,
+    Report,
+    Section,
+    Table,
+    embed,
+    image_bytes,
+    picture_bytes,
+    render_report,
+)
+from photogonio.report.plots import coverage_figure, lobes_figure, scatter_figure
 from photogonio.summary import (
     albedo_note,
     count_of,
@@ -21,20 +34,7 @@ from photogonio.summary import (
     rescaled,
     stray_share,
 )
-from reconstruct.brdf import Brdf
-from reconstruct.plots import coverage_figure, lobes_figure, scatter_figure
-from reconstruct.report import (
-    Card,
-    Picture,
-    Report,
-    Section,
-    Table,
-    embed,
-    image_bytes,
-    picture_bytes,
-    render_report,
-)
-from reconstruct.shading import BALL_LIGHTS, shaded_sphere, to_display
+from reconstruct.brdf.brdf import Brdf
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result

@@ -44,15 +44,15 @@ from photogonio.summary import (
 )
 from photogonio.surroundings import LightAround, around_of, told_around
 from photogonio.tables import read_table, refuse_empty, take_channels
-from reconstruct.brdf import Brdf
-from reconstruct.directions import ReduceOptions
+from reconstruct.brdf.brdf import Brdf
 from reconstruct.fit import FitOptions, FitResult, fit_table
-from reconstruct.kernel import compiled_before
-from reconstruct.relight import relit, turned_lights
-from reconstruct.spoilt import UnknownStray
-from reconstruct.stray import StrayLight
-from reconstruct.table import FacetTable, save_table
-from reconstruct.veiled import veil_error
+from reconstruct.lighting.lamp_directions import relit, turned_lights
+from reconstruct.lighting.stray_light import StrayLight
+from reconstruct.lighting.stray_limits import UnknownStray
+from reconstruct.lighting.veil_error import veil_error
+from reconstruct.reduce.directions import ReduceOptions
+from reconstruct.reduce.fused import compiled_before
+from reconstruct.table.facet_table import FacetTable, save_table
 
 ABREAST = 2  # whole photos that calibration looks at together: the memory they take
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from capture.errors import InputError
 from photogonio.metrics import Directions
-from reconstruct.angles import spherical_angles, unit_vectors
-from reconstruct.brdf import load_brdf
-from reconstruct.measured import read_samples
-from reconstruct.merl import CHANNELS, read_merl
+from reconstruct.brdf.brdf import load_brdf
+from reconstruct.brdf.merl import CHANNELS, read_merl
+from reconstruct.modes.angles import spherical_angles, unit_vectors
+from reconstruct.table.goniometer_csv import read_samples
 from synthetic.truth import FORMAT as TRUTH_FORMAT
 from synthetic.world import brdf_from
 
@@ -45,7 +45,7 @@ def load_known(
 ) -> Known:
     """Read a BRDF: coefficients or truth (.json), MERL (.binary), a grid (.npz) or a table (.csv).
 
-    ``columns`` and ``where`` say how a table is read (:func:`reconstruct.measured.read_samples`).
+    ``columns`` and ``where`` say how a table is read (:func:`reconstruct.table.goniometer_csv.read_samples`).
 
     Raises:
         InputError: no such file, or none of these.

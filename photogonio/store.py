@@ -22,7 +22,7 @@ from capture.errors import InputError
 from capture.photoset import MANIFEST, PhotoSet
 from photogonio.hashes import remembered_hashes
 from photogonio.provenance import hash_file
-from reconstruct.table import FacetTable, load_table, save_table
+from reconstruct.table.facet_table import FacetTable, load_table, save_table
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
 MOST_BYTES = 2 << 30

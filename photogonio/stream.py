@@ -24,9 +24,9 @@ from capture.radiance import RadianceImage, exposure_fault
 from photogonio.provenance import hash_file
 from photogonio.store import Store, code_key, key_of
 from photogonio.surroundings import PhotoAround
-from reconstruct.directions import ReduceOptions, region_of
-from reconstruct.reduce import reduce_view
-from reconstruct.table import FacetTable, add_tables
+from reconstruct.reduce.directions import ReduceOptions, region_of
+from reconstruct.reduce.reduce import reduce_view
+from reconstruct.table.facet_table import FacetTable, add_tables
 
 BORDER = 24  # pixels around the sample that are read too: finding spots and spills takes neighbours
 SPARSE = 4  # every so many pixels tell whether a photo is black or full

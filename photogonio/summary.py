@@ -10,20 +10,20 @@ import numpy as np
 
 from calib.setup import LeftOut
 from photogonio.options import Choice
-from reconstruct.angles import half_difference, unit_vectors
-from reconstruct.plots import correlation
-from reconstruct.represent_turning import typical
-from reconstruct.table import LEFT_OUT
+from photogonio.report.plots import correlation
+from reconstruct.modes.angles import half_difference, unit_vectors
+from reconstruct.represent.anisotropic import typical
+from reconstruct.table.facet_table import LEFT_OUT
 
 LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result
     from photogonio.surroundings import LightAround
-    from reconstruct.brdf import Brdf
+    from reconstruct.brdf.brdf import Brdf
     from reconstruct.fit import FitResult
-    from reconstruct.relight import TurnedLight
-    from reconstruct.table import FacetTable
+    from reconstruct.lighting.lamp_directions import TurnedLight
+    from reconstruct.table.facet_table import FacetTable
 
 
 CONTRADICTED = 0.05  # relative; geometry, texture and noise leave a few per cent

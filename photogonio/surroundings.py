@@ -13,9 +13,9 @@ from calib.setup import Setup, ViewSetup
 from capture.linear.reader import RadianceReader
 from capture.linear.signal import MIDDLE
 from capture.photoset import PhotoSet, Sphere, View
-from reconstruct.spoilt import Spoilt, UnknownStray, unknown_stray, without_spoilt
-from reconstruct.stray import StrayLight
-from reconstruct.table import FacetTable
+from reconstruct.lighting.stray_light import StrayLight
+from reconstruct.lighting.stray_limits import Spoilt, UnknownStray, unknown_stray, without_spoilt
+from reconstruct.table.facet_table import FacetTable
 
 ON_GROUND = 0.1  # of a ball's radius: how far its foot may be from the frame's z = 0, and stand there
 LEAST_SHOWN = 0.2  # share of what lies near the sample that photos must show; the rest is as the nearest

@@ -16,7 +16,7 @@ from calib.setup import Setup
 from capture.errors import InputError
 from photogonio.bench import Bench, direct_table, open_bench
 from photogonio.evaluate import Score, spread_over_processes
-from reconstruct.table import FacetTable
+from reconstruct.table.facet_table import FacetTable
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,24 +12,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from capture.errors import InputError
-from reconstruct.averaging import believed, rivals_of
-from reconstruct.basis import Basis
-from reconstruct.brdf import Brdf
-from reconstruct.cells import Cells, cells_of
-from reconstruct.clean import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
-from reconstruct.misfit import Misfit, misfit_of
-from reconstruct.model import LobeSet, Model
-from reconstruct.physics import enforced, held_pairs, violated
-from reconstruct.physics_turning import enforced_turning, violated_turning
-from reconstruct.region import Region, region_of
-from reconstruct.represent import Represented, represent
-from reconstruct.represent_turning import closely, covariance_of_error, in_file
-from reconstruct.robust import ViewScales, independence, level
-from reconstruct.search import Fitted, common_error, search_lobes, thinned
-from reconstruct.select import Candidate, choose, crosses, try_all
-from reconstruct.symmetry import Verdict, asked, judge, turning_kinds
-from reconstruct.table import FacetTable
-from reconstruct.uncertainty import Rival, Uncertainty, uncertainty_of
+from reconstruct.brdf.brdf import Brdf
+from reconstruct.estimate.lobe_search import Fitted, common_error, search_lobes, thinned
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.estimate.model import LobeSet, Model
+from reconstruct.estimate.model_averaging import believed, rivals_of
+from reconstruct.estimate.model_discrepancy import Misfit, misfit_of
+from reconstruct.estimate.model_selection import Candidate, choose, crosses, try_all
+from reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
+from reconstruct.estimate.weights import ViewScales, independence, level
+from reconstruct.represent.anisotropic import closely, covariance_of_error, in_file
+from reconstruct.represent.bounds import enforced, held_pairs, violated
+from reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
+from reconstruct.represent.isotropic import Represented, represent
+from reconstruct.symmetry.verdict import Verdict, asked, judge, turning_kinds
+from reconstruct.table.cells import Cells, cells_of
+from reconstruct.table.facet_table import FacetTable
+from reconstruct.uncertainty.budget import Rival, Uncertainty, uncertainty_of
+from reconstruct.uncertainty.validity import Region, region_of
 
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12

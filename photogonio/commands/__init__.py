@@ -1,1 +1,4 @@
-"""One module for each subcommand: ``run(args, reporter)`` does it and returns its numbers."""
+"""What does each word of the command line do?
+
+Takes parsed arguments; gives an exit status.
+"""

@@ -12,8 +12,8 @@ from photogonio.outputs import staged_folder, to_json
 from photogonio.progress import Reporter
 from photogonio.provenance import Provenance, canonical_command, hash_file, joined
 from photogonio.reflectances import find_brdf, load_known
-from reconstruct.plots import scatter_figure
-from reconstruct.report import picture_bytes
+from photogonio.report.html import picture_bytes
+from photogonio.report.plots import scatter_figure
 
 _UNITS = {
     "relative_l2": ("%", 100.0),

@@ -14,6 +14,7 @@ from photogonio.history import load_scores, regressions
 from photogonio.outputs import staged_folder, to_json
 from photogonio.progress import Reporter
 from photogonio.provenance import canonical_command
+from photogonio.report.html import picture_bytes
 from photogonio.score_table import score_table
 from photogonio.store import code_key
 from photogonio.tradeoff import (
@@ -25,7 +26,6 @@ from photogonio.tradeoff import (
     tradeoff_lines,
     tradeoffs,
 )
-from reconstruct.report import picture_bytes
 from synthetic.scene import Scene
 
 

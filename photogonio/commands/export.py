@@ -9,7 +9,7 @@ from pathlib import Path
 from capture.errors import InputError
 from photogonio.outputs import staged_file
 from photogonio.progress import Reporter
-from reconstruct.brdf import Brdf, load_brdf
+from reconstruct.brdf.brdf import Brdf, load_brdf
 from reconstruct.export import find_format
 
 

@@ -11,10 +11,10 @@ from capture.errors import InputError
 from photogonio.outputs import staged_file
 from photogonio.progress import Reporter
 from photogonio.provenance import Provenance, canonical_command, hash_file
+from photogonio.report.html import picture_bytes
+from photogonio.report.plots import overview_figure
 from photogonio.summary import count_of
-from reconstruct.brdf import load_brdf
-from reconstruct.plots import overview_figure
-from reconstruct.report import picture_bytes
+from reconstruct.brdf.brdf import load_brdf
 
 _ANGLES = np.radians([0.0, 30.0, 60.0])
 

@@ -1,4 +1,7 @@
-"""A BRDF for renderers and other tools; each format is one that a consumer is known to open."""
+"""How do other programs read the result?
+
+Takes Brdf; gives files of renderers and tables.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from capture.errors import InputError
-from reconstruct.brdf import Brdf
+from reconstruct.brdf.brdf import Brdf
 from reconstruct.export.csv_table import write_csv
 from reconstruct.export.merl_table import write_merl_table
 from reconstruct.export.mitsuba import write_mitsuba

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reconstruct.brdf import Brdf
+from reconstruct.brdf.brdf import Brdf
 
 _STEP, _TURN = 5.0, 15.0  # degrees, of the polar angles and of the azimuths
 _LAST = 85.0  # degrees: at 90 many BRDFs have no finite value

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from capture.errors import InputError
-from reconstruct.brdf import Brdf
-from reconstruct.merl import CHANNELS, write_merl
+from reconstruct.brdf.brdf import Brdf
+from reconstruct.brdf.merl import CHANNELS, write_merl
 
 
 def write_merl_table(brdf: Brdf, path: Path) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from capture.errors import InputError
-from reconstruct.brdf import Brdf
-from reconstruct.scatmech import scatmech_table, write_scatmech
+from reconstruct.brdf.brdf import Brdf
+from reconstruct.brdf.scatmech import scatmech_table, write_scatmech
 
 
 def write_scatmech_file(brdf: Brdf, path: Path) -> None:

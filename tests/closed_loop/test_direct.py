@@ -7,8 +7,8 @@ import pytest
 
 from photogonio.bench import direct_table, open_bench
 from photogonio.pipeline import process, view_errors
-from reconstruct.cells import Cells
 from reconstruct.fit import fit_table
+from reconstruct.table.cells import Cells
 
 pytestmark = pytest.mark.slow
 

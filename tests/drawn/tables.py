@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reconstruct.directions import canonical
-from reconstruct.facets import facet_index
-from reconstruct.measured import UNBINNED
-from reconstruct.table import FacetTable, accumulate, add_tables
+from reconstruct.reduce.directions import canonical
+from reconstruct.table.facet_table import FacetTable, accumulate, add_tables
+from reconstruct.table.facets import facet_index
+from reconstruct.table.goniometer_csv import UNBINNED
 from synthetic.plan import spiral
 from synthetic.reflectance import Reflectance
 
@@ -128,7 +128,7 @@ def _view(brdf, plan, name, camera, lamp, thought, scale, rng) -> FacetTable:
 
 
 def _singly(*, channels, name, isotropic, incident, exit, place, omega, value, variance) -> FacetTable:
-    """What :func:`reconstruct.table.accumulate` makes of the same samples, none of them joined."""
+    """What :func:`reconstruct.table.facet_table.accumulate` makes of the same samples, none of them joined."""
     rows, w = np.arange(len(omega), dtype=np.int32), omega[:, None]
     return FacetTable(
         level=UNBINNED,

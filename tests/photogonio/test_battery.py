@@ -11,7 +11,7 @@ from capture.errors import InputError
 from photogonio.battery import Measured, cells_at, judged, names_faulty, run_battery
 from photogonio.progress import Reporter
 from photogonio.sums import TABLE_CASES
-from reconstruct.angles import unit_vectors
+from reconstruct.modes.angles import unit_vectors
 from synthetic.hard import ACCURATE, IN_INTERVAL, NAMED, TOLD, HardCase, hard_case, hard_names, satin
 from synthetic.parts import FaultScene
 

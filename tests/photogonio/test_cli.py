@@ -15,9 +15,9 @@ import pytest
 
 from photogonio.arguments import build_parser
 from photogonio.cli import main
-from reconstruct.angles import unit_vectors
-from reconstruct.brdf import load_brdf
-from reconstruct.physics_turning import TOLERANCE
+from reconstruct.brdf.brdf import load_brdf
+from reconstruct.modes.angles import unit_vectors
+from reconstruct.represent.bounds_anisotropic import TOLERANCE
 from synthetic.brdf import make_brdf
 from tests.places import ROOT
 

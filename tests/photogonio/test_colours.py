@@ -15,7 +15,7 @@ from capture.photoset import Radiometry
 from photogonio import colours, pipeline
 from photogonio.cli import main
 from photogonio.colours import find_correction, in_colours
-from reconstruct.brdf import Brdf, Lobe
+from reconstruct.brdf.brdf import Brdf, Lobe
 from tests.drawn.tiny_set import ALBEDO, TinySet
 
 MIXED = np.array([[0.7, 0.2, 0.1], [0.1, 0.8, 0.1], [0.05, 0.15, 0.8]])  # camera RGB of XYZ, of no camera

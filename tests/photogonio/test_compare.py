@@ -13,8 +13,8 @@ from photogonio.cli import main
 from photogonio.compare import compare
 from photogonio.metrics import directional_albedo
 from photogonio.reflectances import Known, load_known
-from reconstruct.brdf import Brdf
-from reconstruct.merl import write_merl
+from reconstruct.brdf.brdf import Brdf
+from reconstruct.brdf.merl import write_merl
 from synthetic.brdf import make_brdf
 
 MASK = np.radians(80.0)

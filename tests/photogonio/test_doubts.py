@@ -7,7 +7,7 @@ import pytest
 
 from photogonio.summary import clipped, doubts
 from reconstruct.fit import FitOptions, fit_table
-from reconstruct.table import LEFT_OUT
+from reconstruct.table.facet_table import LEFT_OUT
 from synthetic.brdf import make_brdf
 from tests.drawn.tables import Plan, simulate
 

@@ -7,7 +7,7 @@ import pytest
 
 from photogonio import metrics
 from photogonio.metrics import Directions, quadrature
-from reconstruct.angles import unit_vectors
+from reconstruct.modes.angles import unit_vectors
 
 MASK = np.radians(80.0)
 

@@ -16,7 +16,7 @@ from capture.photoset import MirrorBall, Sphere
 from photogonio.provenance import hash_file, hash_photos
 from photogonio.store import Store, default_store, key_of
 from photogonio.stream import reduce_photos
-from reconstruct.directions import ReduceOptions
+from reconstruct.reduce.directions import ReduceOptions
 
 SIZE = (200, 150)
 MATRIX = np.array([[500.0, 0, 99.5], [0, 500.0, 74.5], [0, 0, 1]])

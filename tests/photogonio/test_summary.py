@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from photogonio.summary import fit_choices, physics_warnings, said_warnings
-from reconstruct.basis import Basis
-from reconstruct.microfacet import families
-from reconstruct.model import LobeSet, Model
-from reconstruct.represent_turning import in_file
-from reconstruct.symmetry import Verdict
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.estimate.model import LobeSet, Model
+from reconstruct.lobes.families import families
+from reconstruct.represent.anisotropic import in_file
+from reconstruct.symmetry.verdict import Verdict
 
 
 def brushed(roughness, stretch=1.5):

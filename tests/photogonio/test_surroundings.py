@@ -19,7 +19,7 @@ from photogonio.surroundings import (
     photo_around,
     photo_backdrop,
 )
-from reconstruct.table import LEFT_OUT, load_table
+from reconstruct.table.facet_table import LEFT_OUT, load_table
 from tests.drawn.tiny_set import ALBEDO, DISTANCE, LIGHTS, RADIUS, TinySet, ball_photo, toward
 
 QUICK = Options(lobes=0, order=2)

@@ -10,7 +10,7 @@ import pytest
 from capture.errors import InputError
 from photogonio.sums import one_cell
 from photogonio.tables import WHY_UNUSED, refuse_empty
-from reconstruct.table import LEFT_OUT, of_groups
+from reconstruct.table.facet_table import LEFT_OUT, of_groups
 
 
 def empty(**counts: int):

@@ -11,7 +11,7 @@ from calib.geometry.camera import Camera, Pose
 from calib.setup import Light, Setup, ViewSetup
 from capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
 from capture.radiance import RadianceImage
-from reconstruct.directions import ReduceOptions
+from reconstruct.reduce.directions import ReduceOptions
 
 LENS = np.array([-0.13, 0.09, 6e-4, -4e-4, 0.0])
 

@@ -11,9 +11,9 @@ import pytest
 
 from benchmarks import evaluation, facet_lookup, intervals, paper_figures, truncation
 from capture.errors import InputError
-from reconstruct.brdf import load_brdf
-from reconstruct.facets import facet_index
-from reconstruct.scatmech import read_scatmech
+from reconstruct.brdf.brdf import load_brdf
+from reconstruct.brdf.scatmech import read_scatmech
+from reconstruct.table.facets import facet_index
 
 
 def test_evaluation(capsys, monkeypatch, tmp_path):

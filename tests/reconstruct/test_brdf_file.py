@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from reconstruct import modes as m
-from reconstruct.angles import unit_vectors
-from reconstruct.brdf import Brdf, Lobe, load_brdf
-from reconstruct.lobes import ggx
+from reconstruct.brdf.brdf import Brdf, Lobe, load_brdf
+from reconstruct.lobes.schlick import ggx
+from reconstruct.modes import basis as m
+from reconstruct.modes.angles import unit_vectors
 from tests import oracles
 
 LISTS = {"isotropic": m.isotropic_modes, "reciprocal": m.reciprocal_modes, "general": m.general_modes}

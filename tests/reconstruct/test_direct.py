@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from reconstruct import clean
-from reconstruct.brdf import Brdf
-from reconstruct.cells import Cells
+from reconstruct.brdf.brdf import Brdf
+from reconstruct.estimate import pilot as clean
 from reconstruct.fit import FitOptions, FitResult, fit_table
-from reconstruct.measured import UNBINNED
+from reconstruct.table.cells import Cells
+from reconstruct.table.goniometer_csv import UNBINNED
 from synthetic.brdf import make_brdf
 from tests.drawn.tables import Plan, simulate
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from reconstruct.angles import unit_vectors
-from reconstruct.brdf import Brdf, Lobe
+from reconstruct.brdf.brdf import Brdf, Lobe
+from reconstruct.brdf.merl import read_merl
+from reconstruct.brdf.scatmech import read_scatmech
 from reconstruct.export import FORMATS, find_format
-from reconstruct.merl import read_merl
-from reconstruct.modes import isotropic_modes, reciprocal_modes
-from reconstruct.scatmech import read_scatmech
+from reconstruct.modes.angles import unit_vectors
+from reconstruct.modes.basis import isotropic_modes, reciprocal_modes
 
 
 def satin(channels: tuple[str, ...] = ("R", "G", "B"), *, lobes: bool = True) -> Brdf:

@@ -7,14 +7,14 @@ import pytest
 
 from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
 from capture.errors import InputError
-from reconstruct.angles import pair_angles
-from reconstruct.basis import Basis
-from reconstruct.cells import Cells, cells_of
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.estimate.model import LobeSet, Model
 from reconstruct.fit import FitOptions, fit_table
-from reconstruct.measured import Samples, read_samples, samples_table
-from reconstruct.microfacet import CORRELATED_SCHLICK, lobe_columns
-from reconstruct.model import LobeSet, Model
-from reconstruct.physics import held_pairs
+from reconstruct.lobes.families import CORRELATED_SCHLICK, lobe_columns
+from reconstruct.modes.angles import pair_angles
+from reconstruct.represent.bounds import held_pairs
+from reconstruct.table.cells import Cells, cells_of
+from reconstruct.table.goniometer_csv import Samples, read_samples, samples_table
 from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
 from tests.drawn.tables import Plan, simulate
 from tests.places import DATA

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from reconstruct.averaging import rivals_of
-from reconstruct.basis import Basis
-from reconstruct.cells import Cells
-from reconstruct.microfacet import families, retro_lobe
-from reconstruct.model import LobeSet, Model
-from reconstruct.select import Candidate, Prior
-from reconstruct.uncertainty import Rival, Uncertainty
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.estimate.model import LobeSet, Model
+from reconstruct.estimate.model_averaging import rivals_of
+from reconstruct.estimate.model_selection import Candidate, Prior
+from reconstruct.lobes.families import families, retro_lobe
+from reconstruct.table.cells import Cells
+from reconstruct.uncertainty.budget import Rival, Uncertainty
 
 COAT, OTHER = (LobeSet((one,), (np.array([0.3, 0.04]),)) for one in families(absolute=True)[2:])
 MORE = LobeSet((*COAT.families, retro_lobe(absolute=True)), (np.array([0.3, 0.04]), np.array([0.1])))

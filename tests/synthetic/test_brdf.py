@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from reconstruct.integrals import albedo_by_quadrature
+from reconstruct.modes.integrals import albedo_by_quadrature
 from synthetic.brdf import MODELS, angle_grid, directions, make_brdf, on_grid
 
 WHITE = (1.0, 1.0, 1.0)

@@ -1,0 +1,62 @@
+"""Which modes a fit uses: one face over the isotropic, reciprocal and general bases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.modes import basis as modes
+from reconstruct.table.cells import Cells
+
+
+@dataclass(frozen=True, slots=True)
+class Basis:
+    """Surface scattering modes of one symmetry up to an order."""
+
+    symmetry: str  # "isotropic" | "reciprocal" | "general"
+    order: int
+
+    @property
+    def modes(self) -> np.ndarray:
+        """Rows of mode indices, (m, 3) or (m, 4), a lower order's first."""
+        return _LISTS[self.symmetry](self.order)
+
+    def design(self, cells: Cells) -> np.ndarray:
+        """(n, m) values of the modes at the cells' mean directions, 1/sr."""
+        if self.symmetry == "isotropic":
+            return modes.isotropic_design(self.order, cells.theta_i, cells.theta_r, cells.dphi)
+        make = modes.reciprocal_design if self.symmetry == "reciprocal" else modes.general_design
+        return make(self.order, cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+
+    def evaluate(self, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
+        """(n, c) sum of the modes with ``coefficients`` (m, c), without a design matrix."""
+        if self.symmetry == "isotropic":
+            angles = cells.theta_i, cells.theta_r, cells.dphi
+            return modes.evaluate_isotropic(self.modes, coefficients, *angles)
+        evaluate = modes.evaluate_reciprocal if self.symmetry == "reciprocal" else modes.evaluate_general
+        return evaluate(self.modes, coefficients, cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+
+    def degree(self) -> np.ndarray:
+        """(m,) how fine each mode is: the mean of n (n + 2) / 8 over its two factors, twice.
+
+        n (n + 2) is the eigenvalue (over 4) of the operator whose eigenfunctions Zernike's polynomials are, so this
+        is a squared spatial frequency, 0 for the Lambertian mode and 1 for S_20^0.
+        """
+        rows = self.modes
+        n, m = (rows[:, 0], rows[:, 1]) if self.symmetry == "isotropic" else (rows[:, 0], rows[:, 2])
+        return (n * (n + 2) + m * (m + 2)) / 8.0
+
+    def turns(self) -> np.ndarray:
+        """(m,) whether a mode changes when the sample alone is turned about its normal."""
+        if self.symmetry == "isotropic":
+            return np.zeros(len(self.modes), bool)
+        rows = self.modes
+        return rows[:, 1] != rows[:, 3]
+
+
+_LISTS = {
+    "isotropic": modes.isotropic_modes,
+    "reciprocal": modes.reciprocal_modes,
+    "general": modes.general_modes,
+}

@@ -1,0 +1,75 @@
+"""The model a fit works with: modes plus lobes of any family, before it is said in the coefficient file's terms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.lobes.families import Family, lobe_columns
+from reconstruct.table.cells import Cells
+
+
+@dataclass(frozen=True, slots=True)
+class LobeSet:
+    """Zero or more lobe families with the nonlinear parameters of each."""
+
+    families: tuple[Family, ...] = ()
+    shapes: tuple[np.ndarray, ...] = ()  # (p,) each, in the order of the family's shape_names
+
+    def columns(self, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+        """Fixed part (n,) and columns (n, q) of all lobes together."""
+        fixed, columns = np.zeros(len(cells)), [np.empty((len(cells), 0))]
+        for family, shape in zip(self.families, self.shapes, strict=True):
+            if family.turning:
+                angles = cells.theta_i, cells.theta_r, cells.phi_r - cells.phi_i, cells.phi_i
+            else:
+                angles = cells.theta_i, cells.theta_r, cells.dphi
+            part, extra = lobe_columns(family, shape, *angles)
+            fixed += part
+            columns.append(extra)
+        return fixed, np.hstack(columns)
+
+    def upper_bounds(self) -> np.ndarray:
+        """Of all lobes' coefficients, (q,)."""
+        return np.concatenate([np.empty(0), *(family.upper_bounds() for family in self.families)])
+
+    def flat(self) -> np.ndarray:
+        """Logarithms of all nonlinear parameters, (p,): inverse of :meth:`with_flat`."""
+        return np.log(np.concatenate([np.empty(0), *self.shapes]))
+
+    def with_flat(self, logs: np.ndarray) -> LobeSet:
+        """The same families with other nonlinear parameters, given as logarithms."""
+        sizes = np.cumsum([len(family.shape_names) for family in self.families])[:-1]
+        return LobeSet(self.families, tuple(np.split(np.exp(logs), sizes)) if self.families else ())
+
+    @property
+    def turning(self) -> bool:
+        """Whether any lobe changes when the sample is turned."""
+        return any(family.turning for family in self.families)
+
+    @property
+    def name(self) -> str:
+        return " + ".join(family.name for family in self.families) or "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A fitted model, 1/sr."""
+
+    basis: Basis
+    coefficients: np.ndarray  # (m, c)
+    lobes: LobeSet
+    lobe_coefficients: np.ndarray  # (q, c)
+
+    @property
+    def turning(self) -> bool:
+        """Whether the azimuths against the sample matter, and not only their difference."""
+        return self.basis.symmetry != "isotropic" or self.lobes.turning
+
+    def evaluate(self, cells: Cells) -> np.ndarray:
+        """Values (n, c) at the cells' mean directions."""
+        fixed, columns = self.lobes.columns(cells)
+        modes = self.basis.evaluate(cells, self.coefficients)
+        return fixed[:, None] + columns @ self.lobe_coefficients + modes

@@ -1,0 +1,221 @@
+"""Cells freed of stray light and of their views' errors of scale, and the pilot fits that found both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reconstruct.estimate.binning_error import binning, lamp_size
+from reconstruct.estimate.lobe_search import SEARCH_CELLS, Fitted, search_lobes, starting_shape, thinned
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.estimate.model import LobeSet, Model
+from reconstruct.estimate.model_selection import Prior
+from reconstruct.estimate.outlier_views import contradiction, discordant
+from reconstruct.estimate.weights import FREE, ViewScales, error_model, view_scales
+from reconstruct.lobes.families import Family, families, retro_lobe, second_lobe
+from reconstruct.table.cells import Cells
+
+PILOT_ORDER = 4
+PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
+PILOT_TOLERANCE = 3e-3  # of the logarithms of lobe shapes
+ROUNDS = 3  # stray light from a model of the surface, and the model without it
+SETTLED = 0.05  # rms over the cells, of their errors
+SETTLED_SCALE = 1e-3  # of a view's scale
+START = 0.25  # roughness
+LIKELIEST = 4  # pilots with one lobe that are tried further
+TELLING = 0.1  # relative error of a cell that can contradict others
+ENOUGH = 0.05  # share of the cells
+MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
+
+StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaned:
+    """Cells to fit, and candidate lobes."""
+
+    cells: (
+        Cells  # stray light, binning error and the lamps' size removed, freed views divided by their scales
+    )
+    deviation: np.ndarray  # (n, c) error model, up to a factor
+    stray: np.ndarray  # (n, c) stray light removed, 1/sr
+    scales: ViewScales
+    pilots: tuple[Fitted, ...]  # on thinned cells
+    binning: np.ndarray | None = None  # (n, c) binning error and the lamps' size removed, 1/sr
+    contradiction: float = (
+        np.nan
+    )  # of the views that are left: reconstruct.estimate.outlier_views.contradiction
+    discordant: tuple[str, ...] = ()  # views left out: what they show is not what all others show
+
+    @property
+    def reference(self) -> Fitted:
+        """The likeliest pilot."""
+        return min(self.pilots, key=lambda one: one.cost)
+
+
+def clean(
+    seen: Cells,
+    view_errors: np.ndarray,
+    *,
+    lobes: int | None,
+    absolute: bool,
+    kinds: Sequence[LobeSet] | None = None,
+    rounds: int = ROUNDS,
+    stray: StrayLightOn | None = None,
+    progress: Progress = lambda stage: None,
+) -> Cleaned:
+    """Remove stray light, binning error, the lamps' size and errors of scale, by turns with pilot fits of every lobe.
+
+    ``view_errors`` (g,) are relative standard errors of the views' scales; ``lobes`` is how many were asked for,
+    None for any; ``kinds`` are the lobes to try, None for the isotropic ones.
+    """
+    progress("pilot fits")
+    kinds = _kinds(lobes, absolute) if kinds is None else kinds
+    left_out = np.zeros(len(seen.groups), bool)
+    scales = ViewScales.none(view_errors)
+    light = added = np.zeros_like(seen.value)
+    work = _piloted(seen, added, scales, kinds)
+    many_views = len(np.unique(seen.group)) > 1
+    for _ in range(rounds if many_views or stray is not None or seen.binned else 0):
+        reference = work.reference.model
+        if stray is not None:
+            progress("stray light")
+            light = stray(work.cells, reference)
+        blurred = binning(work.cells, reference) + lamp_size(work.cells, reference)
+        added, before = light + blurred, (added, scales.factor)
+        if many_views:
+            believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
+            scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)
+        if _settled(added - before[0], scales.factor - before[1], work.deviation):
+            break
+        work = _piloted(seen, added, scales, [reference.lobes], anew=False)
+        odd = discordant(*_few(work))
+        if (left_out | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
+            left_out |= odd
+            keep = ~odd[seen.group]
+            seen, light, added = seen.take(keep), light[keep], added[keep]
+            work = _piloted(seen, added, scales, kinds)
+    work = _with_second_lobe(_piloted(seen, added, scales, kinds), lobes, absolute)
+    return replace(
+        work,
+        stray=light,
+        binning=added - light,
+        contradiction=contradiction(*_few(work)),
+        discordant=tuple(np.array(seen.groups)[left_out]),
+    )
+
+
+def _settled(added: np.ndarray, factor: np.ndarray, deviation: np.ndarray) -> bool:
+    """Whether changes (n, c) of what is removed and (g,) of the views' scales are nothing beside the errors."""
+    return bool(np.mean((added / deviation) ** 2) < SETTLED**2 and np.abs(factor).max() < SETTLED_SCALE)
+
+
+def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
+    """Some of the cells, and what the likeliest pilot says of them: of those that are surer than :data:`TELLING`, if
+    there are enough, since what is all but black agrees with nothing."""
+    chosen = np.arange(0, len(work.cells), -(-len(work.cells) // SEARCH_CELLS))
+    few, deviation = work.cells.take(chosen), work.deviation[chosen]
+    predicted = work.reference.model.evaluate(few)
+    sure = deviation.mean(1) <= TELLING * np.abs(predicted).mean(1)
+    return (few.take(sure), predicted[sure]) if sure.mean() > ENOUGH else (few, predicted)
+
+
+def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
+    if lobes == 0:
+        return [LobeSet()]
+    single = [_alone(family) for family in (*families(absolute=absolute), retro_lobe(absolute=absolute))]
+    return single if lobes else [LobeSet(), *single]
+
+
+def _alone(family: Family) -> LobeSet:
+    return LobeSet((family,), (starting_shape(family, START),))
+
+
+def _without_tails(work: Cleaned, pilots: Sequence[Fitted]) -> list[Fitted]:
+    """Pilots of Beckmann's form of the likeliest lobe and, if that is likelier, of the likeliest of the other kind of
+    Fresnel's term: where tails are wrong, which of the kinds with tails does best says little. Measured rows, which
+    may hold next to nothing but tails, are tried with both."""
+    single = sorted((one for one in pilots if len(one.model.lobes.families) == 1), key=lambda one: one.cost)
+    tried: list[Fitted] = []
+    for one in single:
+        family = one.model.lobes.families[0]
+        if family.distribution != "ggx" or any(
+            family.fresnel == other.model.lobes.families[0].fresnel for other in tried
+        ):
+            continue
+        tried.append(_pilot(work, _alone(family.with_beckmann), None))
+        if work.cells.binned and tried[0].cost >= single[0].cost:
+            break
+    return tried
+
+
+def _scales(
+    cells: Cells, added: np.ndarray, reference: Model, view_errors: np.ndarray, believed: np.ndarray
+) -> ViewScales:
+    deviation = error_model(cells, added)
+    fitted = search_lobes(
+        cells,
+        deviation,
+        reference.basis,
+        PILOT_PRIOR,
+        reference.lobes,
+        free=0,
+        refine=False,
+        view_errors=believed,
+    )
+    predicted = cells.value - fitted.residual
+    return view_scales(cells, predicted, deviation * fitted.scale, fitted.weight, view_errors)
+
+
+def _piloted(
+    seen: Cells, added: np.ndarray, scales: ViewScales, starts: Sequence[LobeSet], *, anew: bool = True
+) -> Cleaned:
+    cells = seen.with_value((seen.value - added) / scales.factor[seen.group, None])
+    deviation = error_model(cells, added)
+    work = Cleaned(cells, deviation, added, scales, ())
+    pilots = [_pilot(work, lobes, None if anew else 0) for lobes in starts]
+    if anew:
+        pilots += _without_tails(work, pilots)
+    return replace(work, pilots=tuple(pilots))
+
+
+def _pilot(work: Cleaned, lobes: LobeSet, free: int | None) -> Fitted:
+    few, deviation = thinned(work.cells, work.deviation)
+    basis = Basis("isotropic", PILOT_ORDER)
+    return search_lobes(
+        few,
+        deviation,
+        basis,
+        PILOT_PRIOR,
+        lobes,
+        free=free,
+        tolerance=PILOT_TOLERANCE,
+        view_errors=work.scales.error,
+    )
+
+
+def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Cleaned:
+    """The pilots that are worth trying, and the likeliest lobe with each kind of second one."""
+    first = work.reference.model.lobes
+    pilots = _likeliest(work.pilots)
+    if len(first.families) == 1 and lobes in (None, 2):
+        for family in _seconds(first.families[0], absolute):
+            both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
+            pilots.append(_pilot(work, both, 1))
+    return replace(work, pilots=tuple(pilots))
+
+
+def _seconds(first: Family, absolute: bool) -> tuple[Family, ...]:
+    mirror = second_lobe(absolute=absolute)
+    return (mirror,) if first.retro else (mirror, retro_lobe(absolute=absolute))
+
+
+def _likeliest(pilots: Sequence[Fitted]) -> list[Fitted]:
+    """The pilot without a lobe and the :data:`LIKELIEST` with one, in the order in which they were tried."""
+    plain = [one for one in pilots if not one.model.lobes.families]
+    single = [one for one in pilots if one.model.lobes.families]
+    kept = sorted(single, key=lambda one: one.cost)[:LIKELIEST]
+    return plain + [one for one in single if any(one is other for other in kept)]

@@ -1,0 +1,90 @@
+"""Compiled columns of mirror lobes, many pairs side by side. Called through reconstruct.lobes.families.
+
+Loops run over lanes without a branch that depends on the lane, so that the compiler can use vector instructions
+(Beckmann's exponentials apart). Every lane is computed alone: results do not depend on how pairs are grouped.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+from reconstruct.lobes.interface import LAST, beckmann_visibility, dielectric_fresnel, ggx_visibility
+from reconstruct.lobes.schlick import beckmann_density, ggx_density
+from reconstruct.modes.kernel import HALF_PI_REST, LANES, TURN, TURN_REST, short_sine
+
+_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
+_ggx_density, _beckmann_density = _inline(ggx_density), _inline(beckmann_density)
+
+
+@_jit
+def mirror_parts(angles, separable, beckmann, roughness, f0, albedo, sine2, along, parts):
+    """parts (2, n): D G / (4 cos_i cos_r), and the same times Schlick's (1 - cos_h)^5; or, where ``albedo`` (a,) of a
+    coat of ``f0`` is given, the coat's lobe and (1 - E(i)) (1 - E(r)) / pi of its ground.
+
+    ``angles`` (3, n) are theta_i, theta_r and dphi, radians.
+    ``sine2`` (n,), the squared sine of the half vector as the slopes feel it, and ``along`` (2, n), the roughness
+    along both directions, are of lobes that turn; else they are empty.
+    """
+    theta_i, theta_r, dphi = angles[0], angles[1], angles[2]
+    cos_i, cos_r, half, lobe = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    slope, rough_i, rough_r = np.empty(LANES), np.full(LANES, roughness), np.full(LANES, roughness)
+    for start in range(0, len(theta_i), LANES):
+        count = min(LANES, len(theta_i) - start)
+        _half_vectors(theta_i, theta_r, dphi, start, count, cos_i, cos_r, half, lobe)
+        for j in range(LANES):
+            up = min((cos_i[j] + cos_r[j]) / (2.0 * half[j]), 1.0)
+            lobe[j], slope[j] = up * up, 1.0 - up * up
+        if len(sine2):
+            for j in range(count):
+                slope[j] = sine2[start + j]
+                rough_i[j], rough_r[j] = along[0, start + j], along[1, start + j]
+        if beckmann:
+            for j in range(count):
+                lobe[j] = _beckmann_density(lobe[j], slope[j], roughness) * beckmann_visibility(
+                    separable, rough_i[j], rough_r[j], cos_i[j], cos_r[j]
+                )
+        else:
+            for j in range(LANES):
+                lobe[j] = _ggx_density(lobe[j], slope[j], roughness) * ggx_visibility(
+                    separable, rough_i[j], rough_r[j], cos_i[j], cos_r[j]
+                )
+        if len(albedo):
+            for j in range(count):
+                parts[0, start + j] = lobe[j] * dielectric_fresnel(half[j], f0)
+                entered = (1.0 - _between(albedo, theta_i[start + j])) * (
+                    1.0 - _between(albedo, theta_r[start + j])
+                )
+                parts[1, start + j] = entered / math.pi
+        else:
+            for j in range(count):
+                miss = 1.0 - half[j]
+                parts[0, start + j] = lobe[j]
+                parts[1, start + j] = lobe[j] * miss**5
+
+
+@_inline
+def _half_vectors(theta_i, theta_r, dphi, start, count, cos_i, cos_r, half, across):
+    """Cosines of both directions, and between either and the half vector; lanes beyond ``count`` repeat the last."""
+    for j in range(LANES):
+        at = start + min(j, count - 1)
+        cos_i[j], cos_r[j], across[j] = theta_i[at], theta_r[at], dphi[at]
+    for j in range(LANES):
+        turns = np.rint(across[j] * (0.5 / math.pi))
+        sine = short_sine(0.5 * ((across[j] - turns * TURN) - turns * TURN_REST))
+        across[j] = short_sine(cos_i[j]) * short_sine(cos_r[j]) * (1.0 - 2.0 * sine * sine)
+        cos_i[j] = short_sine((0.5 * math.pi - cos_i[j]) + HALF_PI_REST)
+        cos_r[j] = short_sine((0.5 * math.pi - cos_r[j]) + HALF_PI_REST)
+        cosine = max(min(cos_i[j] * cos_r[j] + across[j], 1.0), -1.0)
+        half[j] = 0.5 * math.sqrt(max(2.0 + 2.0 * cosine, 1e-18))
+
+
+@_inline
+def _between(nodes, theta):
+    """``nodes`` at even angles from 0 to LAST, interpolated; the last beyond."""
+    place = min(theta * ((len(nodes) - 1) / LAST), len(nodes) - 1.0)
+    first = min(int(place), len(nodes) - 2)
+    return nodes[first] + (place - first) * (nodes[first + 1] - nodes[first])

@@ -1,0 +1,287 @@
+"""The facet-pair table: sums over the samples of each (group, incident facet, exit facet) cell.
+
+A group is one view (photo); keeping them apart lets a fit leave a photo out, or find its scale. Tables add.
+Every sample k has one weight omega_k, the same for its value, its directions and its place, so that a cell's
+means belong to one another: with w = weight, the cell's BRDF is value / w, of variance variance / w^2, at the
+mean place place / w and the directions of incident and exit.
+
+The weight of a pixel is its irradiance over the view's typical variance: omega = E / median(E var f), E the
+mean over channels of the irradiance. For photon noise, var(f) = g f / E, that is 1 / var(f) of a typical
+pixel, the statistical optimum; unlike 1 / var(f) of the pixel itself it is independent of the pixel's own
+noise (dark outcomes of one radiance would weigh more, and pull the mean down by one part in the number of
+electrons), it is bounded by the largest irradiance, and the cell's mean becomes total radiance over total
+irradiance.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import zipfile
+import zlib
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capture.errors import InputError
+from reconstruct.table.facets import facet_count
+
+# why a pixel is left out, in the order of the tests; a pixel counts for the first that applies
+LEFT_OUT = (
+    "outline",  # nearer than the margin to the sample's outline
+    "covered",  # by a mirror ball or a white patch
+    "unlit",  # the lamp is not wholly above the point's horizon
+    "grazing",  # beyond theta_i_max or theta_r_max
+    "shadowed",  # by a mirror ball
+    "saturated",
+    "invalid",  # dust, a hot pixel, a renderer's firefly, beside a saturated one, below black
+    "stray",  # light of the surroundings, which nothing tells of, may spoil it (reconstruct.lighting.stray_limits)
+)
+FORMAT = 1
+SUMS = ("count", "weight", "value", "value2", "variance", "incident", "exit", "place")
+
+
+def _no_pixels() -> np.ndarray:
+    return np.zeros((0, len(LEFT_OUT)), np.int64)
+
+
+@dataclass(frozen=True, slots=True)
+class FacetTable:
+    """Sums over samples; cells in ascending order of (group, incident facet, exit facet), each once."""
+
+    level: int  # of the icosahedral facets
+    channels: tuple[str, ...]
+    groups: tuple[str, ...]  # name of each group
+    isotropic: bool  # samples were turned about the normal to a canonical incident azimuth first
+    group: np.ndarray  # (n,) int32 index in groups
+    facet_i: np.ndarray  # (n,) int32
+    facet_r: np.ndarray  # (n,) int32
+    count: np.ndarray  # (n,) float64 number of samples
+    weight: np.ndarray  # (n,) sum of omega
+    value: np.ndarray  # (n, c) sum of omega f, 1/sr
+    value2: np.ndarray  # (n, c) sum of omega f^2
+    variance: np.ndarray  # (n, c) sum of omega^2 var(f)
+    incident: np.ndarray  # (n, 3) sum of omega times the unit vector, tangent frame
+    exit: np.ndarray  # (n, 3) likewise
+    place: np.ndarray  # (n, 3) sum of omega times the world point, length units; zeros where there is none
+    left_out: np.ndarray = field(
+        default_factory=_no_pixels
+    )  # (g, len(LEFT_OUT)) pixels of each group by reason
+
+    def __len__(self) -> int:
+        return len(self.group)
+
+    def __add__(self, other: FacetTable) -> FacetTable:
+        return add_tables((self, other))
+
+
+def accumulate(
+    *,
+    level: int,
+    channels: tuple[str, ...],
+    name: str,
+    isotropic: bool,
+    facet_i: np.ndarray,
+    facet_r: np.ndarray,
+    incident: np.ndarray,
+    exit: np.ndarray,
+    place: np.ndarray,
+    omega: np.ndarray,
+    value: np.ndarray,
+    variance: np.ndarray,
+    left_out: np.ndarray | None = None,
+) -> FacetTable:
+    """One group's table from n samples.
+
+    ``incident`` and ``exit`` are unit vectors (n, 3) in the tangent frame, already turned if ``isotropic``,
+    and lie in ``facet_i`` and ``facet_r`` (n,); ``place`` (n, 3); ``omega`` (n,); ``value`` and ``variance``
+    (n, c), 1/sr and its square; ``left_out`` counts by reason.
+    """
+    omega = omega[:, None]
+    sums = np.hstack(
+        [
+            np.ones_like(omega),
+            omega,
+            omega * value,
+            omega * value**2,
+            omega**2 * variance,
+            omega * incident,
+            omega * exit,
+            omega * place,
+        ]
+    )
+    counts = np.zeros(len(LEFT_OUT), np.int64) if left_out is None else np.asarray(left_out, np.int64)
+    return table_of_sums(
+        level=level,
+        channels=channels,
+        groups=(name,),
+        isotropic=isotropic,
+        keys=pair_keys(np.zeros(len(omega), np.int64), facet_i, facet_r, level),
+        sums=sums,
+        left_out=counts[None],
+    )
+
+
+def pair_keys(group: np.ndarray, facet_i: np.ndarray, facet_r: np.ndarray, level: int) -> np.ndarray:
+    """One int64 a cell that sorts by (group, incident facet, exit facet); inverse: :func:`split_keys`."""
+    facets = facet_count(level)
+    return (group.astype(np.int64) * facets + facet_i) * facets + facet_r
+
+
+def split_keys(keys: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Group, incident and exit facet, (n,) int32 each, of keys. Inverse of :func:`pair_keys`."""
+    facets = facet_count(level)
+    rest, facet_r = np.divmod(keys, facets)
+    group, facet_i = np.divmod(rest, facets)
+    return group.astype(np.int32), facet_i.astype(np.int32), facet_r.astype(np.int32)
+
+
+def table_of_sums(
+    *,
+    level: int,
+    channels: tuple[str, ...],
+    groups: tuple[str, ...],
+    isotropic: bool,
+    keys: np.ndarray,
+    sums: np.ndarray,
+    left_out: np.ndarray,
+) -> FacetTable:
+    """The table of rows of sums (n, 11 + 3 c), those of one key added in the order in which they come."""
+    order = np.argsort(keys, kind="stable")
+    keys, sums = keys[order], sums[order]
+    starts = np.flatnonzero(np.diff(keys, prepend=-1))
+    if len(starts):
+        sums = np.add.reduceat(sums, starts, axis=0)
+    group, facet_i, facet_r = split_keys(keys[starts], level)
+    c = len(channels)
+    parts = np.split(sums, np.cumsum([1, 1, c, c, c, 3, 3]), axis=1)
+    columns = {n: np.ascontiguousarray(p) for n, p in zip(SUMS, parts, strict=True)}
+    columns["count"], columns["weight"] = columns["count"][:, 0], columns["weight"][:, 0]
+    return FacetTable(
+        level, channels, groups, isotropic, group, facet_i, facet_r, **columns, left_out=left_out
+    )
+
+
+def add_tables(tables: Sequence[FacetTable]) -> FacetTable:
+    """The sum: groups of one name join, cells of one group and facet pair add, in the order of the tables.
+
+    Raises ``ValueError`` for tables of different level, channels or symmetry, or none at all.
+    """
+    if not tables:
+        raise ValueError("add_tables: no table was given")
+    first = tables[0]
+    for table in tables[1:]:
+        for key in ("level", "channels", "isotropic"):
+            if getattr(table, key) != getattr(first, key):
+                raise ValueError(
+                    f"add_tables: {key} {getattr(table, key)} differs from {getattr(first, key)}"
+                )
+    groups = tuple(dict.fromkeys(name for table in tables for name in table.groups))
+    number = {name: k for k, name in enumerate(groups)}
+    left_out = np.zeros((len(groups), len(LEFT_OUT)), np.int64)
+    places = [np.array([number[name] for name in table.groups], np.int32) for table in tables]
+    for table, place in zip(tables, places, strict=True):
+        np.add.at(left_out, place[: len(table.left_out)], table.left_out)
+    if len(groups) == sum(len(table.groups) for table in tables):
+        return _one_after_another(tables, places, groups, left_out)
+    keys = [pair_keys(p[t.group], t.facet_i, t.facet_r, t.level) for t, p in zip(tables, places, strict=True)]
+    return table_of_sums(
+        level=first.level,
+        channels=first.channels,
+        groups=groups,
+        isotropic=first.isotropic,
+        keys=np.concatenate(keys),
+        sums=np.concatenate([_stacked(table) for table in tables]),
+        left_out=left_out,
+    )
+
+
+def _one_after_another(
+    tables: Sequence[FacetTable], places: Sequence[np.ndarray], groups: tuple[str, ...], left_out: np.ndarray
+) -> FacetTable:
+    """The sum of tables that share no group: nothing is added, and memory holds everything but twice."""
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(table, name) for table in tables])
+        for name in ("facet_i", "facet_r", *SUMS)
+    }
+    group = np.concatenate([place[table.group] for table, place in zip(tables, places, strict=True)])
+    return replace(tables[0], groups=groups, group=group, left_out=left_out, **columns)
+
+
+def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:
+    """The part of a table that belongs to the groups ``names``; inverse of :func:`add_tables` on such parts."""
+    kept = [k for k, name in enumerate(table.groups) if name in names]
+    place = np.full(len(table.groups), -1, np.int32)
+    place[kept] = np.arange(len(kept), dtype=np.int32)
+    rows = place[table.group] >= 0
+    arrays = {name: getattr(table, name)[rows] for name in ("facet_i", "facet_r", *SUMS)}
+    left_out = table.left_out[kept] if len(table.left_out) == len(table.groups) else table.left_out
+    return replace(
+        table,
+        groups=tuple(table.groups[k] for k in kept),
+        group=place[table.group[rows]],
+        left_out=left_out,
+        **arrays,
+    )
+
+
+def _stacked(table: FacetTable) -> np.ndarray:
+    """The table's sums as rows (n, 11 + 3 c). Inverse of the split in :func:`table_of_sums`."""
+    columns = [getattr(table, name) for name in SUMS]
+    return np.hstack([c[:, None] if c.ndim == 1 else c for c in columns])
+
+
+def save_table(table: FacetTable, path: Path, *, source: str = "", compress: bool = True) -> None:
+    """Write the table as ``.npz``: whole or not at all, the same bytes for the same table.
+
+    ``source`` says where it came from; the file keeps it beside the table.
+    """
+    path = Path(path)
+    partial = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.part")
+    method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
+    try:
+        with zipfile.ZipFile(partial, "w", method, compresslevel=1) as archive:
+            for name, array in (_arrays(table) | {"source": np.array(source)}).items():
+                # a fixed date, since a zip entry holds one
+                entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
+                entry.compress_type = method
+                with archive.open(entry, "w", force_zip64=True) as file:
+                    np.lib.format.write_array(file, array, allow_pickle=False)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _arrays(table: FacetTable) -> dict[str, np.ndarray]:
+    arrays = {"format": np.array(FORMAT)}
+    for f in fields(table):
+        arrays[f.name] = np.asarray(getattr(table, f.name), order="C")
+    return arrays
+
+
+def load_table(path: Path) -> FacetTable:
+    """Read a table. Inverse of :func:`save_table`. Raises ``InputError`` if the file is not one."""
+    try:
+        # numpy leaves a file that it cannot read open
+        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (OSError, ValueError, zipfile.BadZipFile, zlib.error, EOFError, KeyError) as error:
+        raise InputError(path, f"cannot be read as a facet table ({error})") from error
+    missing = [f.name for f in fields(FacetTable) if f.name not in arrays]
+    if missing or int(arrays.get("format", 0)) != FORMAT:
+        raise InputError(
+            path, f"is not a facet table of format {FORMAT}: lacks {missing or 'the format number'}"
+        )
+    arrays.pop("format")
+    lacking = len(LEFT_OUT) - arrays["left_out"].shape[1]  # reasons that later versions count
+    arrays["left_out"] = np.pad(arrays["left_out"], ((0, 0), (0, lacking)))
+    scalars: dict[str, Any] = {
+        "level": int(arrays.pop("level")),
+        "isotropic": bool(arrays.pop("isotropic")),
+        "channels": tuple(str(name) for name in arrays.pop("channels")),
+        "groups": tuple(str(name) for name in arrays.pop("groups")),
+    }
+    return FacetTable(**scalars, **{f.name: arrays[f.name] for f in fields(FacetTable) if f.name in arrays})

@@ -1,0 +1,224 @@
+"""How sure a fit is: covariance of all its parameters, standard error and interval of f anywhere.
+
+Three things leave a fit unsure: the noise of the data, of which a view's cells share a part (its scale, its stray
+light, its geometry), the prior, which speaks where the data do not, and the choice of the model. See
+:mod:`reconstruct.uncertainty.covariance` for how each is measured, and :mod:`reconstruct.estimate.model_averaging` for what other models weigh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtrit
+
+from reconstruct.estimate.lobe_search import Fitted, common_error
+from reconstruct.estimate.mode_set import Basis
+from reconstruct.estimate.model import Model
+from reconstruct.estimate.model_selection import Candidate, blocks_of
+from reconstruct.estimate.weights import independence, level
+from reconstruct.lobes.families import F0_BOUNDS
+from reconstruct.represent.anisotropic import in_file
+from reconstruct.represent.isotropic import Represented
+from reconstruct.table.cells import Cells
+from reconstruct.uncertainty.covariance import Alternative, Problem, covariance
+from reconstruct.uncertainty.lobe_weight import cover_slopes
+
+LEAST_UNITS = 8  # views; fewer are cut into blocks of directions
+MOST_UNITS = 40  # to leave out one by one
+MOST_VIEWS = 50  # to leave out one by one; of more, several together
+STEP = 0.02  # of a shape's logarithm, in finite differences
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """Covariance of the parameters of a model: modes, then lobe coefficients, then logarithms of lobe shapes, then of
+    weights (:mod:`reconstruct.uncertainty.lobe_weight`), in their standard deviations.
+
+    The modes may be more than the model has, since models that predict as well have them.
+    """
+
+    basis: Basis
+    covariance: np.ndarray  # (c, p, p)
+    coefficients: int  # lobe coefficients among the parameters
+    freedom: float  # degrees of freedom of the covariance
+    scale_error: float = 0.0  # relative standard error of everything at once: the white reference's
+    rivals: tuple[Rival, ...] = ()
+
+    @property
+    def modes(self) -> int:
+        return len(self.basis.modes)
+
+    def of_modes_alone(self) -> np.ndarray:
+        """(c, m, m) covariance of the modes with everything about the lobes held as it is."""
+        m = self.modes
+        own, across, rest = (
+            self.covariance[:, :m, :m],
+            self.covariance[:, :m, m:],
+            self.covariance[:, m:, m:],
+        )
+        taken = (
+            across @ np.linalg.pinv(rest, hermitian=True) @ np.swapaxes(across, 1, 2) if rest.size else 0.0
+        )
+        return own - taken
+
+    def standard_error(self, model: Model, cells: Cells) -> np.ndarray:
+        """Of ``model`` (n, c) at the directions of ``cells``, 1/sr."""
+        common = np.hstack([self.basis.design(cells), model.lobes.columns(cells)[1]])
+        slopes = _shared_slopes(model, cells)
+        own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
+        said = model.evaluate(cells)
+        variance = np.stack(own, axis=1) ** 2 + (self.scale_error * said) ** 2
+        for rival in self.rivals:
+            variance += rival.weight * rival.variance(cells, said)
+        return np.sqrt(variance)
+
+    def half_width(self, error: np.ndarray, level: float = 0.95) -> np.ndarray:
+        """Half the width of the interval that holds the truth with probability ``level``, from standard errors."""
+        return error * float(stdtrit(self.freedom, 0.5 + 0.5 * level))
+
+    def file_errors(self, model: Model, said: Represented) -> np.ndarray:
+        """Standard errors (m, c) of the coefficients in the file's terms."""
+        m, both = self.modes, min(len(said.coefficients), self.modes)
+        known = self.coefficients + len(model.lobes.flat())  # what a lobe covers moves no mode
+        changes = [_represented_change(model, said, p, self.coefficients) for p in range(known)]
+        variance = np.zeros_like(said.coefficients)
+        # of each mode itself, of what the lobes put into it, and of both together
+        for c, cov in enumerate(self.covariance):
+            variance[:both, c] = np.diag(cov)[:both]
+            if changes:
+                lobes, rest = np.stack([change[:, c] for change in changes], axis=1), slice(m, m + known)
+                variance[:, c] += np.einsum("rp,pq,rq->r", lobes, cov[rest, rest], lobes)
+                variance[:both, c] += 2.0 * np.einsum("rp,rp->r", lobes[:both], cov[:both, rest])
+        return np.hypot(np.sqrt(np.maximum(variance, 0.0)), self.scale_error * np.abs(said.coefficients))
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """A model with other lobes that predicts as well as the one chosen."""
+
+    model: Model
+    weight: float  # how much it is believed
+    spread: Uncertainty | None = None  # its own; None: as that of the chosen
+
+    def variance(self, cells: Cells, said: np.ndarray) -> np.ndarray:
+        """(n, c) of f about what the chosen one has ``said`` at the directions of ``cells``, if this one is right."""
+        departed = (self.model.evaluate(cells) - said) ** 2
+        if self.spread is None:
+            return departed
+        return departed + self.spread.standard_error(self.model, cells) ** 2
+
+
+def uncertainty_of(
+    fitted: Fitted,
+    cells: Cells,
+    deviation: np.ndarray,
+    models: Sequence[tuple[Candidate, float]],
+    *,
+    view_errors: np.ndarray | None = None,
+    scale_error: float = 0.0,
+) -> Uncertainty:
+    """Covariance of the fit's parameters on ``cells``, whose error model is ``deviation`` (n, c).
+
+    ``models`` are those that may be as good, with weights that add up to 1; only those with the fit's own lobes are
+    heeded. ``view_errors`` (g,) are relative standard errors of the views' scales.
+    """
+    model = fitted.model
+    same = [(one, weight) for one, weight in models if one.lobes.families == model.lobes.families]
+    basis = Basis(model.basis.symmetry, max([model.basis.order, *(one.order for one, _ in same)]))
+    problem = _problem(fitted, cells, deviation, basis, view_errors)
+    total = covariance(problem, _alternatives(same, model, level(cells)))
+    units = len(np.unique(problem.unit))
+    return Uncertainty(basis, total, len(model.lobe_coefficients), max(units - 1.0, 1.0), scale_error)
+
+
+def _problem(fitted: Fitted, cells: Cells, deviation, basis: Basis, view_errors) -> Problem:
+    model = fitted.model
+    fixed, columns = model.lobes.columns(cells)
+    slopes = _shared_slopes(model, cells)
+    own = model.lobe_coefficients
+    center = np.zeros((own.shape[1], len(basis.modes) + len(own) + slopes.shape[1]))
+    center[:, : len(model.coefficients)] = model.coefficients.T
+    center[:, len(basis.modes) : len(basis.modes) + len(own)] = own.T
+    upper = model.lobes.upper_bounds()[:, None]
+    return Problem(
+        design=basis.design(cells),
+        columns=columns,
+        slopes=slopes,
+        target=cells.value - fixed[:, None],
+        weight=independence(cells) * fitted.weight / (deviation * fitted.scale) ** 2,
+        unit=_units(cells),
+        common=common_error(cells, cells.value - fitted.residual, view_errors),
+        center=center,
+        fixed=((own <= 0.0) | (own >= upper)).T,
+    )
+
+
+def _alternatives(
+    models: Sequence[tuple[Candidate, float]], model: Model, level: np.ndarray
+) -> list[Alternative]:
+    total = sum(weight for _, weight in models)
+    return [
+        Alternative(
+            one.prior.precision(Basis(model.basis.symmetry, one.order).degree(), level), weight / total
+        )
+        for one, weight in models
+    ]
+
+
+def _units(cells: Cells) -> np.ndarray:
+    """(n,) what is left out as a whole: a view or, of very many, a few; or some blocks of neighbouring directions."""
+    names, unit = np.unique(cells.group, return_inverse=True)
+    if len(names) >= LEAST_UNITS:
+        together = np.random.default_rng(0).permutation(len(names)) % MOST_VIEWS
+        return unit.ravel() if len(names) <= MOST_VIEWS else together[unit.ravel()]
+    blocks = np.column_stack([unit.ravel(), blocks_of(cells)])
+    block = np.unique(blocks, axis=0, return_inverse=True)[1].ravel()
+    count = block.max(initial=0) + 1
+    return np.random.default_rng(0).permutation(count)[block] % min(MOST_UNITS, count)
+
+
+def _spread(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.maximum(np.einsum("np,pq,nq->n", rows, covariance, rows, optimize=True), 0.0))
+
+
+def _shared_slopes(model: Model, cells: Cells) -> np.ndarray:
+    """(n, s, c) derivatives of f by what all channels share: logarithms of the lobes' shapes, and of their weights."""
+    return np.concatenate([shape_slopes(model, cells), cover_slopes(model, cells)], axis=1)
+
+
+def shape_slopes(model: Model, cells: Cells) -> np.ndarray:
+    """(n, p, c) derivatives of f by the logarithms of the lobes' shapes."""
+    logs = model.lobes.flat()
+    channels = model.coefficients.shape[1]
+    derivative = np.zeros((len(cells), len(logs), channels))
+    for p in range(len(logs)):
+        ends = []
+        for step in (-STEP, STEP):
+            fixed, columns = model.lobes.with_flat(_moved(logs, p, step)).columns(cells)
+            ends.append(fixed[:, None] + columns @ model.lobe_coefficients)
+        derivative[:, p] = (ends[1] - ends[0]) / (2 * STEP)
+    return derivative
+
+
+def _moved(logs: np.ndarray, p: int, step: float) -> np.ndarray:
+    moved = logs.copy()
+    moved[p] += step
+    return moved
+
+
+def _represented_change(model: Model, said: Represented, p: int, coefficients: int) -> np.ndarray:
+    """(m, c) change of the file's coefficients with lobe parameter ``p``: coefficients first, then shapes."""
+    if all(family.in_file for family in model.lobes.families):
+        return np.zeros_like(said.coefficients)
+    lobes, own = model.lobes, model.lobe_coefficients
+    if p < coefficients:
+        step = max(STEP * float(np.abs(own[p]).max()), F0_BOUNDS[0] * STEP)
+        own = own.copy()
+        own[p] += step
+    else:
+        step = STEP
+        lobes = lobes.with_flat(_moved(lobes.flat(), p - coefficients, step))
+    moved = in_file(Model(model.basis, model.coefficients, lobes, own), said.order)
+    return (moved.coefficients - said.coefficients) / step

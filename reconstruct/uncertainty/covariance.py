@@ -1,0 +1,174 @@
+"""Covariance of a penalised fit's parameters: what its units of data, its prior and the choice of model leave open.
+
+Parameters are, in each channel, mode and lobe coefficients, and shapes of lobes that all channels share. The part of
+noise is the jackknife's: every unit (a view, or a block of neighbouring directions) is left out once, which counts
+whatever the residuals of a unit share, and is on the wide side where units are few (MacKinnon and White 1985, HC3;
+Bell and McCaffrey 2002). The part of the prior is the response to prior draws, so that the sum is the Bayesian
+posterior, whose intervals hold on average over the directions (Nychka 1988). The part of model choice is the spread
+of the models that predict as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reconstruct.estimate.normal_equations import Common, FoldedDesign, Statistics, cholesky, cholesky_solve
+
+RIDGE = 1e-10  # of the mean diagonal
+# standard deviation of a shape's logarithm before the data: about that of even odds between its bounds
+SHAPE_SPREAD = 1.0
+MOST_ALTERNATIVES = 12  # whose own noise is found; of more, a systematic sample by weight stands for all
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A linearised fit: n cells, c channels, m modes of the highest order, q lobe coefficients, s shared shapes.
+
+    The model is design @ modes + columns @ lobe coefficients + slopes @ changes of the shapes, about ``center``.
+    """
+
+    design: np.ndarray  # (n, m)
+    columns: np.ndarray  # (n, q) of the lobes
+    slopes: np.ndarray  # (n, s, c) derivatives of f by the shared shapes
+    target: np.ndarray  # (n, c) values less the lobes' fixed parts
+    weight: np.ndarray  # (n, c) precision of each cell
+    unit: np.ndarray  # (n,) integers 0 .. u - 1: which part of the data is left out with the cell
+    common: Common | None
+    center: (
+        np.ndarray
+    )  # (c, m + q + s) parameters of the chosen model: 0 for modes that it has not and for shapes
+    fixed: np.ndarray  # (c, q) bool: lobe coefficients at a bound, which stay there
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """A model that may be as good as the one chosen."""
+
+    penalty: np.ndarray  # (c, k) of the squared coefficients of the first k modes, which are all that it has
+    weight: float  # how much it is believed; those of all add up to 1
+
+
+def covariance(problem: Problem, alternatives: Sequence[Alternative]) -> np.ndarray:
+    """(c, p, p) of all parameters about those of the chosen model, p = m + q + s."""
+    sums = [_sums(problem, c) for c in range(len(problem.center))]
+    total = np.zeros((*problem.center.shape, problem.center.shape[1]))
+    for one, share in zip(alternatives, _shares(alternatives), strict=True):
+        parts = [part.prefix(one.penalty.shape[1]) for part in sums]
+        whole = [part.total() for part in parts]
+        found = _solved(problem, one, whole)
+        total += one.weight * _outer(found - problem.center[:, None])
+        if share:
+            total += share * sum(map(_outer, _changes(problem, one, parts, whole, found)))
+    return total
+
+
+def _shares(alternatives: Sequence[Alternative]) -> np.ndarray:
+    """(k,) how much each alternative's noise counts for, adding up to 1: its weight, or, of many, its part in a sample
+    taken at even steps of the summed weights."""
+    weight = np.array([one.weight for one in alternatives])
+    if len(weight) <= MOST_ALTERNATIVES:
+        return weight
+    steps = (np.arange(MOST_ALTERNATIVES) + 0.5) / MOST_ALTERNATIVES
+    chosen = np.searchsorted(np.cumsum(weight) / weight.sum(), steps)
+    return np.bincount(chosen, minlength=len(weight)) * (weight.sum() / MOST_ALTERNATIVES)
+
+
+def _outer(changes: np.ndarray) -> np.ndarray:
+    """(c, p, p) sums of outer products of changes (c, r, p)."""
+    return np.swapaxes(changes, 1, 2) @ changes
+
+
+def _sums(problem: Problem, c: int) -> Statistics:
+    """Of channel ``c``, a unit apart."""
+    common = problem.common
+    if common is not None:
+        pieces = np.column_stack([problem.unit, common.unit])
+        pieces = np.unique(pieces, axis=0, return_inverse=True)[1].ravel()
+        common = Common(pieces, common.pattern[:, c : c + 1])
+    folded = FoldedDesign(problem.design, problem.weight[:, c : c + 1], problem.unit, common)
+    m, q = problem.design.shape[1], problem.columns.shape[1]
+    held = np.where(problem.fixed[c], problem.center[c, m : m + q], 0.0)
+    target = problem.target[:, c] - problem.columns @ held
+    columns = np.hstack([np.where(problem.fixed[c], 0.0, problem.columns), problem.slopes[:, :, c]])
+    return folded.statistics(target[:, None], columns)
+
+
+def _changes(
+    problem: Problem, one: Alternative, parts: list[Statistics], whole: list[Statistics], found: np.ndarray
+) -> Iterator[np.ndarray]:
+    """Independent changes (c, r, p) of a model's parameters ``found`` (c, 1, p), by its noise and its prior."""
+    units = len(parts[0].cells)
+    if units > 1:
+        without = _solved(problem, one, [part.without_each() for part in parts])
+        yield np.sqrt((units - 1) / units) * (without - found)
+    yield from _prior_draws(problem, one, whole)
+
+
+def _solved(problem: Problem, one: Alternative, parts: list[Statistics]) -> np.ndarray:
+    """(c, f, p) solutions for each fold of the channels' sums."""
+    folds = len(parts[0].cells)
+    shapes = problem.slopes.shape[1]
+    solutions, whole = [], [part.gram for part in parts]
+    for f in range(folds):
+        grams = [gram[f, 0] for gram in whole]
+        solutions.append(_solve(grams, [part.moment[f, 0][:, None] for part in parts], one, shapes)[..., 0])
+    return _embedded(problem, one, np.stack(solutions, axis=1))
+
+
+def _prior_draws(problem: Problem, one: Alternative, whole: list[Statistics]) -> Iterator[np.ndarray]:
+    """The response to one standard deviation of the prior of each mode, a channel at a time, and of each shape."""
+    modes, shapes = one.penalty.shape[1], problem.slopes.shape[1]
+    grams = [part.gram[0, 0] for part in whole]  # of all cells
+    for c, penalty in enumerate(one.penalty):
+        moments = [np.zeros((len(gram), modes)) for gram in grams]
+        moments[c][:modes] = np.diag(np.sqrt(penalty))
+        response = np.swapaxes(_solve(grams, moments, one, shapes), 1, 2)
+        yield _embedded(problem, one, response) - _embedded(problem, one, 0.0 * response)
+    if shapes:
+        moments = [np.zeros((len(gram), shapes)) for gram in grams]
+        moments[0][-shapes:] = np.eye(shapes) / SHAPE_SPREAD
+        response = np.swapaxes(_solve(grams, moments, one, shapes), 1, 2)
+        yield _embedded(problem, one, response) - _embedded(problem, one, 0.0 * response)
+
+
+def _solve(grams: list[np.ndarray], moments: list[np.ndarray], one: Alternative, shapes: int) -> np.ndarray:
+    """(c, k, r) solutions of the channels' penalised normal equations, whose last ``shapes`` unknowns are shared.
+
+    Each channel's own unknowns are eliminated first.
+    """
+    own = len(grams[0]) - shapes
+    eliminated, inner, outer = [], np.eye(shapes) / SHAPE_SPREAD**2, np.zeros((shapes, moments[0].shape[1]))
+    for gram, moment, penalty in zip(grams, moments, one.penalty, strict=True):
+        block = gram[:own, :own].copy()
+        every = np.arange(own)
+        block[every[: len(penalty)], every[: len(penalty)]] += penalty
+        block[every, every] += RIDGE * np.trace(block) / own + np.finfo(float).tiny
+        solved = cholesky_solve(cholesky(block), np.hstack([moment[:own], gram[:own, own:]]))
+        free, across = solved[:, : moment.shape[1]], solved[:, moment.shape[1] :]
+        inner += gram[own:, own:] - gram[own:, :own] @ across
+        outer += moment[own:] - gram[own:, :own] @ free
+        eliminated.append((free, across))
+    shared = _regular(inner, outer) if shapes else outer
+    return np.stack([np.vstack([free - across @ shared, shared]) for free, across in eliminated])
+
+
+def _regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution of a symmetric system; 0 for unknowns that nothing depends on, as the shape of a lobe of no weight."""
+    size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    scaled = np.linalg.pinv(matrix * np.outer(inverse, inverse), hermitian=True)
+    return inverse[:, None] * (scaled @ (inverse[:, None] * right))
+
+
+def _embedded(problem: Problem, one: Alternative, solution: np.ndarray) -> np.ndarray:
+    """(c, r, p) of solutions (c, r, k) of a model with fewer modes; coefficients at a bound are put back."""
+    m, q = problem.design.shape[1], problem.columns.shape[1]
+    keep = np.r_[0 : one.penalty.shape[1], m : problem.center.shape[1]]
+    whole = np.zeros((*solution.shape[:2], problem.center.shape[1]))
+    whole[..., keep] = solution
+    held = np.where(problem.fixed, problem.center[:, m : m + q], 0.0)
+    whole[..., m : m + q] += held[:, None]
+    return whole

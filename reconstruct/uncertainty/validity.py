@@ -1,0 +1,83 @@
+"""Where a fit may be trusted: what is determined by data, what was seen, and what is extrapolated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from reconstruct.estimate.model import Model
+from reconstruct.estimate.outlier_views import pair_places
+from reconstruct.estimate.weights import level
+from reconstruct.table.cells import Cells
+
+STEP = 5.0  # degrees between the map's directions
+NEAR = np.radians(7.5)  # a direction is seen if data lie as near
+TURNS = tuple(np.radians([0.0, 45.0, 90.0, 135.0]))  # at which a surface that is not isotropic is looked at
+TRUSTED = 0.1  # relative standard error of f
+EXTRAPOLATED, SEEN, DETERMINED = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """The map on a grid of isotropic directions, (t, t, d) by theta_i, theta_r and dphi."""
+
+    theta: np.ndarray  # (t,) radians
+    dphi: np.ndarray  # (d,) radians
+    seen: np.ndarray  # (t, t, d) bool: data lie within :data:`NEAR`, there or at the reciprocal twin
+    relative_error: np.ndarray  # (t, t, d) standard error of f over f, mean of the channels
+
+    @property
+    def state(self) -> np.ndarray:
+        """(t, t, d) DETERMINED where seen and known to :data:`TRUSTED`, SEEN where only seen, else EXTRAPOLATED."""
+        known = self.relative_error <= TRUSTED
+        return np.where(self.seen, np.where(known, DETERMINED, SEEN), EXTRAPOLATED)
+
+    def valid(self) -> dict[str, float]:
+        """Largest angles, degrees, that data reach and below which f is known to :data:`TRUSTED` on the mean."""
+        weight = np.sin(2 * self.theta)[:, None, None] * np.sin(2 * self.theta)[None, :, None]
+        weight = np.broadcast_to(weight, self.seen.shape)
+        top, some = 0.0, self.seen.any((1, 2)) | self.seen.any((0, 2))
+        for limit in np.arange(STEP, 90.0 + STEP, STEP):
+            inside = self.theta < np.radians(limit)
+            part = np.ix_(inside, inside, np.ones(len(self.dphi), bool))
+            if some[inside][-1] and np.average(self.relative_error[part], weights=weight[part]) <= TRUSTED:
+                top = float(limit)
+        return {"theta_i_max": top, "theta_r_max": top}
+
+
+def region_of(error: Callable[[Cells], np.ndarray], model: Model, cells: Cells) -> Region:
+    """The map of a fitted ``model`` whose data are ``cells`` and whose standard ``error`` at cells is (n, c), 1/sr."""
+    theta = np.radians(np.arange(0.5 * STEP, 90.0, STEP))
+    dphi = np.radians(np.arange(1.5 * STEP, 180.0, 3.0 * STEP))
+    i, r, d = (a.ravel() for a in np.meshgrid(theta, theta, dphi, indexing="ij"))
+    grid = Cells.of_angles(i, r, d)
+    turns = TURNS if model.turning else TURNS[:1]
+    relative = np.mean([_relative(error, model, cells, grid, turn) for turn in turns], axis=0)
+    shape = (len(theta), len(theta), len(dphi))
+    return Region(theta, dphi, seen_at(cells, grid).reshape(shape), relative.reshape(shape))
+
+
+def _relative(
+    error: Callable[[Cells], np.ndarray], model: Model, cells: Cells, grid: Cells, turn: float
+) -> np.ndarray:
+    """(n,) standard error of f over f, mean of the channels, of the sample turned back by ``turn``."""
+    where = replace(grid, phi_i=grid.phi_i + turn, phi_r=grid.phi_r + turn)
+    size = np.maximum(np.abs(model.evaluate(where)), 1e-3 * level(cells))
+    return (error(where) / size).mean(1)
+
+
+def seen_at(cells: Cells, where: Cells) -> np.ndarray:
+    """(n,) bool: whether data lie near the directions of ``where``, or near their reciprocal twins."""
+    tree = cKDTree(
+        np.concatenate(
+            [
+                pair_places(cells.theta_i, cells.theta_r, cells.dphi),
+                pair_places(cells.theta_r, cells.theta_i, cells.dphi),
+            ]
+        )
+    )
+    distance, _ = tree.query(pair_places(where.theta_i, where.theta_r, where.dphi))
+    return distance <= NEAR
