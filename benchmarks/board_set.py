@@ -20,12 +20,12 @@ from calib.geometry.camera import Camera
 from capture.files.images import read_image
 from capture.photoset import MANIFEST
 from reconstruct.modes.parallel import cores
-from synthetic.manifest import manifest_of
-from synthetic.photoset import view_radiance
-from synthetic.plan import Shot, camera_of, exposure_factor, plan
-from synthetic.scene import Scene, load_scene
-from synthetic.sensor import expose
-from synthetic.world import brdf_of
+from synthetic.render.sensor import expose
+from synthetic.render.world import brdf_of
+from synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
+from synthetic.scene.scene import Scene, load_scene
+from synthetic.write.manifest import manifest_of
+from synthetic.write.photoset import view_radiance
 
 RENDERED = 900  # pixels of width, about, that are rendered
 FULL = 65535.0

@@ -25,7 +25,7 @@ from reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
 from reconstruct.estimate.weights import level
 from reconstruct.table.cells import Cells, cells_of
 from reconstruct.table.facet_table import FacetTable, of_groups
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 ORDERS = 12  # the highest tried

@@ -19,8 +19,8 @@ import numpy as np
 from reconstruct.fit import fit_table
 from reconstruct.table.cells import Cells
 from reconstruct.uncertainty.validity import seen_at
-from synthetic.brdf import angle_grid, make_brdf, on_grid
-from synthetic.reflectance import Reflectance
+from synthetic.brdf.library import angle_grid, make_brdf, on_grid
+from synthetic.brdf.reflectance import Reflectance
 from tests.drawn.tables import Plan, simulate
 
 LIMIT = np.radians(70.0)

@@ -18,9 +18,9 @@ import numpy as np
 from photogonio.pipeline import calibrate
 from photogonio.progress import Reporter
 from photogonio.truth import load_truth, view_errors
-from synthetic.hard import changed
-from synthetic.photoset import synthesize
-from synthetic.scene import Scene, load_scene
+from synthetic.scene.hard_cases import changed
+from synthetic.scene.scene import Scene, load_scene
+from synthetic.write.photoset import synthesize
 
 SCENES = ("matte-ball", "plastic-ball", "metal-ball", "oren-nayar-plane", "plastic-plane", "brushed-plane")
 DIRECTION, PLACE = 1, 2  # among a view's errors

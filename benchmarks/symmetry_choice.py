@@ -21,7 +21,7 @@ import numpy as np
 from reconstruct.estimate.pilot import clean
 from reconstruct.symmetry.verdict import Verdict, judge
 from reconstruct.table.cells import cells_of
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]

@@ -27,7 +27,7 @@ from reconstruct.modes import basis as m
 from reconstruct.modes.angles import unit_vectors
 from reconstruct.modes.projection import Projection, project
 from reconstruct.modes.quadrature import azimuth_rule, elevation_rule
-from synthetic.brdf import MODELS
+from synthetic.brdf.library import MODELS
 
 GREY = (0.5,)
 LARGEST = np.radians(80)

@@ -27,7 +27,7 @@ _HOMES = {
     "calibrate": "photogonio.pipeline",
     "fit": "photogonio.pipeline",
     "process": "photogonio.pipeline",
-    "synthesize": "synthetic.photoset",
+    "synthesize": "synthetic.write.photoset",
 }
 __all__ = ["__version__", *_HOMES]
 

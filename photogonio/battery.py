@@ -23,8 +23,8 @@ from photogonio.truth import TRUTH
 from reconstruct.fit import FitResult
 from reconstruct.modes.angles import spherical_angles
 from reconstruct.table.cells import Cells
-from synthetic.hard import ACCURATE, NAMED, PLAIN, TOLD, HardCase, hard_case, hard_names
-from synthetic.parts import FaultScene
+from synthetic.scene.hard_cases import ACCURATE, NAMED, PLAIN, TOLD, HardCase, hard_case, hard_names
+from synthetic.scene.parts import FaultScene
 
 _PAIRS = 20_000  # at a time
 _SLACK = 1.25  # of the plain set's error, for a case that must not harm

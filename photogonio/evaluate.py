@@ -25,10 +25,10 @@ from photogonio.store import VARIABLE, key_of, text_key
 from photogonio.summary import photos_used
 from photogonio.truth import TRUTH, CalibrationError, calibration_error, load_truth
 from reconstruct.brdf.brdf import Brdf
-from synthetic import hard
-from synthetic.hard import changed
-from synthetic.photoset import synthesize
-from synthetic.scene import Scene, load_scene
+from synthetic.scene import hard_cases as hard
+from synthetic.scene.hard_cases import changed
+from synthetic.scene.scene import Scene, load_scene
+from synthetic.write.photoset import synthesize
 
 SUITE = (
     "matte-ball",

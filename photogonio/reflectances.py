@@ -16,8 +16,8 @@ from reconstruct.brdf.brdf import load_brdf
 from reconstruct.brdf.merl import CHANNELS, read_merl
 from reconstruct.modes.angles import spherical_angles, unit_vectors
 from reconstruct.table.goniometer_csv import read_samples
-from synthetic.truth import FORMAT as TRUTH_FORMAT
-from synthetic.world import brdf_from
+from synthetic.render.world import brdf_from
+from synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

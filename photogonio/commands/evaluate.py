@@ -26,7 +26,7 @@ from photogonio.tradeoff import (
     tradeoff_lines,
     tradeoffs,
 )
-from synthetic.scene import Scene
+from synthetic.scene.scene import Scene
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

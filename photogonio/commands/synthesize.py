@@ -8,8 +8,8 @@ from pathlib import Path
 
 from capture.errors import InputError
 from photogonio.progress import Reporter
-from synthetic.photoset import synthesize
-from synthetic.scene import built_in, load_scene
+from synthetic.scene.scene import built_in, load_scene
+from synthetic.write.photoset import synthesize
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from synthetic.hard import changed
-from synthetic.photoset import synthesize
-from synthetic.scene import load_scene
+from synthetic.scene.hard_cases import changed
+from synthetic.scene.scene import load_scene
+from synthetic.write.photoset import synthesize
 
 
 @pytest.fixture(scope="session")

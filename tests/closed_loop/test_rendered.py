@@ -20,9 +20,9 @@ from photogonio.pipeline import calibrate, write_result
 from photogonio.progress import Reporter
 from photogonio.score_table import score_table
 from photogonio.scratch import Scratch
-from synthetic.hard import changed
-from synthetic.parts import MarkerScene
-from synthetic.scene import Scene, load_scene
+from synthetic.scene.hard_cases import changed
+from synthetic.scene.parts import MarkerScene
+from synthetic.scene.scene import Scene, load_scene
 
 pytestmark = pytest.mark.slow
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from calib.geometry.camera import Camera, Pose
-from synthetic.pattern import print_of
-from synthetic.room import World
+from synthetic.render.print import print_of
+from synthetic.render.room import World
 
 
 def room(

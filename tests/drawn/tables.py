@@ -14,8 +14,8 @@ from reconstruct.reduce.directions import canonical
 from reconstruct.table.facet_table import FacetTable, accumulate, add_tables
 from reconstruct.table.facets import facet_index
 from reconstruct.table.goniometer_csv import UNBINNED
-from synthetic.plan import spiral
-from synthetic.reflectance import Reflectance
+from synthetic.brdf.reflectance import Reflectance
+from synthetic.scene.plan import spiral
 
 GRAZING = np.cos(np.radians(85.0))  # pixels beyond are not used, as in the reduction of photos
 CHANNELS = ("R", "G", "B")

@@ -12,8 +12,17 @@ from photogonio.battery import Measured, cells_at, judged, names_faulty, run_bat
 from photogonio.progress import Reporter
 from photogonio.sums import TABLE_CASES
 from reconstruct.modes.angles import unit_vectors
-from synthetic.hard import ACCURATE, IN_INTERVAL, NAMED, TOLD, HardCase, hard_case, hard_names, satin
-from synthetic.parts import FaultScene
+from synthetic.scene.hard_cases import (
+    ACCURATE,
+    IN_INTERVAL,
+    NAMED,
+    TOLD,
+    HardCase,
+    hard_case,
+    hard_names,
+    satin,
+)
+from synthetic.scene.parts import FaultScene
 
 GOOD = Measured(error=0.019, stated=0.02, error_70=0.012, valid=80.0)
 WRONG = replace(GOOD, error=0.021)

@@ -18,7 +18,7 @@ from photogonio.cli import main
 from reconstruct.brdf.brdf import load_brdf
 from reconstruct.modes.angles import unit_vectors
 from reconstruct.represent.bounds_anisotropic import TOLERANCE
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.places import ROOT
 
 COMMANDS = (

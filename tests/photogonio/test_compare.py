@@ -15,7 +15,7 @@ from photogonio.metrics import directional_albedo
 from photogonio.reflectances import Known, load_known
 from reconstruct.brdf.brdf import Brdf
 from reconstruct.brdf.merl import write_merl
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 
 MASK = np.radians(80.0)
 

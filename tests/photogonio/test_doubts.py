@@ -8,7 +8,7 @@ import pytest
 from photogonio.summary import clipped, doubts
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.table.facet_table import LEFT_OUT
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=10, pixels=900, level=2, spoiled=0.0)

@@ -8,7 +8,7 @@ from reconstruct.estimate import pilot as clean
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.table.cells import Cells
 from reconstruct.table.goniometer_csv import UNBINNED
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 GLOSS = make_brdf("plastic", {"roughness": 0.2})

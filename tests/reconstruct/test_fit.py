@@ -15,7 +15,7 @@ from reconstruct.modes.angles import pair_angles
 from reconstruct.represent.bounds import held_pairs
 from reconstruct.table.cells import Cells, cells_of
 from reconstruct.table.goniometer_csv import Samples, read_samples, samples_table
-from synthetic.brdf import angle_grid, directions, make_brdf, on_grid
+from synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
 from tests.drawn.tables import Plan, simulate
 from tests.places import DATA
 

@@ -11,7 +11,7 @@ from reconstruct.estimate.model import LobeSet, Model
 from reconstruct.lobes.families import CORRELATED_SCHLICK, families
 from reconstruct.modes.angles import pair_angles, unit_vectors
 from reconstruct.table.cells import Cells, cells_of
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 CLEAR = {"views": 10, "pixels": 6000, "spoiled": 0.0, "view_error": 0.0, "electrons": 1e9}
@@ -26,7 +26,7 @@ def metal(roughness=0.3):
 
 
 def brushed(along_x, along_y):
-    """The same of :class:`synthetic.glossy.AnisotropicConductor`."""
+    """The same of :class:`synthetic.brdf.glossy.AnisotropicConductor`."""
     family = families(absolute=True, turning=True)[0]
     shape = np.array([np.sqrt(along_x * along_y), np.sqrt(along_x / along_y), 1.0])
     return replace(metal(), lobes=LobeSet((family,), (shape,)))

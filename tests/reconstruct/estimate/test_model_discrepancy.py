@@ -6,7 +6,7 @@ import numpy as np
 
 from reconstruct.estimate.model_discrepancy import DOUBT, misfit_of
 from reconstruct.table.cells import cells_of
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=2500, level=3, spoiled=0.0)

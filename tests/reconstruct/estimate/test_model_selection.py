@@ -10,7 +10,7 @@ from reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
 from reconstruct.estimate.weights import error_model, independence, level
 from reconstruct.lobes.families import families
 from reconstruct.table.cells import Cells, cells_of
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 SMALL = Plan(views=12, pixels=1500, level=2, spoiled=0.0)

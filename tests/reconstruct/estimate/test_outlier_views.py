@@ -6,7 +6,7 @@ import numpy as np
 
 from reconstruct.estimate.outlier_views import contradiction, discordant
 from reconstruct.table.cells import cells_of
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=12, pixels=1500, level=2, spoiled=0.0)

@@ -10,7 +10,7 @@ from reconstruct.estimate.pilot import clean
 from reconstruct.lobes.families import CORRELATED_SCHLICK
 from reconstruct.table.cells import Cells, cells_of
 from reconstruct.table.goniometer_csv import Samples, samples_table
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=1500, level=2, spoiled=0.0)

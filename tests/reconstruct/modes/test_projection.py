@@ -9,7 +9,7 @@ from reconstruct.brdf.brdf import Brdf
 from reconstruct.modes import basis as m
 from reconstruct.modes.projection import project
 from reconstruct.modes.quadrature import azimuth_rule, elevation_rule, panel_rule
-from synthetic.brdf import MODELS
+from synthetic.brdf.library import MODELS
 
 LISTS = {
     "isotropic": (m.isotropic_modes, 9),

@@ -12,7 +12,7 @@ from reconstruct.modes.transform import pair_coefficients, pair_matrix
 from reconstruct.represent.bounds import HIGHEST, enforced
 from reconstruct.represent.bounds_anisotropic import TOLERANCE, enforced_turning, violated_turning
 from reconstruct.table.cells import Cells
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 LOBE = Lobe(0.3, np.array([0.05]), np.array([1.0]))

@@ -12,7 +12,7 @@ from reconstruct.fit import FitOptions, fit_table
 from reconstruct.symmetry.trials import shuffled
 from reconstruct.symmetry.verdict import asked, judge, one_rotation, twins
 from reconstruct.table.cells import Cells, cells_of
-from synthetic.brdf import make_brdf
+from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLANE = Plan(

@@ -12,7 +12,7 @@ from reconstruct.modes.zernike import zernike_sequence
 from reconstruct.table import facet_matrix as lookup
 from reconstruct.table import facet_means
 from reconstruct.table import facets as f
-from synthetic.brdf import MODELS
+from synthetic.brdf.library import MODELS
 
 
 def directions(count: int, seed: int, lowest: float = 0.1) -> np.ndarray:

@@ -1,0 +1,4 @@
+"""What surfaces are known exactly?
+
+Takes a name and parameters, or a file; gives a BRDF to render.
+"""

@@ -1,0 +1,4 @@
+"""What would the camera see?
+
+Takes Scene, plan; gives pictures with noise.
+"""

@@ -1,0 +1,111 @@
+"""The compiled code of direct light: which part of a lamp a point sees, and what it gets from it.
+
+Light on a Lambertian point is exact: a glowing ball wholly above the horizon gives what a point at its centre
+would (I cos / d^2), times the fraction of its disc that no other ball covers, times 0 or 1 for the raised sheets.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from synthetic.render.room import FAR, World
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def inside(outlines: np.ndarray, p: int, x: float, y: float) -> bool:
+    """Whether a point is within outline ``p``, convex and counter-clockwise."""
+    last = outlines.shape[1] - 1
+    x0, y0 = outlines[p, last, 0], outlines[p, last, 1]
+    for k in range(last + 1):
+        x1, y1 = outlines[p, k, 0], outlines[p, k, 1]
+        if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) < 0.0:
+            return False
+        x0, y0 = x1, y1
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def covered(a: float, b: float, apart: float) -> float:
+    """Fraction of a disc of angular radius ``b`` under one of ``a`` at an angle ``apart``, by plane geometry."""
+    if apart >= a + b:
+        return 0.0
+    if apart <= a - b:
+        return 1.0
+    if apart <= b - a:
+        return (a / b) ** 2
+    u = (apart * apart + b * b - a * a) / (2.0 * apart * b)
+    v = (apart * apart + a * a - b * b) / (2.0 * apart * a)
+    u, v = min(1.0, max(-1.0, u)), min(1.0, max(-1.0, v))
+    kite = (a + b - apart) * (apart + a - b) * (apart - a + b) * (apart + a + b)
+    lens = b * b * math.acos(u) + a * a * math.acos(v) - 0.5 * math.sqrt(max(kite, 0.0))
+    return lens / (math.pi * b * b)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def behind_ball(balls, k, x, y, z, lx, ly, lz, distance, size):
+    """Fraction of a lamp in unit direction l, its angular radius of sine ``size``, that ball k hides from a point."""
+    px, py, pz, radius = balls[k, 0] - x, balls[k, 1] - y, balls[k, 2] - z, balls[k, 3]
+    squared, along = px * px + py * py + pz * pz, px * lx + py * ly + pz * lz
+    cx, cy, cz = py * lz - pz * ly, pz * lx - px * lz, px * ly - py * lx
+    across = cx * cx + cy * cy + cz * cz
+    to = math.sqrt(squared)
+    # most points are far from the shadow: sin(apart) > sin(a) + b, or the ball is behind
+    if across > (radius + size * to) ** 2 and (along > 0.0 or radius < 0.99 * to):
+        return 0.0
+    if to >= distance or to <= radius:
+        return 0.0
+    return covered(math.asin(radius / to), math.asin(size), math.atan2(math.sqrt(across), along))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lamp_from(lamps, k, x, y, z):
+    """Unit direction to lamp k from a point, falloff 1/d^2 or 1, distance, sine of its angular radius."""
+    if lamps[k, 0] == 1.0:
+        return lamps[k, 1], lamps[k, 2], lamps[k, 3], 1.0, FAR, math.sin(lamps[k, 4])
+    dx, dy, dz = lamps[k, 1] - x, lamps[k, 2] - y, lamps[k, 3] - z
+    squared = dx * dx + dy * dy + dz * dz
+    d = math.sqrt(squared)
+    return dx / d, dy / d, dz / d, 1.0 / squared, d, min(lamps[k, 4] / d, 1.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def visible(world: World, x, y, z, lx, ly, lz, distance, size, skip: int, on_sheet: int) -> float:
+    """Fraction of a lamp that a point sees past balls (but ``skip``) and sheets (but ``on_sheet``)."""
+    fraction = 1.0
+    for b in range(len(world.balls)):
+        if b != skip and world.balls[b, 3] > 0.0:
+            fraction -= behind_ball(world.balls, b, x, y, z, lx, ly, lz, distance, size)
+    if lz > 0.0:
+        for p in range(len(world.heights)):
+            t = (world.heights[p] - z) / lz
+            if p != on_sheet and 0.0 < t < distance and inside(world.outlines, p, x + t * lx, y + t * ly):
+                return 0.0
+    return max(fraction, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def gather(world: World, x, y, z, on_sheet: int, gain: np.ndarray) -> float:
+    """Irradiance over intensity of each lamp (k,) at an upward-facing point; returns the visible fractions' sum."""
+    seen = 0.0
+    for k in range(len(world.lamps)):
+        lx, ly, lz, falloff, distance, size = lamp_from(world.lamps, k, x, y, z)
+        gain[k] = 0.0
+        if lz > 0.0:
+            part = visible(world, x, y, z, lx, ly, lz, distance, size, -1, on_sheet)
+            seen += part
+            gain[k] = falloff * lz * part
+    return seen
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def see_lamp(world: World, k: int, points: np.ndarray, skip: int, on_sheet: int) -> np.ndarray:
+    """Visible fraction (n,) of lamp k from points (n, 3), past all balls but ``skip``, their own horizon apart."""
+    out = np.empty(len(points))
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        lx, ly, lz, _, distance, size = lamp_from(world.lamps, k, x, y, z)
+        out[n] = visible(world, x, y, z, lx, ly, lz, distance, size, skip, on_sheet)
+    return out

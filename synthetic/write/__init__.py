@@ -1,0 +1,4 @@
+"""How is a rendered world handed over as a photo set?
+
+Takes Scene; gives photoset.toml, photos, truth.json.
+"""

@@ -1,0 +1,99 @@
+"""Writes a scene as a photo set: manifest, photos, and the truth beside them."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import cv2
+import numpy as np
+import tomli_w
+
+from calib.geometry.camera import Camera
+from capture.errors import InputError
+from capture.photoset import MANIFEST
+from synthetic.brdf.reflectance import Reflectance
+from synthetic.render.bounce import bounce_extra, room_extra
+from synthetic.render.picture import Detail, render
+from synthetic.render.sensor import expose
+from synthetic.render.world import CHANNELS, brdf_of, world_of
+from synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
+from synthetic.scene.scene import Scene
+from synthetic.write.manifest import manifest_of
+from synthetic.write.truth import copy_name, truth_of
+
+TRUTH = "truth.json"
+Progress = Callable[[int, int], None]  # photos done, photos in all
+
+
+def synthesize(scene: Scene, folder: str | Path, workers: int = 1, progress: Progress | None = None) -> Path:
+    """Renders ``scene`` into ``folder``: photoset.toml, photos, truth.json. Returns the folder.
+
+    The files are the same for any number of workers. An earlier set of ours is replaced; any other folder that is not
+    empty is refused with InputError.
+    """
+    folder = Path(folder)
+    if folder.exists() and not (folder / TRUTH).is_file() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(folder, "is there already and is not a rendered set; choose another place")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".photogonio-") as draft:
+        made = Path(draft) / "set"
+        made.mkdir()
+        write_set(scene, made, workers, progress or (lambda done, total: None))
+        if folder.exists():
+            shutil.rmtree(folder)
+        os.replace(made, folder)
+    return folder
+
+
+def write_set(scene: Scene, folder: Path, workers: int, progress: Progress) -> None:
+    camera, brdf, shots = camera_of(scene), brdf_of(scene), plan(scene)
+    manifest = manifest_of(scene, camera, shots)
+    (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
+    (folder / TRUTH).write_text(json.dumps(truth_of(scene, camera, brdf, shots)), encoding="utf-8")
+    if "file" in scene.brdf:
+        shutil.copyfile(Path(scene.folder) / str(scene.brdf["file"]), folder / copy_name(scene))
+    for shot in shots:
+        (folder / shot.file).parent.mkdir(exist_ok=True)
+    series: dict[int, list[Shot]] = {}  # exposures of one view share one rendering
+    for shot in shots:
+        series.setdefault(shot.view, []).append(shot)
+    done = 0
+    with ThreadPoolExecutor(workers) as pool:
+        for count in pool.map(lambda view: take(scene, camera, brdf, view, folder), series.values()):
+            done += count
+            progress(done, len(shots))
+
+
+def take(scene: Scene, camera: Camera, brdf: Reflectance, shots: list[Shot], folder: Path) -> int:
+    """Renders one view and writes its exposures; returns how many."""
+    radiance = view_radiance(scene, camera, brdf, shots[0])
+    factor = exposure_factor(scene)
+    for n, shot in enumerate(shots):
+        photo = expose(scene, camera, radiance, shot.exposure_time, factor, (shot.view, n))
+        write_photo(folder / shot.file, photo)
+    return len(shots)
+
+
+def view_radiance(scene: Scene, camera: Camera, brdf: Reflectance, shot: Shot) -> np.ndarray:
+    """Radiance (h, w, c) of a view, before lens and sensor."""
+    width, height = camera.size
+    if shot.role in ("dark", "flat"):
+        even = 0.0 if shot.role == "dark" else 0.7 / (shot.exposure_time * exposure_factor(scene))
+        return np.full((height, width, CHANNELS), even)
+    world, detail = world_of(scene, shot), Detail(scene.render.sample, scene.render.near, scene.render.edge)
+    extra = [room_extra(world, brdf)]
+    if scene.render.bounce:
+        extra.append(bounce_extra(world, brdf, shot.pose.center))
+    return render(world, brdf, camera, shot.pose, extra=tuple(e for e in extra if e), detail=detail)
+
+
+def write_photo(path: Path, photo: np.ndarray) -> None:
+    settings = [cv2.IMWRITE_PNG_COMPRESSION, 1] if path.suffix == ".png" else []
+    if not cv2.imwrite(str(path), photo[..., ::-1], settings):
+        raise OSError(f"{path}: could not be written")
