@@ -29,9 +29,9 @@ from capture.linear.encoding import linear_to_srgb
 from capture.linear.prepare import prepare
 from capture.linear.reader import RadianceReader
 from capture.manifest.load import load_photoset
+from photogonio.cache.store import Store
 from photogonio.pipeline import process
-from photogonio.store import Store
-from photogonio.stream import reduce_photos
+from photogonio.run.reduce_photos import reduce_photos
 from reconstruct.modes.parallel import cores
 from reconstruct.reduce.directions import OUTSIDE, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 

@@ -24,8 +24,8 @@ import numpy as np
 from benchmarks.end_to_end import made_setup, make_set
 from capture.linear.prepare import prepare
 from capture.manifest.load import load_photoset
-from photogonio.memory import peak_megabytes
-from photogonio.stream import reduce_photos
+from photogonio.run.reduce_photos import reduce_photos
+from photogonio.system.memory import peak_megabytes
 from reconstruct.modes.parallel import cores
 from reconstruct.reduce.directions import ReduceOptions
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from photogonio.evaluate.truth import load_truth, view_errors
 from photogonio.pipeline import calibrate
-from photogonio.progress import Reporter
-from photogonio.truth import load_truth, view_errors
+from photogonio.system.progress import Reporter
 from synthetic.scene.hard_cases import changed
 from synthetic.scene.scene import Scene, load_scene
 from synthetic.write.photoset import synthesize

@@ -22,7 +22,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from benchmarks.board_set import converted, make_board_set
-from photogonio.memory import keep_freed, peak_megabytes
+from photogonio.system.memory import keep_freed, peak_megabytes
 from reconstruct.modes.parallel import cores
 
 STAGES = ("calibrate", "reduce", "fit", "write")

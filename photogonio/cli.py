@@ -14,9 +14,9 @@ from typing import NoReturn
 
 from capture.errors import InputError
 from photogonio.arguments import build_parser
-from photogonio.memory import keep_freed
-from photogonio.outputs import to_json
-from photogonio.progress import Reporter
+from photogonio.system.memory import keep_freed
+from photogonio.system.outputs import to_json
+from photogonio.system.progress import Reporter
 
 _DONE, _FAILED, _BAD_INPUT, _INTERRUPTED = 0, 1, 2, 130
 

@@ -20,18 +20,13 @@ from capture.linear.prepare import prepare, vignetting
 from capture.linear.reader import RadianceReader
 from capture.manifest.load import load_photoset
 from capture.photoset import MANIFEST, PhotoSet, Plane
-from photogonio import page
-from photogonio.colours import correction_note, find_correction, in_colours, require_mixable
-from photogonio.looks import KeptLooks
-from photogonio.marked_photos import pictures_folder, save_pictures
+from photogonio.cache.corners import KeptLooks
+from photogonio.cache.scratch import Scratch
+from photogonio.cache.store import KeptSetup, default_store
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
-from photogonio.outputs import staged_file, staged_folder
-from photogonio.progress import Reporter, Stopwatch
-from photogonio.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
-from photogonio.scratch import Scratch
-from photogonio.store import KeptSetup, default_store
-from photogonio.stream import Reduced, reduce_photos
-from photogonio.summary import (
+from photogonio.report import page
+from photogonio.report.marked_photos import pictures_folder, save_pictures
+from photogonio.report.summary import (
     clipped,
     contradicted_photos,
     doubts,
@@ -42,8 +37,13 @@ from photogonio.summary import (
     said_warnings,
     spoilt_warnings,
 )
-from photogonio.surroundings import LightAround, around_of, told_around
-from photogonio.tables import read_table, refuse_empty, take_channels
+from photogonio.run.colours import correction_note, find_correction, in_colours, require_mixable
+from photogonio.run.reduce_photos import Reduced, reduce_photos
+from photogonio.run.surroundings import LightAround, around_of, told_around
+from photogonio.run.tables import read_table, refuse_empty, take_channels
+from photogonio.system.outputs import staged_file, staged_folder
+from photogonio.system.progress import Reporter, Stopwatch
+from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
 from reconstruct.brdf.brdf import Brdf
 from reconstruct.fit import FitOptions, FitResult, fit_table
 from reconstruct.lighting.lamp_directions import relit, turned_lights

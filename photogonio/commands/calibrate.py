@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.calibration_text import calibration_lines
-from photogonio.marked_photos import pictures_folder
 from photogonio.pipeline import calibrate
-from photogonio.progress import Reporter
+from photogonio.report.calibration_text import calibration_lines
+from photogonio.report.marked_photos import pictures_folder
+from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

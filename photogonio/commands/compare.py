@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.compare import Comparison, compare
-from photogonio.outputs import staged_folder, to_json
-from photogonio.progress import Reporter
-from photogonio.provenance import Provenance, canonical_command, hash_file, joined
-from photogonio.reflectances import find_brdf, load_known
+from photogonio.compare.compare import Comparison, compare
+from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import scatter_figure
+from photogonio.system.outputs import staged_folder, to_json
+from photogonio.system.progress import Reporter
+from photogonio.system.provenance import Provenance, canonical_command, hash_file, joined
 
 _UNITS = {
     "relative_l2": ("%", 100.0),

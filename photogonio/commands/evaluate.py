@@ -8,16 +8,12 @@ from pathlib import Path
 
 from capture.errors import InputError
 from photogonio import __version__
-from photogonio.battery import Outcome, run_battery
-from photogonio.evaluate import Score, evaluate_scenes, load_scenes, rendered
-from photogonio.history import load_scores, regressions
-from photogonio.outputs import staged_folder, to_json
-from photogonio.progress import Reporter
-from photogonio.provenance import canonical_command
-from photogonio.report.html import picture_bytes
-from photogonio.score_table import score_table
-from photogonio.store import code_key
-from photogonio.tradeoff import (
+from photogonio.cache.store import code_key
+from photogonio.evaluate.hard_cases import Outcome, run_battery
+from photogonio.evaluate.history import load_scores, regressions
+from photogonio.evaluate.scenes import Score, evaluate_scenes, load_scenes, rendered
+from photogonio.evaluate.score_table import score_table
+from photogonio.evaluate.tradeoff import (
     FEW,
     FULL,
     Point,
@@ -26,6 +22,10 @@ from photogonio.tradeoff import (
     tradeoff_lines,
     tradeoffs,
 )
+from photogonio.report.html import picture_bytes
+from photogonio.system.outputs import staged_folder, to_json
+from photogonio.system.progress import Reporter
+from photogonio.system.provenance import canonical_command
 from synthetic.scene.scene import Scene
 
 
@@ -106,7 +106,7 @@ def _csv(rows: list[dict[str, object]]) -> str:
     import csv
     import io
 
-    from photogonio.outputs import plain
+    from photogonio.system.outputs import plain
 
     text = io.StringIO()
     names = list(dict.fromkeys(name for row in rows for name in row))

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from capture.errors import InputError
-from photogonio.outputs import staged_file
-from photogonio.progress import Reporter
+from photogonio.system.outputs import staged_file
+from photogonio.system.progress import Reporter
 from reconstruct.brdf.brdf import Brdf, load_brdf
 from reconstruct.export import find_format
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from capture.manifest.draft import list_photos, manifest_text
 from capture.photoset import MANIFEST
-from photogonio.outputs import staged_file
-from photogonio.progress import Reporter
+from photogonio.system.outputs import staged_file
+from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

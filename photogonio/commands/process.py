@@ -7,8 +7,8 @@ from pathlib import Path
 
 from photogonio.commands.asked import options_of
 from photogonio.pipeline import process
-from photogonio.progress import Reporter
-from photogonio.summary import closing_lines, numbers
+from photogonio.report.summary import closing_lines, numbers
+from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from capture.errors import InputError
-from photogonio.progress import Reporter
+from photogonio.system.progress import Reporter
 from synthetic.scene.scene import built_in, load_scene
 from synthetic.write.photoset import synthesize
 

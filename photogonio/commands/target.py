@@ -11,8 +11,8 @@ from capture.manifest.stub import stub_manifest
 from capture.photoset import MANIFEST
 from capture.target.layout import make_target
 from capture.target.pdf import pdf_page
-from photogonio.outputs import staged_file
-from photogonio.progress import Reporter
+from photogonio.system.outputs import staged_file
+from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

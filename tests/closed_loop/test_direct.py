@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from photogonio.bench import direct_table, open_bench
+from photogonio.evaluate.bench import direct_table, open_bench
 from photogonio.pipeline import process, view_errors
 from reconstruct.fit import fit_table
 from reconstruct.table.cells import Cells

@@ -12,11 +12,11 @@ import pytest
 import tomli_w
 
 from photogonio import pipeline
-from photogonio.evaluate import INNER, against
+from photogonio.compare.reflectances import load_known
+from photogonio.evaluate.scenes import INNER, against
+from photogonio.evaluate.truth import TRUTH
 from photogonio.pipeline import Result, process
-from photogonio.reflectances import load_known
-from photogonio.surroundings import LightAround
-from photogonio.truth import TRUTH
+from photogonio.run.surroundings import LightAround
 
 pytestmark = pytest.mark.slow
 

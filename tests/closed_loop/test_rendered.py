@@ -15,11 +15,11 @@ import tomli_w
 
 from calib.detect import photo_reader as looking
 from capture.photoset import MANIFEST
-from photogonio.evaluate import Score, evaluate_scene, rendered
+from photogonio.cache.scratch import Scratch
+from photogonio.evaluate.scenes import Score, evaluate_scene, rendered
+from photogonio.evaluate.score_table import score_table
 from photogonio.pipeline import calibrate, write_result
-from photogonio.progress import Reporter
-from photogonio.score_table import score_table
-from photogonio.scratch import Scratch
+from photogonio.system.progress import Reporter
 from synthetic.scene.hard_cases import changed
 from synthetic.scene.parts import MarkerScene
 from synthetic.scene.scene import Scene, load_scene

@@ -158,7 +158,7 @@ def test_what_cannot_be_done_is_refused_and_nothing_is_written(capsys, tmp_path,
     assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv"]
 
 
-@pytest.mark.parametrize("moment", ["photogonio.pipeline.fit_table", "photogonio.page.report_html"])
+@pytest.mark.parametrize("moment", ["photogonio.pipeline.fit_table", "photogonio.report.page.report_html"])
 def test_ctrl_c_leaves_nothing(capsys, monkeypatch, tmp_path, table, moment):
     def stop(*arguments, **options):
         raise KeyboardInterrupt
@@ -172,7 +172,7 @@ def test_a_full_disk_is_status_1_in_one_line(capsys, monkeypatch, tmp_path, tabl
     def full(*arguments, **options):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("photogonio.page.report_html", full)
+    monkeypatch.setattr("photogonio.report.page.report_html", full)
     assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 1
     assert capsys.readouterr().err.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["table.csv"]

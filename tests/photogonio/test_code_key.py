@@ -9,7 +9,8 @@ import calib
 import capture
 import reconstruct
 import synthetic
-from photogonio import evaluate, store
+from photogonio.cache import store
+from photogonio.evaluate import scenes as evaluate
 
 PACKAGES = {
     package.__name__.rpartition(".")[2]: package for package in (capture, calib, reconstruct, synthetic)

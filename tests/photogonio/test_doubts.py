@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.summary import clipped, doubts
+from photogonio.report.summary import clipped, doubts
 from reconstruct.fit import FitOptions, fit_table
 from reconstruct.table.facet_table import LEFT_OUT
 from synthetic.brdf.library import make_brdf

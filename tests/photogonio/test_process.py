@@ -11,8 +11,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from photogonio import page
 from photogonio.cli import main
+from photogonio.report import page
 from tests.drawn.tiny_set import ALBEDO, HEIGHT, WIDTH, TinySet
 
 FILES = [

@@ -10,7 +10,7 @@ import pytest
 from calib.geometry.camera import Camera, Pose
 from capture.errors import InputError
 from capture.manifest.load import load_photoset
-from photogonio.reflectances import load_known
+from photogonio.compare.reflectances import load_known
 from synthetic.brdf.library import make_brdf, on_grid
 from synthetic.scene.hard_cases import changed, hard_case, hard_names
 from synthetic.scene.parts import BoardScene, MarkerScene

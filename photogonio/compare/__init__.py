@@ -1,0 +1,4 @@
+"""How far are two BRDFs apart?
+
+Takes two reflectances; gives error measures, differences for the eye.
+"""

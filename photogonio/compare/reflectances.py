@@ -1,0 +1,129 @@
+"""Any BRDF that a file holds, ready to be compared: coefficients, truth, MERL, a grid or a table."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from capture.errors import InputError
+from photogonio.compare.metrics import Directions
+from reconstruct.brdf.brdf import load_brdf
+from reconstruct.brdf.merl import CHANNELS, read_merl
+from reconstruct.modes.angles import spherical_angles, unit_vectors
+from reconstruct.table.goniometer_csv import read_samples
+from synthetic.render.world import brdf_from
+from synthetic.write.truth import FORMAT as TRUTH_FORMAT
+
+Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A BRDF known everywhere (``evaluate``), or at given pairs of directions only (``at`` and ``value``)."""
+
+    name: str
+    channels: tuple[str, ...]
+    isotropic: bool
+    evaluate: Evaluate | None = None  # incident, exit (n, 3) -> (n, c), 1/sr
+    at: Directions | None = None
+    value: np.ndarray | None = None  # (n, c) 1/sr
+
+
+def find_brdf(path: Path) -> Path:
+    """The file itself, or the coefficients or the truth in a folder."""
+    inside = (path / name for name in ("coefficients.json", "truth.json"))
+    return next((file for file in inside if file.is_file()), path) if path.is_dir() else path
+
+
+def load_known(
+    path: Path, *, columns: Mapping[str, str] | None = None, where: Sequence[tuple[str, str]] = ()
+) -> Known:
+    """Read a BRDF: coefficients or truth (.json), MERL (.binary), a grid (.npz) or a table (.csv).
+
+    ``columns`` and ``where`` say how a table is read (:func:`reconstruct.table.goniometer_csv.read_samples`).
+
+    Raises:
+        InputError: no such file, or none of these.
+    """
+    readers = {".json": _read_json, ".binary": _read_merl, ".npz": _read_grid}
+    if not path.is_file():
+        raise InputError(path, "no such file; expected a BRDF (.json, .binary, .npz or .csv)")
+    if path.suffix == ".csv":
+        return _read_table(path, columns, where)
+    if path.suffix not in readers:
+        raise InputError(path, f"expected a BRDF: one of {', '.join(readers)}, .csv")
+    return readers[path.suffix](path)
+
+
+def _read_json(path: Path) -> Known:
+    try:
+        kind = json.loads(path.read_text(encoding="utf-8")).get("format")
+    except (ValueError, AttributeError):
+        raise InputError(path, "is not JSON; expected coefficients or truth") from None
+    if kind == TRUTH_FORMAT:
+        return _read_truth(path)
+    brdf = load_brdf(path)
+    return Known(path.name, brdf.channels, isotropic=brdf.symmetry == "isotropic", evaluate=brdf)
+
+
+def _read_truth(path: Path) -> Known:
+    """A rendered set's truth: its model, or its grid where the model is a file that is not beside it."""
+    truth = json.loads(path.read_text(encoding="utf-8"))["brdf"]
+    grid, model = truth["grid"], truth["model"]
+    value = np.array(grid["values"], float)
+    channels = _names(value.shape[1])
+    if "model" in model or (path.parent / str(model.get("file"))).is_file():
+        reflectance = brdf_from(model, path.parent, path)
+
+        def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+            f = reflectance(incident, exit)
+            return np.broadcast_to(f, (*f.shape[:-1], len(channels)))
+
+        return Known(path.name, channels, isotropic=reflectance.isotropic, evaluate=evaluate)
+    axes = [np.radians(grid[name]) for name in ("theta_i", "theta_r", "dphi")]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    return _on_grid(path, nodes, value)
+
+
+def _read_merl(path: Path) -> Known:
+    return Known(path.name, CHANNELS, isotropic=True, evaluate=read_merl(path).evaluate)
+
+
+def _read_grid(path: Path) -> Known:
+    """Arrays ``grid`` (n, 3) of theta_i, theta_r, dphi in radians, and ``brdf`` (n, c)."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            grid, value = np.asarray(file["grid"], float), np.asarray(file["brdf"], float)
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
+        raise InputError(path, "expected arrays `grid` and `brdf`") from None
+    if grid.ndim != 2 or grid.shape[1] != 3 or value.shape[:1] != grid.shape[:1]:
+        raise InputError(path, f"expected grid (n, 3) and brdf (n, c), found {grid.shape} and {value.shape}")
+    return _on_grid(path, grid, value)
+
+
+def _on_grid(path: Path, grid: np.ndarray, value: np.ndarray) -> Known:
+    theta_i, theta_r, dphi = grid.T
+    at = _at(unit_vectors(theta_i, np.zeros_like(dphi)), unit_vectors(theta_r, dphi))
+    value = value.reshape(len(grid), -1)
+    return Known(path.name, _names(value.shape[1]), isotropic=True, at=at, value=value)
+
+
+def _read_table(path: Path, columns: Mapping[str, str] | None, where: Sequence[tuple[str, str]]) -> Known:
+    samples = read_samples(path, columns=columns, where=where)
+    at = _at(samples.incident, samples.exit)
+    return Known(path.name, samples.channels, isotropic=False, at=at, value=samples.value)
+
+
+def _at(incident: np.ndarray, exit: np.ndarray) -> Directions:
+    """Given directions, each weighted as a node of an even grid of angles."""
+    polar = [spherical_angles(v)[0] for v in (incident, exit)]
+    return Directions(incident, exit, np.sin(polar[0]) * np.sin(polar[1]))
+
+
+def _names(count: int) -> tuple[str, ...]:
+    return CHANNELS if count == 3 else tuple(f"c{k}" for k in range(count))

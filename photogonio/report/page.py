@@ -1,0 +1,195 @@
+"""A result as a page: pictures, summary, and tables in words and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from photogonio import __version__
+from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
+from photogonio.report.calibration_page import calibration_sections
+from photogonio.report.html import (
+    Card,
+    Picture,
+    Report,
+    Section,
+    Table,
+    embed,
+    image_bytes,
+    picture_bytes,
+    render_report,
+)
+from photogonio.report.plots import coverage_figure, lobes_figure, scatter_figure
+from photogonio.report.summary import (
+    albedo_note,
+    count_of,
+    fitted_lobes,
+    fitted_order,
+    lead,
+    listed,
+    numbers,
+    rescaled,
+    stray_share,
+)
+from reconstruct.brdf.brdf import Brdf
+
+if TYPE_CHECKING:
+    from photogonio.pipeline import Result
+    from photogonio.run.surroundings import LightAround
+    from reconstruct.fit import FitResult
+
+_LEADING = 12  # modes shown before the fold
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """One picture, as file and on the page."""
+
+    name: str  # of the file, without suffix
+    title: str
+    caption: str
+    png: bytes
+
+
+def _corrections(fit: FitResult, beside: LightAround | None) -> Section:
+    median, most = stray_share(fit)
+    said = f"{100 * median:.2f} % of the value in the median, {100 * most:.1f} % in one cell of twenty"
+    rows = [("stray light of the surroundings", said if most > 0 else "none")]
+    if beside is not None and beside.spoilt is not None:
+        lost = f"{beside.spoilt.pixels} pixels of {beside.spoilt.of} left out"
+        rows += [("pixels that unknown stray light may spoil", lost)]
+    binned = listed(100 * np.array(fit.diagnostics["binning error"]), ".2f")
+    rows += [("binning into facets", f"{binned} % of the values, rms")]
+    rows += [(f"scale of {name}", f"{factor - 1:+.1%}") for name, factor in rescaled(fit)]
+    return Section("Corrections", Table(("what", "removed"), rows))
+
+
+def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
+    """Coverage, fit and lobes; ``source`` is kept in each file."""
+    brdf, cells = result.brdf, result.fit.cells
+    valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
+    figures = (
+        (
+            "coverage",
+            "Coverage of the facet pairs",
+            "Exit directions seen, by the angle of incidence: equal-area disks, the light at the "
+            "orange dot, rings at 30 and 60 degrees. Grey: no sample.",
+            coverage_figure(result.table),
+        ),
+        (
+            "fit",
+            "Fitted against observed",
+            "One dot a facet pair and photo. On the line the fit says what was seen.",
+            scatter_figure(cells.value, result.fit.predicted, result.fit.brdf.channels),
+        ),
+        (
+            "lobes",
+            "Lobes",
+            "f in the plane of incidence; the arrow is the light. Dashed: beyond the angles that were seen.",
+            lobes_figure(brdf, brdf.channels, valid=valid),
+        ),
+    )
+    return tuple(
+        Drawn(name, title, caption, picture_bytes(figure, source=source))
+        for name, title, caption, figure in figures
+    )
+
+
+def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
+    """The report of a result."""
+    return render_report(
+        Report(
+            title=result.name,
+            lead=lead(result),
+            sphere=embed(image_bytes(_ball(result.brdf))),
+            cards=_cards(result),
+            choices=Table(
+                ("what", "chosen", "reason"), [(c.what, c.value, c.reason) for c in result.choices]
+            ),
+            pictures=[Picture(p.title, p.caption, embed(p.png)) for p in pictures],
+            coefficients_text=_coefficients_text(result.brdf),
+            leading_modes=_modes(result.brdf, _LEADING),
+            all_modes=_modes(result.brdf, None),
+            calibration=(
+                _corrections(result.fit, result.beside),
+                *calibration_sections(result.setup, result.table),
+            )
+            if result.setup
+            else (),
+            warnings=_other_warnings(result),
+            left_out=[(photo.name, photo.reason) for photo in result.left_out],
+            provenance=_provenance(result),
+        )
+    )
+
+
+def _other_warnings(result: Result) -> list[str]:
+    """Warnings but for those of left-out photos, which have a table of their own."""
+    told = tuple(f"{photo.name}: left out" for photo in result.left_out)
+    return [warning for warning in result.warnings if not warning.startswith(told)]
+
+
+def _cards(result: Result) -> list[Card]:
+    brdf = result.brdf
+    values = numbers(result)
+    order = ", ".join(brdf.channels)
+    cards = [
+        Card(
+            "model",
+            f"order {fitted_order(result.fit)}, {count_of(fitted_lobes(result.fit), 'lobe')}",
+            f"in the file: {len(brdf.modes)} modes to order {brdf.order}, {count_of(len(brdf.lobes), 'lobe')}",
+        ),
+        Card("albedo", listed(values["albedo"], ".3f"), f"{order}; {albedo_note(brdf)}"),
+        Card(
+            "misfit",
+            listed(100 * values["relative_median"], ".2f") + " %",
+            f"{order}; median of the cells; rms {listed(100 * values['relative_rms'], '.2f')} %",
+        ),
+        Card("correlation", listed(values["correlation"], ".4f"), f"{order}; fitted against observed"),
+    ]
+    if brdf.valid:
+        angles = f"{brdf.valid.get('theta_i_max', 90):.0f}° / {brdf.valid.get('theta_r_max', 90):.0f}°"
+        cards.append(Card("valid up to", angles, "incident / exit angle"))
+    samples = f"{values['samples']:,.0f} samples" if result.table.level >= 0 else "measurements"
+    cards.append(Card("observations", f"{values['cells']:,}", f"facet pairs from {samples}"))
+    return cards
+
+
+def _ball(brdf: Brdf) -> np.ndarray:
+    light = BALL_LIGHTS["over the shoulder"]
+    return to_display(shaded_sphere(brdf, light, size=352), background=1.0)
+
+
+def _coefficients_text(brdf: Brdf) -> str:
+    text = "Coefficients of the orthonormal modes, largest first, with their standard errors."
+    for lobe in brdf.lobes:
+        f0, weight = listed(lobe.f0, ".4g"), listed(lobe.weight, ".4g")
+        text += f" Lobe: GGX of roughness {lobe.roughness:.3f}, base reflectance {f0}, weight {weight}."
+    return text
+
+
+def _modes(brdf: Brdf, count: int | None) -> Table:
+    indices = ("n", "m", "l") if brdf.symmetry == "isotropic" else ("n", "l", "n′", "l′")
+    head = [*indices, *(text for name in brdf.channels for text in (name, "±"))]
+    size = np.abs(brdf.coefficients).max(1)
+    rows = []
+    for k in np.argsort(-size, kind="stable")[:count]:
+        pairs = zip(brdf.coefficients[k], brdf.standard_errors[k], strict=True)
+        rows.append(
+            [str(int(n)) for n in brdf.modes[k]]
+            + [text for value, error in pairs for text in (f"{value:.5f}", _error(error))]
+        )
+    return Table(head, rows)
+
+
+def _error(value: float) -> str:
+    return f"{value:.5f}" if np.isfinite(value) else "–"
+
+
+def _provenance(result: Result) -> Table:
+    rows = [("program", f"photogonio {__version__}"), ("command", result.provenance.command)]
+    rows += [(name, f"SHA-256 {digest}") for name, digest in result.provenance.inputs.items()]
+    return Table(("what", "which"), rows)

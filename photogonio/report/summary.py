@@ -1,0 +1,289 @@
+"""A result in words and numbers: for the screen, for ``--json``, and for the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from calib.setup import LeftOut
+from photogonio.options import Choice
+from photogonio.report.plots import correlation
+from reconstruct.modes.angles import half_difference, unit_vectors
+from reconstruct.represent.anisotropic import typical
+from reconstruct.table.facet_table import LEFT_OUT
+
+LEAST_UNSAID = 0.03  # rms of f: representation error that is told
+
+if TYPE_CHECKING:
+    from photogonio.pipeline import Result
+    from photogonio.run.surroundings import LightAround
+    from reconstruct.brdf.brdf import Brdf
+    from reconstruct.fit import FitResult
+    from reconstruct.lighting.lamp_directions import TurnedLight
+    from reconstruct.table.facet_table import FacetTable
+
+
+CONTRADICTED = 0.05  # relative; geometry, texture and noise leave a few per cent
+UNSEEN = 10.0  # degrees
+# degrees: a gloss that was seen at as much incidence is hardly extrapolated. From 52, one that covered a third of a
+# surface was 46 % off at 70
+GRAZING = 55.0
+CLIPPED = 0.02  # share of a photo's pixels of the sample
+TOLD_STRAY = 0.01  # of the value: less stray light that may be there is not worth a warning
+
+
+def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
+    """What the fit chose, with its reasons."""
+    said = fit.diagnostics.get("choices")
+    if said is not None:
+        return tuple(Choice(one["what"], _short(one["value"]), one["reason"]) for one in said)
+    found = fit.diagnostics
+    reason = "the simplest of the models tried that predicts left-out cells as well as the best"
+    names = [name for name in ("order", "lobes", "prior strength") if name in found]
+    symmetry = Choice("symmetry", fit.symmetry.symmetry, fit.symmetry.reason)
+    return symmetry, *(Choice(name, _short(found[name]), reason) for name in names)
+
+
+def rescaled(fit: FitResult) -> list[tuple[str, float]]:
+    """Views whose scale the fit did not believe, and the factor by which their values were off."""
+    return [
+        (name, float(fit.scales.factor[g])) for g, name in enumerate(fit.cells.groups) if fit.scales.freed[g]
+    ]
+
+
+def contradicted_photos(fit: FitResult) -> tuple[LeftOut, ...]:
+    """Photos that were reduced, and that the fit left out."""
+    names = fit.diagnostics["views left out"]
+    return tuple(LeftOut(name, "the other photos contradict it at the same directions") for name in names)
+
+
+def physics_warnings(fit: FitResult) -> list[str]:
+    """What the fit had to be held to, or breaks too firmly to be held to."""
+    found = fit.diagnostics["physics"]
+    if found.get("contradicted"):
+        return [
+            "the data ask for more light out than came in, or for less than none, by more than their errors allow: "
+            "the scale, a light or the stray light is wrong somewhere, or the law has no bound near grazing"
+        ]
+    if found.get("unmended"):
+        return [
+            "the file's modes ring below zero where they say a lobe of two roughnesses, by more than modes of low "
+            "order can make up for: the result is not held to physics"
+        ]
+    if found["held"]:
+        least, albedo = found["least f"], found["largest albedo"]
+        return [
+            f"the plain fit broke physics (least f {least:.3g} 1/sr, largest albedo {albedo:.3f}) by more than its "
+            f"error; held to it, by {found['standard errors moved']:.1f} standard errors"
+        ]
+    return []
+
+
+def said_warnings(fit: FitResult) -> list[str]:
+    """What the file's modes cannot say of the model."""
+    if not fit.model.turning:
+        return []
+    share = float((np.array(fit.diagnostics["representation error"]) / typical(fit.model)).max())
+    if share <= LEAST_UNSAID:
+        return []
+    return [
+        f"the file says the fitted surface to within {share:.0%} rms: its ridge is too narrow for modes of order "
+        f"{fit.brdf.order}, and the file has no lobe of two roughnesses"
+    ]
+
+
+def doubts(fit: FitResult) -> list[str]:
+    """What the photos did not look at, and whether they agree where several did."""
+    cells, told = fit.cells, []
+    if not cells.binned:
+        return told
+    apart = fit.diagnostics["contradiction"]
+    if apart is not None and apart > CONTRADICTED:
+        told.append(
+            f"the photos contradict one another at the same directions, by {apart:.0%} in the middle: the sample or "
+            "the board moved, lights are not what they are taken for, or the sample is not alike everywhere"
+        )
+    across = np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi)
+    along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
+    for where, cosine, what in (
+        ("the light's own direction", along + across, "a retro-reflective peak"),
+        ("the mirror direction", along - across, "a gloss"),
+    ):
+        nearest = np.degrees(np.arccos(np.clip(cosine.max(), -1.0, 1.0)))
+        if nearest > UNSEEN:
+            told.append(f"no photo looks within {nearest:.0f} degrees of {where}: {what} there was not seen")
+    return told + _steep(fit)
+
+
+def _steep(fit: FitResult) -> list[str]:
+    """A gloss that was seen from above alone; or, where none was found, that none could be that begins toward grazing,
+    as a sheen does."""
+    cells, lobes = fit.cells, fit.model.lobes
+    glosses = [s[0] for f, s in zip(lobes.families, lobes.shapes, strict=True) if not f.retro]
+    incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    half, difference, _ = half_difference(incident, exit)
+    seen = difference[half < np.arctan(max(glosses))] if glosses else difference
+    if not len(seen) or seen.max() > np.radians(GRAZING):
+        return []
+    most = float(np.degrees(seen.max()))
+    if not glosses:
+        return [
+            f"light and camera were no more than {2 * most:.0f} degrees apart: what a sheen or gloss adds toward "
+            "grazing was not seen; look at the sample from lower, or put lamps lower opposite the camera"
+        ]
+    return [
+        f"the gloss was seen at no more than {most:.0f} degrees of incidence: how much brighter it "
+        "grows toward grazing is extrapolated; look at the sample from lower, or put lamps lower opposite the camera"
+    ]
+
+
+def clipped(table: FacetTable) -> list[str]:
+    """Photos exposed so long that what the sample reflects most light to was lost."""
+    used = np.bincount(table.group, table.count, minlength=len(table.groups))
+    lost = table.left_out[:, LEFT_OUT.index("saturated")] if len(table.left_out) else np.zeros(len(used))
+    share = lost / np.maximum(lost + used, 1)
+    if not (share > CLIPPED).any():
+        return []
+    return [
+        f"the sample is clipped in {(share > CLIPPED).sum()} of {len(share)} photos, {share.max():.0%} of it in "
+        f"{table.groups[int(np.argmax(share))]}: its brightest directions were not measured; expose less"
+    ]
+
+
+def relit_warning(turned: Sequence[TurnedLight]) -> str:
+    worst = max(turned, key=lambda one: one.angle)
+    return (
+        f"{len(turned)} lights turned to where the sample's shading has them rather than the highlights, "
+        f"{worst.id} most, by {np.degrees(worst.angle):.1f} degrees"
+    )
+
+
+def spoilt_warnings(beside: LightAround) -> list[str]:
+    """What was left out because nobody knows how much light the surroundings throw on the sample."""
+    spoilt = beside.spoilt
+    if spoilt is None or not (spoilt.pixels or spoilt.typical > TOLD_STRAY):
+        return []
+    share = spoilt.pixels / spoilt.of
+    return [
+        "the light that the surroundings throw on the sample cannot be known, since "
+        f"{beside.why}: {spoilt.pixels} pixels ({share:.1%}) where it may be more than {spoilt.beyond:.0%} of the "
+        f"value are left out; it may be {spoilt.typical:.1%} in the middle one"
+    ]
+
+
+def stray_share(fit: FitResult) -> tuple[float, float]:
+    """Stray light that was removed, over the value: median and 95 % quantile of the cells."""
+    share = np.abs(fit.stray).sum(1) / np.maximum(np.abs(fit.cells.value).sum(1), np.finfo(float).tiny)
+    return float(np.median(share)), float(np.quantile(share, 0.95))
+
+
+def _short(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def numbers(result: Result) -> dict[str, object]:
+    """The result's numbers, for ``--json``."""
+    brdf = result.brdf
+    observed, fitted = result.fit.cells.value, result.fit.predicted
+    rms, median = relative_misfit(observed, fitted)
+    return {
+        "name": result.name,
+        "order": brdf.order,
+        "fitted_order": fitted_order(result.fit),
+        "symmetry": brdf.symmetry,
+        "quantity": brdf.quantity,
+        "scale": brdf.scale,
+        "channels": brdf.channels,
+        "modes": len(brdf.modes),
+        "lobes": [
+            {"model": lobe.model, "roughness": lobe.roughness, "f0": lobe.f0, "weight": lobe.weight}
+            for lobe in brdf.lobes
+        ],
+        "albedo": brdf.bihemispherical_albedo(),
+        "relative_rms": rms,
+        "relative_median": median,
+        "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
+        "valid": brdf.valid,
+        "physics": result.fit.diagnostics["physics"],
+        "binning_error": result.fit.diagnostics["binning error"],
+        "stray_light": stray_share(result.fit) if result.setup else None,
+        "stray_light_unknown": _spoilt_numbers(result.beside),
+        "rescaled": dict(rescaled(result.fit)),
+        "level": result.table.level,
+        "cells": len(observed),
+        "samples": float(result.table.count.sum()),
+        "photos_used": photos_used(result) if result.setup else None,
+        "choices": {
+            choice.what: {"value": choice.value, "reason": choice.reason} for choice in result.choices
+        },
+        "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in result.left_out],
+        "warnings": result.warnings,
+        "source": result.provenance.to_dict(),
+    }
+
+
+def _spoilt_numbers(beside: LightAround | None) -> dict[str, float] | None:
+    return None if beside is None or beside.spoilt is None else asdict(beside.spoilt)
+
+
+def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far the fit is from the cells: root mean squares, of the difference over the observed; and the median of
+    |fitted - observed| / observed over the cells with f above 0; (c,) each. Cells that are all but black have no say
+    in the first."""
+    size = np.maximum(np.sqrt(np.mean(observed**2, axis=0)), np.finfo(float).tiny)
+    ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=observed > 0)
+    return np.sqrt(np.mean((fitted - observed) ** 2, axis=0)) / size, np.nanmedian(np.abs(ratio), axis=0)
+
+
+def photos_used(result: Result) -> int:
+    """Views that gave the fit something."""
+    return len(np.unique(result.table.group)) - len(result.fit.diagnostics["views left out"])
+
+
+def fitted_order(fit: FitResult) -> int:
+    """Of the modes as fitted; the file may need more, to say what a lobe of another family has beyond its own."""
+    return int(fit.diagnostics.get("order", fit.brdf.order))
+
+
+def fitted_lobes(fit: FitResult) -> int:
+    """How many lobes were fitted; the file may say one with several of its own."""
+    return len(fit.model.lobes.families)
+
+
+def count_of(count: int, what: str) -> str:
+    return f"no {what}" if count == 0 else f"{count} {what}{'s' if count > 1 else ''}"
+
+
+def lead(result: Result) -> str:
+    """The result in one sentence."""
+    brdf = result.brdf
+    order, lobes = fitted_order(result.fit), count_of(fitted_lobes(result.fit), "lobe")
+    scale = "in absolute units" if brdf.scale == "absolute" else "on a relative scale: no white reference"
+    text = f"{brdf.symmetry.capitalize()} BRDF of order {order} with {lobes}, {scale}."
+    if result.setup is None:
+        return f"{text} From {len(result.table)} measured pairs of directions."
+    used, out = photos_used(result), len(result.left_out)
+    return f"{text} From {used} photo{'s' if used != 1 else ''}" + (f", {out} left out." if out else ".")
+
+
+def albedo_note(brdf: Brdf) -> str:
+    return "under even light" if brdf.scale == "absolute" else "under even light, up to the unknown scale"
+
+
+def closing_lines(result: Result) -> str:
+    """What is told at the end, on screen."""
+    values = numbers(result)
+    order = ", ".join(result.brdf.channels)
+    median, rms = (100 * values[name] for name in ("relative_median", "relative_rms"))
+    return (
+        f"{lead(result)}\n"
+        f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}\n"
+        f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %"
+    )
+
+
+def listed(values: Sequence[float], form: str) -> str:
+    return " · ".join(format(float(value), form) for value in values)

@@ -1,0 +1,91 @@
+"""Tables to fit: read from CSV or from what ``process`` left, and cut to the channels asked for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from capture.errors import InputError
+from photogonio.options import Options
+from photogonio.system.progress import Reporter
+from reconstruct.table.facet_table import LEFT_OUT, FacetTable, load_table
+from reconstruct.table.goniometer_csv import UNBINNED, read_samples, samples_table
+
+
+def read_table(
+    path: Path,
+    options: Options,
+    columns: Mapping[str, str] | None,
+    where: Sequence[tuple[str, str]],
+    reporter: Reporter,
+) -> tuple[FacetTable, str]:
+    if path.suffix == ".npz":
+        if columns or where:
+            raise InputError(path, "is a facet table; --columns and --where are for CSV")
+        table = load_table(path)
+        _refuse_level(options, table.level)
+        return table, _source_of(path).get("scale", "absolute")
+    _refuse_level(options, UNBINNED)
+    samples = read_samples(path, columns=columns, where=where)
+    if samples.left_out:
+        reporter.warn(f"{path.name}: {samples.left_out} rows left out: no number, or below the surface")
+    return samples_table(samples), "absolute"
+
+
+def _source_of(path: Path) -> dict[str, str]:
+    """What a facet table says of itself."""
+    with np.load(path, allow_pickle=False) as file:
+        return json.loads(str(file["source"])) if "source" in file.files else {}
+
+
+def _refuse_level(options: Options, level: int) -> None:
+    if options.level is not None and options.level != level:
+        found = (
+            "tabulated measurements are not binned" if level == UNBINNED else f"the table's level is {level}"
+        )
+        raise InputError(f"--level {options.level}", found)
+
+
+WHY_UNUSED = {  # reasons of reconstruct.table.facet_table, to somebody who took the photos
+    "outline": "too near to its outline",
+    "covered": "behind a mirror ball or a white patch",
+    "unlit": "turned away from the lamp",
+    "grazing": "lit or seen at more than 85 degrees from the normal",
+    "shadowed": "in the shadow of a mirror ball",
+    "saturated": "saturated",
+    "invalid": "damaged or beside saturated ones",
+    "stray": "spoilt by light of the surroundings",
+}
+
+
+def refuse_empty(table: FacetTable) -> None:
+    """Raises InputError for a table that not one pixel went into, with what most of them suffer from."""
+    if len(table):
+        return
+    counts = table.left_out.sum(0)
+    if not counts.sum():
+        raise InputError("sample", "no pixel shows it in any photo")
+    worst = int(np.argmax(counts))
+    share = 100.0 * counts[worst] / counts.sum()
+    raise InputError("sample", f"no pixel can be used: {share:.0f} % are {WHY_UNUSED[LEFT_OUT[worst]]}")
+
+
+def take_channels(table: FacetTable, options: Options) -> FacetTable:
+    """Only the channels asked for, in the table's order."""
+    if options.channels is None:
+        return table
+    unknown = [name for name in options.channels if name not in table.channels]
+    if unknown:
+        raise InputError(f"--channels {unknown[0]}", f"expected some of {', '.join(table.channels)}")
+    keep = [k for k, name in enumerate(table.channels) if name in options.channels]
+    return replace(
+        table,
+        channels=tuple(table.channels[k] for k in keep),
+        value=table.value[:, keep],
+        value2=table.value2[:, keep],
+        variance=table.variance[:, keep],
+    )

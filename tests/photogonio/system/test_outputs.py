@@ -1,0 +1,82 @@
+"""Outputs appear whole or not at all."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+from capture.errors import InputError
+from photogonio.system.outputs import plain, staged_file, staged_folder, to_json
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_folder_appears_whole(tmp_path):
+    with staged_folder(tmp_path / "out") as stage:
+        (stage / "a").write_text("a")
+        assert not (tmp_path / "out").exists()
+    assert names(tmp_path) == ["out"]
+    assert names(tmp_path / "out") == ["a"]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, InputError("x", "y"), RuntimeError])
+def test_a_failed_folder_leaves_nothing(tmp_path, error):
+    with pytest.raises(BaseException), staged_folder(tmp_path / "new/deep/out") as stage:  # noqa: B017
+        (stage / "a").write_text("a")
+        raise error
+    assert names(tmp_path) == []
+
+
+def test_a_failed_folder_keeps_the_former_result(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "a").write_text("old")
+    with pytest.raises(RuntimeError), staged_folder(out) as stage:
+        (stage / "a").write_text("new")
+        raise RuntimeError
+    assert (out / "a").read_text() == "old"
+    assert names(tmp_path) == ["out"]
+
+
+def test_a_folder_keeps_files_that_are_not_replaced(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine").write_text("mine")
+    (out / "a").write_text("old")
+    with staged_folder(out) as stage:
+        (stage / "a").write_text("new")
+    assert names(out) == ["a", "mine"]
+    assert (out / "a").read_text() == "new"
+
+
+def test_a_file_appears_whole(tmp_path):
+    with pytest.raises(RuntimeError), staged_file(tmp_path / "deep/a.json") as stage:
+        stage.write_text("half")
+        raise RuntimeError
+    assert names(tmp_path) == []
+    with staged_file(tmp_path / "a.json") as stage:
+        assert stage.suffix == ".json"
+        stage.write_text("whole")
+    assert names(tmp_path) == ["a.json"]
+
+
+def test_places_that_cannot_be_written_are_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    for target in (tmp_path / "file", tmp_path / "file/out"):
+        with pytest.raises(InputError), staged_folder(target):
+            pass
+    with pytest.raises(InputError), staged_file(tmp_path):
+        pass
+    if os.geteuid() != 0:  # root may write anywhere
+        (tmp_path / "shut").mkdir(mode=0o500)
+        with pytest.raises(InputError), staged_file(tmp_path / "shut/a"):
+            pass
+
+
+def test_json_is_strict():
+    value = {"a": np.float64(0.1), "b": np.array([1.0, np.nan]), 3: (np.int64(2), None, True, "é")}
+    assert json.loads(to_json(value)) == {"a": 0.1, "b": [1.0, None], "3": [2, None, True, "é"]}
+    assert plain(float("inf")) is None
