@@ -14,18 +14,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
+from photogonio.calib.geometry.camera import Camera
+from photogonio.capture.files.images import read_image
+from photogonio.capture.photoset import MANIFEST
+from photogonio.reconstruct.modes.parallel import cores
+from photogonio.synthetic.render.sensor import expose
+from photogonio.synthetic.render.world import brdf_of
+from photogonio.synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
+from photogonio.synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.write.manifest import manifest_of
+from photogonio.synthetic.write.photoset import view_radiance
 
 from benchmarks.end_to_end import DIFFERENT, copied, write_picture
-from calib.geometry.camera import Camera
-from capture.files.images import read_image
-from capture.photoset import MANIFEST
-from reconstruct.modes.parallel import cores
-from synthetic.render.sensor import expose
-from synthetic.render.world import brdf_of
-from synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
-from synthetic.scene.scene import Scene, load_scene
-from synthetic.write.manifest import manifest_of
-from synthetic.write.photoset import view_radiance
 
 RENDERED = 900  # pixels of width, about, that are rendered
 FULL = 65535.0

@@ -12,17 +12,17 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 
 import numpy as np
+from photogonio.calib.adjust.bundle import pose_block
+from photogonio.calib.adjust.lamps import block_name
+from photogonio.calib.calibrate import light_of, settled_from
+from photogonio.calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.photo_reader import Reader, Seen
+from photogonio.calib.geometry.camera import Pose
+from photogonio.calib.radiometry.scale import read_view, tie
+from photogonio.calib.remarks import Notes
+from photogonio.capture.photoset import PhotoSet, View
 
-from calib.adjust.bundle import pose_block
-from calib.adjust.lamps import block_name
-from calib.calibrate import light_of, settled_from
-from calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
-from calib.detect.observation import Sight
-from calib.detect.photo_reader import Reader, Seen
-from calib.geometry.camera import Pose
-from calib.radiometry.scale import read_view, tie
-from calib.remarks import Notes
-from capture.photoset import PhotoSet, View
 from tests.drawn.setups import SAMPLE, SIZE, World, draw_corners, draw_patch, draw_world, observe, photoset_of
 
 LEVEL = 0.95

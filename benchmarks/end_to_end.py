@@ -22,18 +22,25 @@ from pathlib import Path
 import cv2
 import numpy as np
 import OpenImageIO as oiio
+from photogonio.calib.setup import Setup
+from photogonio.capture.linear.encoding import linear_to_srgb
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.reconstruct.modes.parallel import cores
+from photogonio.reconstruct.reduce.directions import (
+    OUTSIDE,
+    ReduceOptions,
+    pairs_at,
+    region_of,
+    region_pixels,
+    scene_of,
+)
 
 from benchmarks.kernel import RADIUS, made_view
-from calib.setup import Setup
-from capture.linear.encoding import linear_to_srgb
-from capture.linear.prepare import prepare
-from capture.linear.reader import RadianceReader
-from capture.manifest.load import load_photoset
 from photogonio.cache.store import Store
 from photogonio.pipeline import process
 from photogonio.run.reduce_photos import reduce_photos
-from reconstruct.modes.parallel import cores
-from reconstruct.reduce.directions import OUTSIDE, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
 
 DIFFERENT = 6
 ELECTRONS, READ = 6000.0, 4.0  # of a small sensor

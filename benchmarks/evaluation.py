@@ -15,11 +15,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.brdf.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, write_scatmech
-from reconstruct.modes import basis as m
-from reconstruct.modes.parallel import cores
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, write_scatmech
+from photogonio.reconstruct.modes import basis as m
+from photogonio.reconstruct.modes.parallel import cores
 
 PTFE = Path(__file__).parents[2] / "shared" / "data" / "nist-ptfe" / "PTFE.532.coeff.csv"
 

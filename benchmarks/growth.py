@@ -20,14 +20,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.reconstruct.modes.parallel import cores
+from photogonio.reconstruct.reduce.directions import ReduceOptions
 
 from benchmarks.end_to_end import made_setup, make_set
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
 from photogonio.run.reduce_photos import reduce_photos
 from photogonio.system.memory import peak_megabytes
-from reconstruct.modes.parallel import cores
-from reconstruct.reduce.directions import ReduceOptions
 
 SHARE = 0.06
 

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 
 import numpy as np
+from photogonio.reconstruct.fit import fit_table
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.uncertainty.validity import seen_at
+from photogonio.synthetic.brdf.library import angle_grid, make_brdf, on_grid
+from photogonio.synthetic.brdf.reflectance import Reflectance
 
-from reconstruct.fit import fit_table
-from reconstruct.table.cells import Cells
-from reconstruct.uncertainty.validity import seen_at
-from synthetic.brdf.library import angle_grid, make_brdf, on_grid
-from synthetic.brdf.reflectance import Reflectance
 from tests.drawn.tables import Plan, simulate
 
 LIMIT = np.radians(70.0)

@@ -14,13 +14,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from photogonio.synthetic.scene.hard_cases import changed
+from photogonio.synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.write.photoset import synthesize
 
 from photogonio.evaluate.truth import load_truth, view_errors
 from photogonio.pipeline import calibrate
 from photogonio.system.progress import Reporter
-from synthetic.scene.hard_cases import changed
-from synthetic.scene.scene import Scene, load_scene
-from synthetic.write.photoset import synthesize
 
 SCENES = ("matte-ball", "plastic-ball", "metal-ball", "oren-nayar-plane", "plastic-plane", "brushed-plane")
 DIRECTION, PLACE = 1, 2  # among a view's errors

@@ -15,17 +15,24 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
+from photogonio.calib.setup import Setup, ViewSetup
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.modes.angles import spherical_angles
+from photogonio.reconstruct.reduce.directions import (
+    USED,
+    ReduceOptions,
+    pairs_at,
+    region_of,
+    region_pixels,
+    scene_of,
+)
+from photogonio.reconstruct.table.facet_table import of_groups
 
-from calib.setup import Setup, ViewSetup
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
 from photogonio.options import Options
 from photogonio.pipeline import process
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.fit import FitOptions, fit_table
-from reconstruct.modes.angles import spherical_angles
-from reconstruct.reduce.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
-from reconstruct.table.facet_table import of_groups
 
 BRIGHT = 0.1  # of the photo's maximum
 

@@ -15,9 +15,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-
-from reconstruct.modes import basis as m
-from reconstruct.modes.integrals import mirror_coefficients
+from photogonio.reconstruct.modes import basis as m
+from photogonio.reconstruct.modes.integrals import mirror_coefficients
 
 FOLDER = Path(__file__).parents[1] / "docs" / "figures"
 INCIDENT = np.pi / 4

@@ -21,9 +21,10 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from photogonio.reconstruct.modes.parallel import cores
+
 from benchmarks.board_set import converted, make_board_set
 from photogonio.system.memory import keep_freed, peak_megabytes
-from reconstruct.modes.parallel import cores
 
 STAGES = ("calibrate", "reduce", "fit", "write")
 
@@ -39,7 +40,7 @@ def child(what: str, folder: Path, out: Path, workers: int, quick: bool) -> dict
         start = time.perf_counter()
         found = dict(process(folder, out, asked).seconds)
     else:
-        from capture.files.images import read_image
+        from photogonio.capture.files.images import read_image
 
         roles = ("sample",) if what == "decode" else ("sample", "calibration")
         files = [path for role in roles for path in sorted((folder / role).iterdir())]

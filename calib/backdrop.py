@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-
-from calib.radiometry.surround import MARGIN, Bounds, ReadAt
-from calib.setup import Setup, ViewSetup
-from capture.photoset import MirrorBall
+from photogonio.calib.radiometry.surround import MARGIN, Bounds, ReadAt
+from photogonio.calib.setup import Setup, ViewSetup
+from photogonio.capture.photoset import MirrorBall
 
 ACROSS = 64  # points along the picture's longer side that are read
 LEAST_READ = 0.5  # share of the points that must be readable: what is clipped is the brightest

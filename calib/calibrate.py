@@ -7,14 +7,13 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-
-from calib.adjust.alternate import Settled, settle, start_sample, start_scene
-from calib.adjust.bundle import Model, block_pose, pose_block
-from calib.adjust.lamps import block_name, place_in_world, start_lamps
-from calib.adjust.terms import Posed
-from calib.camera_poses import check_camera, find_camera, find_poses, look_at_all, scale_corners
-from calib.detect.edges import PlaneMove, lying
-from calib.detect.observation import (
+from photogonio.calib.adjust.alternate import Settled, settle, start_sample, start_scene
+from photogonio.calib.adjust.bundle import Model, block_pose, pose_block
+from photogonio.calib.adjust.lamps import block_name, place_in_world, start_lamps
+from photogonio.calib.adjust.terms import Posed
+from photogonio.calib.camera_poses import check_camera, find_camera, find_poses, look_at_all, scale_corners
+from photogonio.calib.detect.edges import PlaneMove, lying
+from photogonio.calib.detect.observation import (
     FIXED_POSE,
     POSE,
     Keep,
@@ -24,26 +23,40 @@ from calib.detect.observation import (
     in_memory,
     start_over,
 )
-from calib.detect.observe import observe
-from calib.detect.photo_reader import Looks, Progress, Reader, ReadLevel, ReadPart, ReadRadiance
-from calib.diagnose.allowances import NO_FALLOFF, Settle, settle_allowing
-from calib.diagnose.ambient_light import Beside, ambient_irradiance, expect, light_beside, note_beside
-from calib.diagnose.displaced_ball import ball_elsewhere, note_ball, shows_limb
-from calib.diagnose.ghosting import ghost_warnings
-from calib.diagnose.glossy_print import shining, white_alone
-from calib.diagnose.lamp_beam import Beam, note_beam
-from calib.diagnose.moved_lamp import tell_shared_apart
-from calib.diagnose.outline_off_sample import cut_to_sample
-from calib.diagnose.thick_sample import clear_of_slab, is_thick
-from calib.diagnose.unusable_photos import contradiction, denied_by_patch, washed_out
-from calib.diagnose.veiling_glare import Veil, find_veils, lift, lifted, lifted_image, lifted_view, note_veil
-from calib.diagnose.vignetting import brighten, brightened_image, doubted, note_falloff
-from calib.geometry.board import Corners, board_size
-from calib.geometry.camera import Camera, Pose
-from calib.radiometry.patch import patches_box
-from calib.radiometry.scale import Reading, read_view, tie
-from calib.remarks import Notes, listed
-from calib.report.summary import (
+from photogonio.calib.detect.observe import observe
+from photogonio.calib.detect.photo_reader import Looks, Progress, Reader, ReadLevel, ReadPart, ReadRadiance
+from photogonio.calib.diagnose.allowances import NO_FALLOFF, Settle, settle_allowing
+from photogonio.calib.diagnose.ambient_light import (
+    Beside,
+    ambient_irradiance,
+    expect,
+    light_beside,
+    note_beside,
+)
+from photogonio.calib.diagnose.displaced_ball import ball_elsewhere, note_ball, shows_limb
+from photogonio.calib.diagnose.ghosting import ghost_warnings
+from photogonio.calib.diagnose.glossy_print import shining, white_alone
+from photogonio.calib.diagnose.lamp_beam import Beam, note_beam
+from photogonio.calib.diagnose.moved_lamp import tell_shared_apart
+from photogonio.calib.diagnose.outline_off_sample import cut_to_sample
+from photogonio.calib.diagnose.thick_sample import clear_of_slab, is_thick
+from photogonio.calib.diagnose.unusable_photos import contradiction, denied_by_patch, washed_out
+from photogonio.calib.diagnose.veiling_glare import (
+    Veil,
+    find_veils,
+    lift,
+    lifted,
+    lifted_image,
+    lifted_view,
+    note_veil,
+)
+from photogonio.calib.diagnose.vignetting import brighten, brightened_image, doubted, note_falloff
+from photogonio.calib.geometry.board import Corners, board_size
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.radiometry.patch import patches_box
+from photogonio.calib.radiometry.scale import Reading, read_view, tie
+from photogonio.calib.remarks import Notes, listed
+from photogonio.calib.report.summary import (
     account,
     account_plane,
     believed,
@@ -51,10 +64,10 @@ from calib.report.summary import (
     marks,
     sample_in_picture,
 )
-from calib.setup import BoardSetup, Falloff, Light, Setup, ViewSetup
-from calib.shading.initial import square_ratios, white_level
-from capture.errors import InputError
-from capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
+from photogonio.calib.setup import BoardSetup, Falloff, Light, Setup, ViewSetup
+from photogonio.calib.shading.initial import square_ratios, white_level
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST, MirrorBall, PhotoSet, Plane, Sphere
 
 _FAR_OFF = 10.0  # board diagonals: a sample as far is told in another unit
 

@@ -5,21 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.adjust.bundle import Model
-from calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
-from calib.adjust.terms import Posed
-from calib.detect.observation import FIXED_POSE, POSE, Sight, light_id
-from calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
-from calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
-from calib.diagnose.wrong_board import board_doubts, board_fault
-from calib.geometry.board import FEWEST_CORNERS, Corners
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.pose import fit_pose, joined
-from calib.remarks import Notes
-from capture.errors import InputError
-from capture.files.images import copies
-from capture.photoset import MANIFEST, PhotoSet, View
+from photogonio.calib.adjust.bundle import Model
+from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
+from photogonio.calib.adjust.terms import Posed
+from photogonio.calib.detect.observation import FIXED_POSE, POSE, Sight, light_id
+from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
+from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
+from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
+from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.pose import fit_pose, joined
+from photogonio.calib.remarks import Notes
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import copies
+from photogonio.capture.photoset import MANIFEST, PhotoSet, View
 
 _ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by
 _ORDINARY = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from calib.setup import LeftOut
+from photogonio.calib.setup import LeftOut
 
 _NAMED = 4  # photos named in a warning
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
-
-from calib.geometry.camera import Camera, Pose
-from capture.errors import InputError
-from capture.photoset import MirrorBall, Plane, Sphere
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MirrorBall, Plane, Sphere
 
 _FORMAT = "photogonio-setup"
 

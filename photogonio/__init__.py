@@ -7,27 +7,33 @@ The public API; everything is imported on first use, so that the command line an
     result.brdf(incident, exit)  # unit vectors (..., 3) in the tangent frame
 """
 
+import os
 from importlib import import_module
 
-from photogonio import one_thread as _one_thread  # noqa: F401  before numpy
+# In a checkout capture, calib, reconstruct and synthetic stand beside this folder; a wheel has them in it.
+_here = os.path.dirname(os.path.abspath(__file__))
+if not os.path.isdir(os.path.join(_here, "capture")):
+    __path__.append(os.path.dirname(_here))
+
+from photogonio import one_thread as _one_thread  # noqa: E402, F401  before numpy
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "InputError": "capture.errors",
-    "PhotoSet": "capture.photoset",
-    "load_photoset": "capture.manifest.load",
-    "Setup": "calib.setup",
-    "load_setup": "calib.setup",
-    "save_setup": "calib.setup",
-    "Brdf": "reconstruct.brdf.brdf",
-    "load_brdf": "reconstruct.brdf.brdf",
-    "FacetTable": "reconstruct.table.facet_table",
+    "InputError": "photogonio.capture.errors",
+    "PhotoSet": "photogonio.capture.photoset",
+    "load_photoset": "photogonio.capture.manifest.load",
+    "Setup": "photogonio.calib.setup",
+    "load_setup": "photogonio.calib.setup",
+    "save_setup": "photogonio.calib.setup",
+    "Brdf": "photogonio.reconstruct.brdf.brdf",
+    "load_brdf": "photogonio.reconstruct.brdf.brdf",
+    "FacetTable": "photogonio.reconstruct.table.facet_table",
     "Options": "photogonio.pipeline",
     "calibrate": "photogonio.pipeline",
     "fit": "photogonio.pipeline",
     "process": "photogonio.pipeline",
-    "synthesize": "synthetic.write.photoset",
+    "synthesize": "photogonio.synthetic.write.photoset",
 }
 __all__ = ["__version__", *_HOMES]
 

@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import NoReturn
 
-from capture.errors import InputError
 from photogonio.arguments import build_parser
+from photogonio.capture.errors import InputError
 from photogonio.system.memory import keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter

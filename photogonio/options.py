@@ -6,10 +6,10 @@ import math
 import os
 from dataclasses import dataclass
 
-from calib.setup import Setup
-from capture.errors import InputError
-from capture.photoset import PhotoSet, Sphere
-from reconstruct.reduce.directions import region_of
+from photogonio.calib.setup import Setup
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import PhotoSet, Sphere
+from photogonio.reconstruct.reduce.directions import region_of
 
 Auto = int | None  # None: chosen automatically
 
@@ -28,7 +28,7 @@ class Options:
     level: Auto = None
     symmetry: str = "auto"  # "auto" | "isotropic" | "reciprocal" | "general"
     lobes: Auto = None  # how many
-    physics: str = "auto"  # "auto" | "on" | "off": reconstruct.fit.FitOptions
+    physics: str = "auto"  # "auto" | "on" | "off": photogonio.reconstruct.fit.FitOptions
     channels: tuple[str, ...] | None = None  # None: all
     workers: int | None = None  # None: one a core
 

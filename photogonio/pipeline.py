@@ -10,20 +10,29 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.calibrate import calibrate as find_setup
-from calib.setup import LeftOut, Setup, save_setup
-from capture.errors import InputError
-from capture.files.images import Image
-from capture.linear.colour_chart import ColourCorrection
-from capture.linear.frames import falloff_gain
-from capture.linear.prepare import prepare, vignetting
-from capture.linear.reader import RadianceReader
-from capture.manifest.load import load_photoset
-from capture.photoset import MANIFEST, PhotoSet, Plane
 from photogonio.cache.corners import KeptLooks
 from photogonio.cache.scratch import Scratch
 from photogonio.cache.store import KeptSetup, default_store
+from photogonio.calib.calibrate import calibrate as find_setup
+from photogonio.calib.setup import LeftOut, Setup, save_setup
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import Image
+from photogonio.capture.linear.colour_chart import ColourCorrection
+from photogonio.capture.linear.frames import falloff_gain
+from photogonio.capture.linear.prepare import prepare, vignetting
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.photoset import MANIFEST, PhotoSet, Plane
 from photogonio.options import Choice, Options, asked_symmetry, choose_level
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.fit import FitOptions, FitResult, fit_table
+from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
+from photogonio.reconstruct.lighting.stray_light import StrayLight
+from photogonio.reconstruct.lighting.stray_limits import UnknownStray
+from photogonio.reconstruct.lighting.veil_error import veil_error
+from photogonio.reconstruct.reduce.directions import ReduceOptions
+from photogonio.reconstruct.reduce.fused import compiled_before
+from photogonio.reconstruct.table.facet_table import FacetTable, save_table
 from photogonio.report import page
 from photogonio.report.marked_photos import pictures_folder, save_pictures
 from photogonio.report.summary import (
@@ -44,15 +53,6 @@ from photogonio.run.tables import read_table, refuse_empty, take_channels
 from photogonio.system.outputs import staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
 from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.fit import FitOptions, FitResult, fit_table
-from reconstruct.lighting.lamp_directions import relit, turned_lights
-from reconstruct.lighting.stray_light import StrayLight
-from reconstruct.lighting.stray_limits import UnknownStray
-from reconstruct.lighting.veil_error import veil_error
-from reconstruct.reduce.directions import ReduceOptions
-from reconstruct.reduce.fused import compiled_before
-from reconstruct.table.facet_table import FacetTable, save_table
 
 ABREAST = 2  # whole photos that calibration looks at together: the memory they take
 

@@ -10,26 +10,25 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.estimate.lobe_search import Fitted, common_error, search_lobes, thinned
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.model_averaging import believed, rivals_of
-from reconstruct.estimate.model_discrepancy import Misfit, misfit_of
-from reconstruct.estimate.model_selection import Candidate, choose, crosses, try_all
-from reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
-from reconstruct.estimate.weights import ViewScales, independence, level
-from reconstruct.represent.anisotropic import closely, covariance_of_error, in_file
-from reconstruct.represent.bounds import enforced, held_pairs, violated
-from reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
-from reconstruct.represent.isotropic import Represented, represent
-from reconstruct.symmetry.verdict import Verdict, asked, judge, turning_kinds
-from reconstruct.table.cells import Cells, cells_of
-from reconstruct.table.facet_table import FacetTable
-from reconstruct.uncertainty.budget import Rival, Uncertainty, uncertainty_of
-from reconstruct.uncertainty.validity import Region, region_of
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.estimate.lobe_search import Fitted, common_error, search_lobes, thinned
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model_averaging import believed, rivals_of
+from photogonio.reconstruct.estimate.model_discrepancy import Misfit, misfit_of
+from photogonio.reconstruct.estimate.model_selection import Candidate, choose, crosses, try_all
+from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
+from photogonio.reconstruct.estimate.weights import ViewScales, independence, level
+from photogonio.reconstruct.represent.anisotropic import closely, covariance_of_error, in_file
+from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
+from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
+from photogonio.reconstruct.represent.isotropic import Represented, represent
+from photogonio.reconstruct.symmetry.verdict import Verdict, asked, judge, turning_kinds
+from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty, uncertainty_of
+from photogonio.reconstruct.uncertainty.validity import Region, region_of
 
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
 HIGHEST_AUTO_TABLE = 12

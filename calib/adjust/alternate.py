@@ -5,21 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.adjust.bundle import Adjusted, Model, Values, adjust, block_pose
-from calib.adjust.lamps import Lamp, block_name, expected_pixel, place_in_world, sight_rays
-from calib.adjust.terms import Posed, all_terms, first_values, fixed_blocks
-from calib.detect.highlights import Highlight, ball_box, find_highlight
-from calib.detect.limb import focal, place_ball
-from calib.detect.mirror_rays import meet
-from calib.detect.observation import Sight
-from calib.detect.photo_reader import Progress, Reader
-from calib.geometry.board import board_size
-from calib.geometry.camera import Camera
-from calib.shading.fit import Ball, Scene, ShadingFit, fit_shading, fits_better
-from calib.shading.initial import black_over_white
-from calib.shading.model_error import pooled
-from capture.photoset import MirrorBall, PhotoSet, Sphere
+from photogonio.calib.adjust.bundle import Adjusted, Model, Values, adjust, block_pose
+from photogonio.calib.adjust.lamps import Lamp, block_name, expected_pixel, place_in_world, sight_rays
+from photogonio.calib.adjust.terms import Posed, all_terms, first_values, fixed_blocks
+from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight
+from photogonio.calib.detect.limb import focal, place_ball
+from photogonio.calib.detect.mirror_rays import meet
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.photo_reader import Progress, Reader
+from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.shading.fit import Ball, Scene, ShadingFit, fit_shading, fits_better
+from photogonio.calib.shading.initial import black_over_white
+from photogonio.calib.shading.model_error import pooled
+from photogonio.capture.photoset import MirrorBall, PhotoSet, Sphere
 
 _STEPS = (8, 3, 3, 3)  # of each view's own shading fit in each round: the adjustment does the rest
 # of a lamp's distance: where balls and shading differ as much, a fit is tried from where the balls show it

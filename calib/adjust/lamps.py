@@ -5,19 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.adjust.bundle import Values
-from calib.detect.lamp_markers import marked_place
-from calib.detect.mirror_rays import MirroredRay, meet, mirrored_ray
-from calib.detect.observation import Sight, light_entry
-from calib.detect.parallel import abreast
-from calib.detect.photo_reader import Progress
-from calib.geometry.board import board_size
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.mirror import mirrored_direction, mirrored_point
-from calib.shading.fit import Scene
-from calib.shading.initial import first_fit
-from capture.photoset import LightEntry, PhotoSet, Sphere
+from photogonio.calib.adjust.bundle import Values
+from photogonio.calib.detect.lamp_markers import marked_place
+from photogonio.calib.detect.mirror_rays import MirroredRay, meet, mirrored_ray
+from photogonio.calib.detect.observation import Sight, light_entry
+from photogonio.calib.detect.parallel import abreast
+from photogonio.calib.detect.photo_reader import Progress
+from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.mirror import mirrored_direction, mirrored_point
+from photogonio.calib.shading.fit import Scene
+from photogonio.calib.shading.initial import first_fit
+from photogonio.capture.photoset import LightEntry, PhotoSet, Sphere
 
 _FAR = 25.0  # board diagonals beyond which a lamp counts as distant
 

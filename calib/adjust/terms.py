@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-
-from calib.adjust.bundle import (
+from photogonio.calib.adjust.bundle import (
     Derivatives,
     Model,
     Part,
@@ -22,13 +21,13 @@ from calib.adjust.bundle import (
     prior_term,
     quadratic_term,
 )
-from calib.adjust.lamps import Lamp, block_name
-from calib.detect.observation import FIXED_POSE, Sight
-from calib.geometry.board import Corners
-from calib.geometry.camera import Camera, Pose
-from calib.shading.fit import Scene, ShadingFit
-from calib.shading.parameters import BALL, LOCAL, SHARED
-from capture.photoset import PhotoSet, Sphere
+from photogonio.calib.adjust.lamps import Lamp, block_name
+from photogonio.calib.detect.observation import FIXED_POSE, Sight
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.shading.fit import Scene, ShadingFit
+from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
+from photogonio.capture.photoset import PhotoSet, Sphere
 
 BALL_PLACE = 0.02  # of a mirror ball's radius: how well the manifest places it
 _BALL_RADIUS = 0.003

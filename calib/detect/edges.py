@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from photogonio.calib.detect.limb import find_edges
+from photogonio.calib.detect.paper import project_with_scale
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.print_map import Print
+from photogonio.capture.photoset import Plane
 from scipy.optimize import least_squares
-
-from calib.detect.limb import find_edges
-from calib.detect.paper import project_with_scale
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.print_map import Print
-from capture.photoset import Plane
 
 _STEP = 6.0  # pixels between places along an edge
 _CORNER = 0.08  # of an edge at either end, where the other edge is near

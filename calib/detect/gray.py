@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-
-from capture.linear import kernel as pointwise
-from capture.radiance import RadianceImage
+from photogonio.capture.linear import kernel as pointwise
+from photogonio.capture.radiance import RadianceImage
 
 _BRIGHT = 98.0  # percentile taken as white: highlights and a white patch should not darken the board
 _JUDGED = 250_000  # pixels, about, that tell a large picture's percentiles

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from calib.detect.gray import gray
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.mirror import reflected_ray
-from capture.photoset import MirrorBall
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.gray import gray
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.mirror import reflected_ray
+from photogonio.capture.photoset import MirrorBall
+from photogonio.capture.radiance import RadianceImage
 
 _INSIDE = 0.97  # of the outline's radius: what lies nearer the limb is a reflection from grazing
 _LARGEST = 0.02  # of the outline's area; a bigger blob is a reflected surface, not a lamp

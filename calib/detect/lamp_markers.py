@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from calib.geometry.board import Corners
-from calib.geometry.camera import Camera, Pose
-from capture.errors import InputError
-from capture.photoset import MANIFEST, LightEntry
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST, LightEntry
 
 _CORNER_SIGMA = 0.2  # pixels
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from photogonio.calib.detect.highlights import outline
+from photogonio.calib.geometry.camera import Camera, Pose
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
-
-from calib.detect.highlights import outline
-from calib.geometry.camera import Camera, Pose
 
 LIMB_POINTS = 72  # places along the limb
 _STEP = 0.25  # pixels between samples across it

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
-from calib.geometry.board import Corners, board_size
-from capture.photoset import Board
+from photogonio.calib.geometry.board import Corners, board_size
+from photogonio.capture.photoset import Board
 
 _MANY = 12  # corners of a photo that tells of the print
 _JUDGES = 4  # photos that are asked

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
-from calib.detect.highlights import outline
-from calib.geometry.camera import Camera, Pose
-from capture.photoset import PhotoSet, Sphere
+from photogonio.calib.detect.highlights import outline
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture.photoset import PhotoSet, Sphere
 
 _SHIFT = 4  # fractional bits of OpenCV's polygon corners
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.detect.highlights import Highlight
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.mirror import reflected_ray
-from capture.photoset import MirrorBall
+from photogonio.calib.detect.highlights import Highlight
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.mirror import reflected_ray
+from photogonio.capture.photoset import MirrorBall
 
 _FAR = 40.0  # a near point farther than so many baselines is called directional
 _INCONSISTENT = 5.0  # miss distance in standard errors

@@ -6,15 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from calib.detect.edges import Edges
-from calib.detect.highlights import Highlight
-from calib.detect.limb import Limb
-from calib.geometry.board import Corners
-from calib.geometry.camera import Pose
-from calib.shading.fit import Reading
-from capture.errors import InputError
-from capture.photoset import LightEntry, PhotoSet, View
+from photogonio.calib.detect.edges import Edges
+from photogonio.calib.detect.highlights import Highlight
+from photogonio.calib.detect.limb import Limb
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.camera import Pose
+from photogonio.calib.shading.fit import Reading
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import LightEntry, PhotoSet, View
 
 POSE = "pose "  # begins the names of poses' blocks, the photo's name follows
 FIXED_POSE = "pose fixed"  # the block that all views of a fixed camera share

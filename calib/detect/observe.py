@@ -5,23 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.detect.edges import Edges, plane_edges
-from calib.detect.gray import without_fireflies
-from calib.detect.highlights import Highlight, ball_box, find_highlight, lamp_pixels, outline
-from calib.detect.limb import Limb, focal, settled_limb
-from calib.detect.observation import FIXED_POSE, Sight
-from calib.detect.paper import PaperPlaces, paper_places, sample_paper
-from calib.detect.paper_near_balls import ClosePlaces, close_paper, close_places
-from calib.detect.photo_reader import Progress, Reader
-from calib.geometry.board import board_size
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.print_map import draw_print
-from calib.shading.fit import Reading
-from calib.shading.initial import local_noise
-from capture.linear.signal import Region
-from capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.edges import Edges, plane_edges
+from photogonio.calib.detect.gray import without_fireflies
+from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, lamp_pixels, outline
+from photogonio.calib.detect.limb import Limb, focal, settled_limb
+from photogonio.calib.detect.observation import FIXED_POSE, Sight
+from photogonio.calib.detect.paper import PaperPlaces, paper_places, sample_paper
+from photogonio.calib.detect.paper_near_balls import ClosePlaces, close_paper, close_places
+from photogonio.calib.detect.photo_reader import Progress, Reader
+from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.print_map import draw_print
+from photogonio.calib.shading.fit import Reading
+from photogonio.calib.shading.initial import local_noise
+from photogonio.capture.linear.signal import Region
+from photogonio.capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
+from photogonio.capture.radiance import RadianceImage
 
 _ACROSS = 170  # paper samples along the board's longer side
 _ACROSS_LOOSE = 300  # the same where only loose markers are known to be paper

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import cv2
 import numba
 import numpy as np
-
-from calib.geometry.board import board_size
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.print_map import draw_print, square_pitch
-from capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
-from capture.radiance import RadianceImage
+from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.print_map import draw_print, square_pitch
+from photogonio.capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
+from photogonio.capture.radiance import RadianceImage
 
 _CLEAR_WHITE = 2.3  # pixels of the photo between a sample and the next printed edge
 _CLEAR_BLACK = 3.3  # the same for black print, which little stray white lights up
@@ -104,7 +103,7 @@ def sample_paper(
 ) -> PaperSamples | None:
     """What one photo shows there.
 
-    ``near`` reads the four pixels right of and below each of some pixels, as :meth:`calib.detect.photo_reader.Reader.near` does.
+    ``near`` reads the four pixels right of and below each of some pixels, as :meth:`.photo_reader.Reader.near` does.
     """
     corners = np.floor(places.pixels).astype(int)
     read = near(corners)

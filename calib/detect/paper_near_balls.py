@@ -11,12 +11,11 @@ from dataclasses import dataclass, fields
 from statistics import NormalDist
 
 import numpy as np
-
-from calib.detect.paper import covered, project_with_scale, spread_of
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.print_map import Print, draw_print, square_pitch
-from capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.paper import covered, project_with_scale, spread_of
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.print_map import Print, draw_print, square_pitch
+from photogonio.capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
+from photogonio.capture.radiance import RadianceImage
 
 _NEAREST, _FARTHEST = 1.1, 4.0  # radii of the ball, from its foot, between which paper is taken
 _MOST = 5000  # pixels about a ball; of larger pictures not every one is taken
@@ -94,7 +93,7 @@ def close_places(
 
 
 def close_paper(places: ClosePlaces, near: Callable[[np.ndarray], RadianceImage | None]) -> Close | None:
-    """What one photo shows there; None if that is too little. ``near`` as for :func:`calib.detect.paper.sample_paper`."""
+    """What one photo shows there; None if that is too little. ``near`` as for ``paper.sample_paper``."""
     read = near(places.pixels)
     if read is None:
         return None

@@ -9,8 +9,7 @@ from threading import Lock
 from typing import Protocol
 
 import numpy as np
-
-from calib.detect.gray import (
+from photogonio.calib.detect.gray import (
     detection_image,
     fine_about,
     fine_image,
@@ -19,12 +18,12 @@ from calib.detect.gray import (
     halved,
     without_fireflies,
 )
-from calib.detect.marker_placement import judging_photos, misplaced_markers, misprint_warning
-from calib.detect.masks import things_mask
-from calib.detect.observation import Keep, in_memory
-from calib.detect.parallel import Found, Item, abreast
-from calib.detect.subpixel import KEPT_BYTES, Around, refined_corners
-from calib.geometry.board import (
+from photogonio.calib.detect.marker_placement import judging_photos, misplaced_markers, misprint_warning
+from photogonio.calib.detect.masks import things_mask
+from photogonio.calib.detect.observation import Keep, in_memory
+from photogonio.calib.detect.parallel import Found, Item, abreast
+from photogonio.calib.detect.subpixel import KEPT_BYTES, Around, refined_corners
+from photogonio.calib.geometry.board import (
     Corners,
     board_points,
     corners_of_half,
@@ -32,13 +31,13 @@ from calib.geometry.board import (
     find_corners,
     placed_corners,
 )
-from calib.geometry.camera import Camera
-from calib.geometry.pose import fit_pose
-from calib.geometry.print_map import Print, draw_print
-from capture.errors import InputError
-from capture.linear.signal import Region, Windows, cut
-from capture.photoset import Board, PhotoSet, View
-from capture.radiance import RadianceImage
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.geometry.pose import fit_pose
+from photogonio.calib.geometry.print_map import Print, draw_print
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.signal import Region, Windows, cut
+from photogonio.capture.photoset import Board, PhotoSet, View
+from photogonio.capture.radiance import RadianceImage
 
 ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
 # gray (h, w) float32 and not saturated (h, w) bool, of a region or everywhere

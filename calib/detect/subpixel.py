@@ -8,12 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.detect.paper import project_with_scale
-from calib.detect.subpixel_kernel import find_shifts
-from calib.geometry.board import Corners
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.print_map import Print
+from photogonio.calib.detect.paper import project_with_scale
+from photogonio.calib.detect.subpixel_kernel import find_shifts
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.print_map import Print
 
 _REACH = 0.62  # of a square: the window's half width
 _LARGEST = 14  # pixels of half window; larger ones are not needed

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from calib.adjust.alternate import Settled
-from calib.detect.highlights import Highlight
-from calib.detect.observation import Sight, start_over
-from calib.diagnose.lamp_beam import Beam, beam_of
-from calib.diagnose.vignetting import falloff_of, fits_closer, sureness, told
-from calib.setup import Falloff
+from photogonio.calib.adjust.alternate import Settled
+from photogonio.calib.detect.highlights import Highlight
+from photogonio.calib.detect.observation import Sight, start_over
+from photogonio.calib.diagnose.lamp_beam import Beam, beam_of
+from photogonio.calib.diagnose.vignetting import falloff_of, fits_closer, sureness, told
+from photogonio.calib.setup import Falloff
 
 NO_FALLOFF = (0.0, 0.0)
 Settle = Callable[[float, tuple[float, float]], Settled]

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.detect.highlights import Highlight
-from calib.detect.observation import Sight, start_over
-from calib.remarks import Notes
-from calib.setup import ViewSetup
-from calib.shading.fit import ShadingFit
-from calib.shading.parameters import EVEN
+from photogonio.calib.detect.highlights import Highlight
+from photogonio.calib.detect.observation import Sight, start_over
+from photogonio.calib.remarks import Notes
+from photogonio.calib.setup import ViewSetup
+from photogonio.calib.shading.fit import ShadingFit
+from photogonio.calib.shading.parameters import EVEN
 
 _BESIDE = 0.015  # of the lamp's light: light from elsewhere that is told, and
 _SURE_BESIDE = 5.0  # standard errors at which it is

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.adjust.bundle import (
+from photogonio.calib.adjust.bundle import (
     Derivatives,
     Model,
     Term,
@@ -18,9 +17,9 @@ from calib.adjust.bundle import (
     prior_term,
     project,
 )
-from calib.adjust.terms import Posed
-from calib.geometry.board import Corners
-from calib.geometry.camera import Camera, Pose
+from photogonio.calib.adjust.terms import Posed
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.camera import Camera, Pose
 
 _FEW_PHOTOS = 4
 _FRONTAL = 12.0  # degrees: photos tilted less tell little of the focal length

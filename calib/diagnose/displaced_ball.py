@@ -10,17 +10,16 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from calib.adjust.alternate import start_sample
-from calib.detect.gray import without_fireflies
-from calib.detect.highlights import outline
-from calib.detect.limb import LIMB_POINTS, focal
-from calib.detect.observation import Sight
-from calib.detect.photo_reader import Reader
-from calib.geometry.camera import Camera, Pose
-from calib.remarks import Notes
-from capture.linear.signal import Region
-from capture.photoset import PhotoSet, Sphere
+from photogonio.calib.adjust.alternate import start_sample
+from photogonio.calib.detect.gray import without_fireflies
+from photogonio.calib.detect.highlights import outline
+from photogonio.calib.detect.limb import LIMB_POINTS, focal
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.remarks import Notes
+from photogonio.capture.linear.signal import Region
+from photogonio.capture.photoset import PhotoSet, Sphere
 
 _MOVED = 0.03  # of the radius, by which a ball may stand beside its place without a further look
 _REACH = 1.6  # radii around the manifest's place that are looked at

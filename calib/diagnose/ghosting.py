@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-
-from calib.detect.highlights import outline
-from calib.detect.observation import Sight
-from calib.detect.photo_reader import Reader
-from calib.geometry.camera import Camera, Pose
-from capture.photoset import Plane, Sphere
+from photogonio.calib.detect.highlights import outline
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture.photoset import Plane, Sphere
 
 _TOLD = 0.01  # of the sample's part of the picture
 

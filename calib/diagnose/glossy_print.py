@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from photogonio.calib.detect.paper_near_balls import Close
+from photogonio.calib.shading.fit import Reading
+from photogonio.calib.shading.initial import Shares, square_ratios
 from scipy.spatial import cKDTree
-
-from calib.detect.paper_near_balls import Close
-from calib.shading.fit import Reading
-from calib.shading.initial import Shares, square_ratios
 
 # relative error of black over white in a square, beside noise; path-traced matte prints have 0.02, toner of roughness
 # 0.2 has 0.05 to 2

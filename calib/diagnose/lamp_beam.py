@@ -6,10 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.adjust.alternate import Settled
-from calib.adjust.terms import BEAM_HELD
-from calib.remarks import Notes
+from photogonio.calib.adjust.alternate import Settled
+from photogonio.calib.adjust.terms import BEAM_HELD
+from photogonio.calib.remarks import Notes
 
 _TOLD = 0.2  # power of the cosine that changes a patch's light by half a per cent, and
 _SURE = 5.0  # standard errors, at which a beam is told

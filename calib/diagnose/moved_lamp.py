@@ -9,18 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.adjust.alternate import start_sample, start_scene
-from calib.adjust.lamps import middle_of, sight_rays
-from calib.detect.mirror_rays import MirroredRay
-from calib.detect.observation import Sight, light_entry
-from calib.detect.photo_reader import Reader
-from calib.geometry.board import board_size
-from calib.geometry.camera import Camera
-from calib.remarks import Notes
-from calib.shading.fit import Scene, ShadingFit, fit_shading
-from calib.shading.initial import first_fit
-from capture.photoset import PhotoSet
+from photogonio.calib.adjust.alternate import start_sample, start_scene
+from photogonio.calib.adjust.lamps import middle_of, sight_rays
+from photogonio.calib.detect.mirror_rays import MirroredRay
+from photogonio.calib.detect.observation import Sight, light_entry
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.remarks import Notes
+from photogonio.calib.shading.fit import Scene, ShadingFit, fit_shading
+from photogonio.calib.shading.initial import first_fit
+from photogonio.capture.photoset import PhotoSet
 
 SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart, and
 SURE_APART = 4.0  # standard errors of it

@@ -10,16 +10,15 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-
-from calib.detect.gray import without_fireflies
-from calib.detect.limb import focal
-from calib.detect.observation import Sight
-from calib.detect.photo_reader import Reader
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.print_map import Print, draw_print
-from calib.remarks import Notes
-from capture.errors import InputError
-from capture.photoset import MANIFEST, PhotoSet, Plane
+from photogonio.calib.detect.gray import without_fireflies
+from photogonio.calib.detect.limb import focal
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.print_map import Print, draw_print
+from photogonio.calib.remarks import Notes
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST, PhotoSet, Plane
 
 _ASIDE = 1.8  # pixels to both sides of an edge at which the print's tone is read
 _STEP = 1.5  # pixels between places

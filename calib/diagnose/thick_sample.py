@@ -8,14 +8,13 @@ from dataclasses import replace
 import cv2
 import numba
 import numpy as np
-
-from calib.adjust.alternate import Settled
-from calib.adjust.lamps import block_name, place_in_world
-from calib.detect.observation import Sight
-from calib.geometry.board import board_size
-from calib.geometry.visibility import direct
-from calib.shading.fit import Reading
-from capture.photoset import Board, Plane, Sphere
+from photogonio.calib.adjust.alternate import Settled
+from photogonio.calib.adjust.lamps import block_name, place_in_world
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.visibility import direct
+from photogonio.calib.shading.fit import Reading
+from photogonio.capture.photoset import Board, Plane, Sphere
 
 THICK = 1 / 40  # of the board's larger side: a thinner sample's shadow is a line beside its edge
 BESIDE = 0.4  # heights around the shadow and the sample that the lamp's width blurs, and where it may be off

@@ -10,13 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-
-from calib.adjust.alternate import Settled
-from calib.adjust.lamps import expected_pixel
-from calib.detect.observation import Sight
-from calib.radiometry.patch import UNEVEN
-from calib.radiometry.scale import Reading
-from calib.shading.initial import Shares
+from photogonio.calib.adjust.alternate import Settled
+from photogonio.calib.adjust.lamps import expected_pixel
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.radiometry.patch import UNEVEN
+from photogonio.calib.radiometry.scale import Reading
+from photogonio.calib.shading.initial import Shares
 
 _FARTHEST = 1.5  # pixels by which highlights of one lamp may miss
 _WILD = 6.0  # and in their standard errors

@@ -11,15 +11,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.paper import PaperSamples
+from photogonio.calib.detect.parallel import abreast
+from photogonio.calib.remarks import Notes
+from photogonio.calib.setup import ViewSetup
+from photogonio.calib.shading.fit import Reading
+from photogonio.capture.radiance import RadianceImage
 from scipy.spatial import cKDTree
-
-from calib.detect.observation import Sight
-from calib.detect.paper import PaperSamples
-from calib.detect.parallel import abreast
-from calib.remarks import Notes
-from calib.setup import ViewSetup
-from calib.shading.fit import Reading
-from capture.radiance import RadianceImage
 
 _NEIGHBOURS = 24  # samples of white paper that tell how a black one is lit
 _EVEN = 0.03  # relative scatter of theirs about a plane, beyond which an edge of a shadow runs between them

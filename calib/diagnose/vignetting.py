@@ -11,17 +11,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-
-from calib.adjust.alternate import Settled
-from calib.adjust.terms import FALLOFF, FALLOFF_HELD
-from calib.detect.observation import Sight
-from calib.geometry.camera import Camera
-from calib.remarks import Notes
-from calib.setup import Falloff, ViewSetup
-from calib.shading.fit import Reading
-from calib.shading.kernel import lens
-from capture.photoset import PhotoSet, Plane
-from capture.radiance import RadianceImage
+from photogonio.calib.adjust.alternate import Settled
+from photogonio.calib.adjust.terms import FALLOFF, FALLOFF_HELD
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.remarks import Notes
+from photogonio.calib.setup import Falloff, ViewSetup
+from photogonio.calib.shading.fit import Reading
+from photogonio.calib.shading.kernel import lens
+from photogonio.capture.photoset import PhotoSet, Plane
+from photogonio.capture.radiance import RadianceImage
 
 _TERMS = slice(3, 5)  # of the lamp's block
 _SURE = 6.0  # standard errors at which it is told, and

@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-
-from calib.adjust.terms import Posed
-from calib.detect.gray import detection_image, without_fireflies
-from calib.detect.photo_reader import Reader, Seen
-from calib.geometry.board import Corners, dictionary, marker_middles, opencv_board
-from calib.geometry.camera import Camera
-from capture.errors import InputError
-from capture.photoset import Board
+from photogonio.calib.adjust.terms import Posed
+from photogonio.calib.detect.gray import detection_image, without_fireflies
+from photogonio.calib.detect.photo_reader import Reader, Seen
+from photogonio.calib.geometry.board import Corners, dictionary, marker_middles, opencv_board
+from photogonio.calib.geometry.camera import Camera
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import Board
 
 _FEWEST = 6  # markers that tell how they are laid out: any four fit some homography
 _LOOKED_AT = 3  # photos

@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-
-from capture.errors import InputError
-from capture.photoset import MANIFEST, Board
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST, Board
 
 FEWEST_CORNERS = 6  # that tell where the camera was
 _FEW_CORNERS = 10  # of a chessboard: fewer, and those are taken too that have but one of their two markers

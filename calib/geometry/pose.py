@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from calib.geometry.board import FEWEST_CORNERS, Corners
-from calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
+from photogonio.calib.geometry.camera import Camera, Pose
 
 _OUTLIER_SIGMA = 4.0
 _OUTLIER_PIXELS = 0.75  # corners nearer than this are kept however good the others are

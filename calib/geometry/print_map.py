@@ -7,9 +7,8 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-
-from calib.geometry.board import board_size, dictionary, opencv_board
-from capture.photoset import Board
+from photogonio.calib.geometry.board import board_size, dictionary, opencv_board
+from photogonio.capture.photoset import Board
 
 _SQUARE_PIXELS = range(140, 420)  # of the drawn pattern; one is chosen that rounds no edge
 _CELL_PIXELS = 16  # of a loose marker's cell in the drawing

@@ -6,16 +6,15 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-
-from calib.detect.masks import fill
-from calib.detect.paper import behind_ball
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.visibility import direct, lit_fraction, log_cosine
-from calib.setup import Light
-from calib.shading.fit import Reading, Scene
-from calib.shading.interreflection import bounce_on_patch
-from capture.photoset import WhitePatch
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.masks import fill
+from photogonio.calib.detect.paper import behind_ball
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.visibility import direct, lit_fraction, log_cosine
+from photogonio.calib.setup import Light
+from photogonio.calib.shading.fit import Reading, Scene
+from photogonio.calib.shading.interreflection import bounce_on_patch
+from photogonio.capture.photoset import WhitePatch
+from photogonio.capture.radiance import RadianceImage
 
 UNEVEN = "the patch is unevenly lit: shadowed, partly hidden, or in something's reflection"
 _CLEAR = 2  # pixels between the patch's edge and what is read

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.adjust.alternate import Settled
-from calib.detect.observation import Sight
-from calib.radiometry.patch import (
+from photogonio.calib.adjust.alternate import Settled
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.radiometry.patch import (
     LEAST_TILT,
     Stray,
     Strength,
@@ -17,14 +16,14 @@ from calib.radiometry.patch import (
     read_paper,
     read_patch,
 )
-from calib.remarks import Notes, listed
-from calib.setup import Light
-from calib.shading.fit import Reading as Paper
-from calib.shading.fit import Scene
-from calib.shading.interreflection import diffuse_bounce
-from calib.shading.parameters import TILTS
-from capture.photoset import PhotoSet, Plane
-from capture.radiance import RadianceImage
+from photogonio.calib.remarks import Notes, listed
+from photogonio.calib.setup import Light
+from photogonio.calib.shading.fit import Reading as Paper
+from photogonio.calib.shading.fit import Scene
+from photogonio.calib.shading.interreflection import diffuse_bounce
+from photogonio.calib.shading.parameters import TILTS
+from photogonio.capture.photoset import PhotoSet, Plane
+from photogonio.capture.radiance import RadianceImage
 
 _WORST = 4.0  # standard errors beyond which a patch is not believed against the others
 # of the light that white paper lost to blur: what black print, which is read farther from its edges, gained at the

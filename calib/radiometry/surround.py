@@ -11,13 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.detect.paper import behind_ball
-from calib.geometry.camera import Camera
-from calib.geometry.visibility import direct, lit_fraction
-from calib.setup import Setup, ViewSetup
-from capture.photoset import MirrorBall, Sphere
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.paper import behind_ball
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.geometry.visibility import direct, lit_fraction
+from photogonio.calib.setup import Setup, ViewSetup
+from photogonio.capture.photoset import MirrorBall, Sphere
+from photogonio.capture.radiance import RadianceImage
 
 # sizes of cells near the sample and farther off, of its radius; and how far they reach from its foot, each a whole
 # number of its own and of the next ones' size

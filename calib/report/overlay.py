@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
-from calib.detect.gray import gray
-from calib.detect.highlights import outline
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Marks, Setup, ViewSetup
-from capture.photoset import Plane, Sphere
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.gray import gray
+from photogonio.calib.detect.highlights import outline
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Marks, Setup, ViewSetup
+from photogonio.capture.photoset import Plane, Sphere
+from photogonio.capture.radiance import RadianceImage
 
 CORNER = (60, 220, 60)  # RGB: corners that were used
 REJECTED = (255, 70, 60)  # corners and pixels left out

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-
-from calib.adjust.alternate import Settled
-from calib.adjust.bundle import pose_block, project
-from calib.adjust.lamps import expected_pixel
-from calib.adjust.terms import BALL_PLACE, SAMPLE_PLACE
-from calib.detect.edges import PlaneMove
-from calib.detect.observation import Sight
-from calib.diagnose.moved_lamp import SHARED_APART, SURE_APART, aside
-from calib.geometry.board import Corners
-from calib.geometry.camera import Camera, Pose
-from calib.remarks import Notes
-from calib.setup import Marks
-from capture.photoset import PhotoSet, Plane, Sphere
+from photogonio.calib.adjust.alternate import Settled
+from photogonio.calib.adjust.bundle import pose_block, project
+from photogonio.calib.adjust.lamps import expected_pixel
+from photogonio.calib.adjust.terms import BALL_PLACE, SAMPLE_PLACE
+from photogonio.calib.detect.edges import PlaneMove
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.diagnose.moved_lamp import SHARED_APART, SURE_APART, aside
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.remarks import Notes
+from photogonio.calib.setup import Marks
+from photogonio.capture.photoset import PhotoSet, Plane, Sphere
 
 _BALL_ASTRAY = 3.0  # expected errors of the manifest at which a ball's move is told
 _IMPLAUSIBLE = 4.0  # the same at which a sample ball's is not believed

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from calib.geometry.visibility import log_cosine
-from calib.shading.kernel import lens, slopes_of_shaded
-from calib.shading.parameters import BLACK, EVEN, FALLOFF, LOCAL, NARROW, SHARED, THROWN
+from photogonio.calib.geometry.visibility import log_cosine
+from photogonio.calib.shading.kernel import lens, slopes_of_shaded
+from photogonio.calib.shading.parameters import BLACK, EVEN, FALLOFF, LOCAL, NARROW, SHARED, THROWN
 
 if TYPE_CHECKING:
-    from calib.shading.fit import Scene, _Board, _Light
+    from photogonio.calib.shading.fit import Scene, _Board, _Light
 
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
 _CLEAR = 4.0  # of such steps, by which a ball that no sample's light touches stays clear of it

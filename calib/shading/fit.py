@@ -9,15 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-
-from calib.detect.paper import PaperSamples
-from calib.detect.paper_near_balls import INK, Close
-from calib.geometry.visibility import direct, lit_fraction
-from calib.shading.derivatives import slopes
-from calib.shading.interreflection import Thrown
-from calib.shading.kernel import lens, light_on_board, straight_light
-from calib.shading.model_error import Shown, shown
-from calib.shading.parameters import BALL, EVEN, LOCAL, SHARED, THROWN, TILTS
+from photogonio.calib.detect.paper import PaperSamples
+from photogonio.calib.detect.paper_near_balls import INK, Close
+from photogonio.calib.geometry.visibility import direct, lit_fraction
+from photogonio.calib.shading.derivatives import slopes
+from photogonio.calib.shading.interreflection import Thrown
+from photogonio.calib.shading.kernel import lens, light_on_board, straight_light
+from photogonio.calib.shading.model_error import Shown, shown
+from photogonio.calib.shading.parameters import BALL, EVEN, LOCAL, SHARED, THROWN, TILTS
 
 _FLOOR = 0.003  # relative error of the model at one place
 _SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it

@@ -6,11 +6,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-
-from calib.detect.mirror_rays import MirroredRay, meet
-from calib.detect.paper import PaperSamples
-from calib.shading.fit import Reading, Scene, fit_local
-from calib.shading.kernel import misfits
+from photogonio.calib.detect.mirror_rays import MirroredRay, meet
+from photogonio.calib.detect.paper import PaperSamples
+from photogonio.calib.shading.fit import Reading, Scene, fit_local
+from photogonio.calib.shading.kernel import misfits
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
 _HEIGHTS = (12.0, 25.0, 40.0, 58.0, 78.0)  # degrees above the board

@@ -8,9 +8,8 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-
-from calib.geometry.mirror import halfway
-from calib.geometry.visibility import direct, lit_fraction
+from photogonio.calib.geometry.mirror import halfway
+from photogonio.calib.geometry.visibility import direct, lit_fraction
 
 _FACETS = 160
 _GRID = 22  # nodes along the board's longer side

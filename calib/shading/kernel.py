@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numba
 import numpy as np
-
-from calib.geometry.visibility import DIMMEST, passed_by, share_of
+from photogonio.calib.geometry.visibility import DIMMEST, passed_by, share_of
 
 _LIT = 0.9  # share of the lamp seen: lit
 _FEWEST_LIT = 0.1  # of the samples, that tell the lamp's strength

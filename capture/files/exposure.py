@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 
-from capture.photoset import Photo
+from photogonio.capture.photoset import Photo
 
 
 @dataclass(frozen=True, slots=True)

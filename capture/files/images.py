@@ -17,11 +17,10 @@ import cv2
 import numpy as np
 import OpenImageIO as oiio
 import rawpy
-
-from capture.errors import InputError
-from capture.files import raw as raws
-from capture.files.exposure import Exposure, from_attributes
-from capture.files.integrity import fault
+from photogonio.capture.errors import InputError
+from photogonio.capture.files import raw as raws
+from photogonio.capture.files.exposure import Exposure, from_attributes
+from photogonio.capture.files.integrity import fault
 
 STANDARD = {".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr"}
 JPEG = {".jpg", ".jpeg"}

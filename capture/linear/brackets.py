@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-
-from capture.linear.noise import NoiseModel
-from capture.linear.signal import Signal, grown
+from photogonio.capture.linear.noise import NoiseModel
+from photogonio.capture.linear.signal import Signal, grown
 
 NEARLY_FULL = 0.97  # of white: what the shorter exposures expect above it is not taken from a longer one
 NOMINAL = 0.005  # of a step's logarithm that is left as stated

@@ -12,10 +12,9 @@ from functools import cache
 
 import cv2
 import numpy as np
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.reader import RadianceReader
 from scipy.optimize import least_squares
-
-from capture.errors import InputError
-from capture.linear.reader import RadianceReader
 
 CHART = "ColorChecker24 - After November 2014"
 ROWS, COLUMNS = 4, 6

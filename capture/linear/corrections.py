@@ -8,13 +8,12 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
-
-from capture.errors import InputError
-from capture.linear.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
-from capture.linear.reader import RadianceReader
-from capture.linear.signal import Signal
-from capture.photoset import View
-from capture.radiance import RadianceImage
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.linear.signal import Signal
+from photogonio.capture.photoset import View
+from photogonio.capture.radiance import RadianceImage
 
 TOO_FULL = 0.01  # share of saturated pixels that spoils a dark or flat frame
 

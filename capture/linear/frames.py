@@ -8,10 +8,9 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+from photogonio.capture.files.exposure import Exposure
+from photogonio.capture.linear.signal import Region, Signal, cut
 from scipy.interpolate import RectBivariateSpline
-
-from capture.files.exposure import Exposure
-from capture.linear.signal import Region, Signal, cut
 
 SAME_TIME = 0.01  # relative difference of exposure times that counts as none
 HOT_SCATTERS = 10.0  # robust standard deviations of the dark frame
@@ -24,7 +23,7 @@ GRID = 129  # knots of the cos^4 field along each side
 
 
 class Rays(Protocol):
-    """What cos^4 needs of a camera (calib.geometry.camera.Camera)."""
+    """What cos^4 needs of a camera (photogonio.calib.geometry.camera.Camera)."""
 
     size: tuple[int, int]
 

@@ -1,8 +1,8 @@
 """Arithmetic of single pixels and their neighbourhoods, compiled: one pass over a photo instead of ten.
 
 Photos are taken as rows of ``width * channels`` numbers, so that the loops run in vector lanes. The functions
-release the interpreter's lock. Unsigned columns for the same reason as in :mod:`reconstruct.reduce.kernel`: an index that
-may be negative keeps a loop out of the lanes.
+release the interpreter's lock. Unsigned columns for the same reason as in :mod:`reconstruct.reduce.kernel`: an index
+that may be negative keeps a loop out of the lanes.
 """
 
 from __future__ import annotations

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
-from capture.linear import kernel as pointwise
+from photogonio.capture.linear import kernel as pointwise
 
 REACH = 8.0  # standard deviations, of noise or of the ring's own scatter
 CONTRAST = 0.1  # of the ground's level: a fainter spot does no harm

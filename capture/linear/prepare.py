@@ -8,20 +8,19 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
-
-from capture.errors import InputError
-from capture.files.exposure import Exposure, combine, filled
-from capture.files.images import Header, Image, read_header, read_image
-from capture.linear.clipping import clip_code
-from capture.linear.corrections import ambient_light, dark_frame, flat_field, vignetting
-from capture.linear.encoding import Encoding
-from capture.linear.frames import Rays
-from capture.linear.noise import NoiseModel, estimate_noise, given_noise
-from capture.linear.reader import RadianceReader
-from capture.linear.response import Series, recover_response
-from capture.linear.signal import Region, Sensor, grown, linear_signal, saturated, widened
-from capture.photoset import MANIFEST, PhotoSet, View
-from capture.radiance import RadianceImage
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.exposure import Exposure, combine, filled
+from photogonio.capture.files.images import Header, Image, read_header, read_image
+from photogonio.capture.linear.clipping import clip_code
+from photogonio.capture.linear.corrections import ambient_light, dark_frame, flat_field, vignetting
+from photogonio.capture.linear.encoding import Encoding
+from photogonio.capture.linear.frames import Rays
+from photogonio.capture.linear.noise import NoiseModel, estimate_noise, given_noise
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.linear.response import Series, recover_response
+from photogonio.capture.linear.signal import Region, Sensor, grown, linear_signal, saturated, widened
+from photogonio.capture.photoset import MANIFEST, PhotoSet, View
+from photogonio.capture.radiance import RadianceImage
 
 LOOKED_AT = 4  # photos, for noise and clipping
 AT_ONCE = 2  # of them are decoded, which releases the interpreter

@@ -6,15 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-
-from capture.errors import InputError
-from capture.files.exposure import FIELDS, Exposure
-from capture.files.images import Image, read_image
-from capture.linear import kernel as pointwise
-from capture.linear.brackets import merge, trimmed
-from capture.linear.frames import Dark
-from capture.linear.outliers import isolated_spots
-from capture.linear.signal import (
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.exposure import FIELDS, Exposure
+from photogonio.capture.files.images import Image, read_image
+from photogonio.capture.linear import kernel as pointwise
+from photogonio.capture.linear.brackets import merge, trimmed
+from photogonio.capture.linear.frames import Dark
+from photogonio.capture.linear.outliers import isolated_spots
+from photogonio.capture.linear.signal import (
     MIDDLE,
     WINDOW,
     Region,
@@ -27,8 +26,8 @@ from capture.linear.signal import (
     part_of,
     signal_of,
 )
-from capture.photoset import Photo, PhotoSet, View
-from capture.radiance import RadianceImage
+from photogonio.capture.photoset import Photo, PhotoSet, View
+from photogonio.capture.radiance import RadianceImage
 
 STEP_PIXELS = 1_000_000  # about, that the exposure steps of a bracket are measured on
 BAND = 128  # rows whose light is worked out together: they stay in the cache

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-
-from capture.files.images import Image
-from capture.linear import kernel as pointwise
-from capture.linear.encoding import Encoding
-from capture.linear.noise import NoiseModel
+from photogonio.capture.files.images import Image
+from photogonio.capture.linear import kernel as pointwise
+from photogonio.capture.linear.encoding import Encoding
+from photogonio.capture.linear.noise import NoiseModel
 
 Region = tuple[int, int, int, int]  # columns and rows [x0, x1) x [y0, y1)
 WINDOW, MIDDLE = (

@@ -8,11 +8,11 @@ from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
-from capture.errors import InputError
-from capture.files.images import JPEG, STANDARD, read_header
-from capture.manifest.stub import photo_tables, stub_manifest
-from capture.photoset import MANIFEST, Photo
-from capture.target.layout import make_target
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import JPEG, STANDARD, read_header
+from photogonio.capture.manifest.stub import photo_tables, stub_manifest
+from photogonio.capture.photoset import MANIFEST, Photo
+from photogonio.capture.target.layout import make_target
 
 RAW = {  # of the many that LibRaw opens, those that cameras write
     ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dng", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos", ".mrw",

@@ -7,9 +7,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-
-from capture.errors import InputError
-from capture.manifest.schema import (
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.schema import (
     Key,
     array,
     boolean,
@@ -24,7 +23,7 @@ from capture.manifest.schema import (
     tables,
     text,
 )
-from capture.photoset import (
+from photogonio.capture.photoset import (
     Board,
     CameraEntry,
     LightEntry,

@@ -6,10 +6,10 @@ import tomllib
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-from capture.errors import InputError
-from capture.manifest.entries import MANIFEST_KEYS
-from capture.manifest.schema import read_table
-from capture.photoset import MANIFEST, CameraEntry, LightEntry, Photo, PhotoSet, Radiometry
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.entries import MANIFEST_KEYS
+from photogonio.capture.manifest.schema import read_table
+from photogonio.capture.photoset import MANIFEST, CameraEntry, LightEntry, Photo, PhotoSet, Radiometry
 
 
 def load_photoset(folder: str | Path) -> PhotoSet:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from capture.photoset import Board, Photo
-from capture.target.layout import Target
+from photogonio.capture.photoset import Board, Photo
+from photogonio.capture.target.layout import Target
 
 BALL_RADIUS = 8.0  # mm
 SAMPLE_RADIUS = 25.0

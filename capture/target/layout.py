@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from capture.errors import InputError
-from capture.photoset import Board
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import Board
 
 PAPERS = {"a4": (297.0, 210.0), "a3": (420.0, 297.0), "letter": (279.4, 215.9)}  # landscape
 KINDS = ("charuco", "aruco-grid")

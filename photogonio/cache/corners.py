@@ -13,12 +13,12 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from calib.detect.photo_reader import Seen
-from calib.detect.subpixel import Around
-from calib.geometry.board import Corners
-from capture.linear.reader import RadianceReader
-from capture.photoset import View
 from photogonio.cache.store import Store, code_key, key_of
+from photogonio.calib.detect.photo_reader import Seen
+from photogonio.calib.detect.subpixel import Around
+from photogonio.calib.geometry.board import Corners
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.photoset import View
 
 SUFFIX = ".look.npz"
 CORNERS = ("ids", "points", "pixels", "sigma", "marker_ids", "marker_pixels")

@@ -22,7 +22,7 @@ from typing import BinaryIO, TypeVar
 
 import numpy as np
 
-from capture.files.images import Image, read_image
+from photogonio.capture.files.images import Image, read_image
 
 Value = TypeVar("Value")
 

@@ -14,15 +14,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-import calib
-import capture
-import reconstruct
-from calib.setup import Setup, load_setup, save_setup
-from capture.errors import InputError
-from capture.photoset import MANIFEST, PhotoSet
+from photogonio import calib, capture, reconstruct
 from photogonio.cache.file_hashes import remembered_hashes
+from photogonio.calib.setup import Setup, load_setup, save_setup
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST, PhotoSet
+from photogonio.reconstruct.table.facet_table import FacetTable, load_table, save_table
 from photogonio.system.provenance import hash_file
-from reconstruct.table.facet_table import FacetTable, load_table, save_table
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
 MOST_BYTES = 2 << 30

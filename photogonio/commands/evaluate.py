@@ -6,9 +6,9 @@ import argparse
 import os
 from pathlib import Path
 
-from capture.errors import InputError
 from photogonio import __version__
 from photogonio.cache.store import code_key
+from photogonio.capture.errors import InputError
 from photogonio.evaluate.hard_cases import Outcome, run_battery
 from photogonio.evaluate.history import load_scores, regressions
 from photogonio.evaluate.scenes import Score, evaluate_scenes, load_scenes, rendered
@@ -23,10 +23,10 @@ from photogonio.evaluate.tradeoff import (
     tradeoffs,
 )
 from photogonio.report.html import picture_bytes
+from photogonio.synthetic.scene.scene import Scene
 from photogonio.system.outputs import staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import canonical_command
-from synthetic.scene.scene import Scene
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

@@ -6,11 +6,11 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
+from photogonio.reconstruct.export import find_format
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
-from reconstruct.brdf.brdf import Brdf, load_brdf
-from reconstruct.export import find_format
 
 
 def one_channel(brdf: Brdf, name: str) -> Brdf:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from capture.manifest.draft import list_photos, manifest_text
-from capture.photoset import MANIFEST
+from photogonio.capture.manifest.draft import list_photos, manifest_text
+from photogonio.capture.photoset import MANIFEST
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import overview_figure
 from photogonio.report.summary import count_of
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_file
-from reconstruct.brdf.brdf import load_brdf
 
 _ANGLES = np.radians([0.0, 30.0, 60.0])
 

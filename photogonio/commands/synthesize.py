@@ -6,10 +6,10 @@ import argparse
 import os
 from pathlib import Path
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
+from photogonio.synthetic.scene.scene import built_in, load_scene
+from photogonio.synthetic.write.photoset import synthesize
 from photogonio.system.progress import Reporter
-from synthetic.scene.scene import built_in, load_scene
-from synthetic.write.photoset import synthesize
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

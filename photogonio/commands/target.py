@@ -6,11 +6,11 @@ import argparse
 from contextlib import ExitStack
 from pathlib import Path
 
-from capture.errors import InputError
-from capture.manifest.stub import stub_manifest
-from capture.photoset import MANIFEST
-from capture.target.layout import make_target
-from capture.target.pdf import pdf_page
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.stub import stub_manifest
+from photogonio.capture.photoset import MANIFEST
+from photogonio.capture.target.layout import make_target
+from photogonio.capture.target.pdf import pdf_page
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
 from photogonio.compare import metrics
 from photogonio.compare.appearance import Appearance, appearance
 from photogonio.compare.metrics import Directions

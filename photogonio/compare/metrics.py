@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.angles import unit_vectors
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> f (n, c)
 

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
 from photogonio.compare.metrics import Directions
-from reconstruct.brdf.brdf import load_brdf
-from reconstruct.brdf.merl import CHANNELS, read_merl
-from reconstruct.modes.angles import spherical_angles, unit_vectors
-from reconstruct.table.goniometer_csv import read_samples
-from synthetic.render.world import brdf_from
-from synthetic.write.truth import FORMAT as TRUTH_FORMAT
+from photogonio.reconstruct.brdf.brdf import load_brdf
+from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
+from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
+from photogonio.reconstruct.table.goniometer_csv import read_samples
+from photogonio.synthetic.render.world import brdf_from
+from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

@@ -7,22 +7,29 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.setup import Setup, ViewSetup
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
-from capture.radiance import RadianceImage
+from photogonio.calib.setup import Setup, ViewSetup
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.radiance import RadianceImage
 from photogonio.compare.reflectances import Known, load_known
 from photogonio.evaluate.scenes import INNER, against
 from photogonio.evaluate.truth import TRUTH
 from photogonio.pipeline import view_errors
+from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.lighting.stray_limits import without_spoilt
+from photogonio.reconstruct.reduce.directions import (
+    USED,
+    ReduceOptions,
+    pairs_at,
+    region_of,
+    region_pixels,
+    scene_of,
+)
+from photogonio.reconstruct.reduce.ray_grid import lens_of
+from photogonio.reconstruct.reduce.reduce import reduce_view, samples_of, unit_weight
+from photogonio.reconstruct.table.facet_table import FacetTable, add_tables
+from photogonio.reconstruct.table.goniometer_csv import UNBINNED
 from photogonio.run.surroundings import LightAround, light_around
-from reconstruct.fit import FitOptions, fit_table
-from reconstruct.lighting.stray_limits import without_spoilt
-from reconstruct.reduce.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
-from reconstruct.reduce.ray_grid import lens_of
-from reconstruct.reduce.reduce import reduce_view, samples_of, unit_weight
-from reconstruct.table.facet_table import FacetTable, add_tables
-from reconstruct.table.goniometer_csv import UNBINNED
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.errors import InputError
-from capture.manifest.schema import did_you_mean
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.schema import did_you_mean
 from photogonio.compare.metrics import Directions
 from photogonio.compare.reflectances import Known, load_known
 from photogonio.evaluate.hard_tables import TABLE_CASES
@@ -18,13 +18,21 @@ from photogonio.evaluate.scenes import INNER, against, rendered, spread_over_pro
 from photogonio.evaluate.truth import TRUTH
 from photogonio.options import Options
 from photogonio.pipeline import Result, process
+from photogonio.reconstruct.fit import FitResult
+from photogonio.reconstruct.modes.angles import spherical_angles
+from photogonio.reconstruct.table.cells import Cells
 from photogonio.report.summary import rescaled
+from photogonio.synthetic.scene.hard_cases import (
+    ACCURATE,
+    NAMED,
+    PLAIN,
+    TOLD,
+    HardCase,
+    hard_case,
+    hard_names,
+)
+from photogonio.synthetic.scene.parts import FaultScene
 from photogonio.system.progress import Reporter
-from reconstruct.fit import FitResult
-from reconstruct.modes.angles import spherical_angles
-from reconstruct.table.cells import Cells
-from synthetic.scene.hard_cases import ACCURATE, NAMED, PLAIN, TOLD, HardCase, hard_case, hard_names
-from synthetic.scene.parts import FaultScene
 
 _PAIRS = 20_000  # at a time
 _SLACK = 1.25  # of the plain set's error, for a case that must not harm

@@ -8,11 +8,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from reconstruct.fit import FitOptions, fit_table
-from reconstruct.modes.angles import unit_vectors
-from reconstruct.table.facet_table import FacetTable, accumulate, add_tables
-from reconstruct.table.facets import facet_index
-from reconstruct.table.goniometer_csv import Samples, samples_table
+from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.table.facet_table import FacetTable, accumulate, add_tables
+from photogonio.reconstruct.table.facets import facet_index
+from photogonio.reconstruct.table.goniometer_csv import Samples, samples_table
 
 # A sum of n numbers in turn errs by at most n / 2 ulp of the largest partial sum, and by chance by sqrt(n) of it
 # (Higham, Accuracy and Stability of Numerical Algorithms, 4.2): a block of a million by 1e-13 of itself.

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
 
 WORSE = 1.1  # of the former error
 LEAST = 0.001  # relative error: smaller changes are nobody's loss

@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from calib.setup import Setup
-from capture.errors import InputError
+from photogonio.calib.setup import Setup
+from photogonio.capture.errors import InputError
 from photogonio.evaluate.bench import Bench, direct_table, open_bench
 from photogonio.evaluate.scenes import Score, spread_over_processes
-from reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.facet_table import FacetTable
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.setup import Setup, ViewSetup
-from capture.errors import InputError
-from capture.photoset import Plane
+from photogonio.calib.setup import Setup, ViewSetup
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import Plane
 
 TRUTH = "truth.json"
 

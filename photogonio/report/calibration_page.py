@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from calib.setup import Setup
+from photogonio.calib.setup import Setup
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable
 from photogonio.report.html import Section, Table
-from reconstruct.table.facet_table import LEFT_OUT, FacetTable
 
 _LONGEST = 8  # numbers of a list that are shown
 

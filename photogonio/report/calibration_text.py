@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from calib.setup import Light, Setup
+from photogonio.calib.setup import Light, Setup
 
 
 def calibration_lines(setup: Setup) -> str:

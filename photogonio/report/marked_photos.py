@@ -7,9 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from calib.report.overlay import draw_marks, draw_view, picture_of
-from calib.setup import Setup
-from capture.linear.reader import RadianceReader
+from photogonio.calib.report.overlay import draw_marks, draw_view, picture_of
+from photogonio.calib.setup import Setup
+from photogonio.capture.linear.reader import RadianceReader
 from photogonio.system.progress import Reporter
 
 _QUALITY = 88

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from photogonio import __version__
+from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.calibration_page import calibration_sections
 from photogonio.report.html import (
@@ -34,12 +35,11 @@ from photogonio.report.summary import (
     rescaled,
     stray_share,
 )
-from reconstruct.brdf.brdf import Brdf
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result
+    from photogonio.reconstruct.fit import FitResult
     from photogonio.run.surroundings import LightAround
-    from reconstruct.fit import FitResult
 
 _LEADING = 12  # modes shown before the fold
 

@@ -11,9 +11,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from photogonio.reconstruct.modes.angles import pair_angles
+from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
-from reconstruct.modes.angles import pair_angles
-from reconstruct.table.facet_table import FacetTable
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> f (n, c)
 

@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.setup import LeftOut
+from photogonio.calib.setup import LeftOut
 from photogonio.options import Choice
+from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
+from photogonio.reconstruct.represent.anisotropic import typical
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
 from photogonio.report.plots import correlation
-from reconstruct.modes.angles import half_difference, unit_vectors
-from reconstruct.represent.anisotropic import typical
-from reconstruct.table.facet_table import LEFT_OUT
 
 LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
 if TYPE_CHECKING:
     from photogonio.pipeline import Result
+    from photogonio.reconstruct.brdf.brdf import Brdf
+    from photogonio.reconstruct.fit import FitResult
+    from photogonio.reconstruct.lighting.lamp_directions import TurnedLight
+    from photogonio.reconstruct.table.facet_table import FacetTable
     from photogonio.run.surroundings import LightAround
-    from reconstruct.brdf.brdf import Brdf
-    from reconstruct.fit import FitResult
-    from reconstruct.lighting.lamp_directions import TurnedLight
-    from reconstruct.table.facet_table import FacetTable
 
 
 CONTRADICTED = 0.05  # relative; geometry, texture and noise leave a few per cent

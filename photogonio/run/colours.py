@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from capture.errors import InputError
-from capture.linear.colour_chart import ColourCorrection, colour_correction, srgb_from_xyz
-from capture.linear.reader import RadianceReader
-from capture.photoset import MANIFEST, PhotoSet
-from reconstruct.brdf.brdf import Brdf, Lobe
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.colour_chart import ColourCorrection, colour_correction, srgb_from_xyz
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.photoset import MANIFEST, PhotoSet
+from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 
 _CHANNELS = {"srgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
 _KEY = "[radiometry] colour"

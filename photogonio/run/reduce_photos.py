@@ -16,17 +16,17 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from calib.setup import LeftOut, Setup, ViewSetup
-from capture.errors import InputError
-from capture.files.images import Image
-from capture.linear.reader import RadianceReader
-from capture.radiance import RadianceImage, exposure_fault
 from photogonio.cache.store import Store, code_key, key_of
+from photogonio.calib.setup import LeftOut, Setup, ViewSetup
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import Image
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.radiance import RadianceImage, exposure_fault
+from photogonio.reconstruct.reduce.directions import ReduceOptions, region_of
+from photogonio.reconstruct.reduce.reduce import reduce_view
+from photogonio.reconstruct.table.facet_table import FacetTable, add_tables
 from photogonio.run.surroundings import PhotoAround
 from photogonio.system.provenance import hash_file
-from reconstruct.reduce.directions import ReduceOptions, region_of
-from reconstruct.reduce.reduce import reduce_view
-from reconstruct.table.facet_table import FacetTable, add_tables
 
 BORDER = 24  # pixels around the sample that are read too: finding spots and spills takes neighbours
 SPARSE = 4  # every so many pixels tell whether a photo is black or full

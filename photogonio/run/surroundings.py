@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.backdrop import backdrop
-from calib.radiometry.surround import Surround, completed, near_shown, radiance_around, surround_of
-from calib.setup import Setup, ViewSetup
-from capture.linear.reader import RadianceReader
-from capture.linear.signal import MIDDLE
-from capture.photoset import PhotoSet, Sphere, View
-from reconstruct.lighting.stray_light import StrayLight
-from reconstruct.lighting.stray_limits import Spoilt, UnknownStray, unknown_stray, without_spoilt
-from reconstruct.table.facet_table import FacetTable
+from photogonio.calib.backdrop import backdrop
+from photogonio.calib.radiometry.surround import Surround, completed, near_shown, radiance_around, surround_of
+from photogonio.calib.setup import Setup, ViewSetup
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.linear.signal import MIDDLE
+from photogonio.capture.photoset import PhotoSet, Sphere, View
+from photogonio.reconstruct.lighting.stray_light import StrayLight
+from photogonio.reconstruct.lighting.stray_limits import Spoilt, UnknownStray, unknown_stray, without_spoilt
+from photogonio.reconstruct.table.facet_table import FacetTable
 
 ON_GROUND = 0.1  # of a ball's radius: how far its foot may be from the frame's z = 0, and stand there
 LEAST_SHOWN = 0.2  # share of what lies near the sample that photos must show; the rest is as the nearest

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
 from photogonio.options import Options
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable, load_table
+from photogonio.reconstruct.table.goniometer_csv import UNBINNED, read_samples, samples_table
 from photogonio.system.progress import Reporter
-from reconstruct.table.facet_table import LEFT_OUT, FacetTable, load_table
-from reconstruct.table.goniometer_csv import UNBINNED, read_samples, samples_table
 
 
 def read_table(
@@ -50,7 +50,7 @@ def _refuse_level(options: Options, level: int) -> None:
         raise InputError(f"--level {options.level}", found)
 
 
-WHY_UNUSED = {  # reasons of reconstruct.table.facet_table, to somebody who took the photos
+WHY_UNUSED = {  # reasons of photogonio.reconstruct.table.facet_table, to somebody who took the photos
     "outline": "too near to its outline",
     "covered": "behind a mirror ball or a white patch",
     "unlit": "turned away from the lamp",

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
 
 
 @contextmanager

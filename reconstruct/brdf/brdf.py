@@ -10,14 +10,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-from capture.errors import InputError
-from reconstruct.brdf import schema as coefficients
-from reconstruct.lobes.schlick import RETRO, ggx, retro
-from reconstruct.modes import basis as modes
-from reconstruct.modes import integrals
-from reconstruct.modes.angles import spherical_angles
-from reconstruct.modes.quadrature import elevation_rule
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf import schema as coefficients
+from photogonio.reconstruct.lobes.schlick import RETRO, ggx, retro
+from photogonio.reconstruct.modes import basis as modes
+from photogonio.reconstruct.modes import integrals
+from photogonio.reconstruct.modes.angles import spherical_angles
+from photogonio.reconstruct.modes.quadrature import elevation_rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +26,9 @@ class Lobe:
     roughness: float  # GGX alpha
     f0: np.ndarray  # (c,) base reflectance
     weight: np.ndarray  # (c,)
-    model: str = "ggx"  # one of reconstruct.lobes.schlick.MODELS; a retro-reflective one has no use for f0
+    model: str = (
+        "ggx"  # one of photogonio.reconstruct.lobes.schlick.MODELS; a retro-reflective one has no use for f0
+    )
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
 
     def evaluate(self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike) -> np.ndarray:
@@ -122,7 +123,7 @@ class Brdf:
 def load_brdf(path: Path | str) -> Brdf:
     """Read a coefficient file. Inverse of :meth:`Brdf.save`.
 
-    Raises capture.errors.InputError naming the file and the key that cannot be used.
+    Raises photogonio.capture.errors.InputError naming the file and the key that cannot be used.
     """
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))

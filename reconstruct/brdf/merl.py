@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.modes.angles import from_half_difference, half_difference
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.modes.angles import from_half_difference, half_difference
 
 SHAPE = (90, 90, 180)  # theta_half, theta_difference, phi_difference
 CHANNELS = ("R", "G", "B")

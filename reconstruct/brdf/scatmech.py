@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.modes.basis import isotropic_modes
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.modes.basis import isotropic_modes
 
 
 @dataclass(frozen=True, slots=True)

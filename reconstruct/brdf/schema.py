@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.lobes.schlick import MODELS
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.lobes.schlick import MODELS
 
 FORMAT, VERSION = "surface-scattering-modes", 1
 _CHOICES = {

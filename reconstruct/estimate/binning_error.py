@@ -12,10 +12,9 @@ cosine, so that a gloss looks wider and lower than it is.
 from __future__ import annotations
 
 import numpy as np
-
-from reconstruct.estimate.model import Model
-from reconstruct.modes.angles import pair_angles, spherical_angles, unit_vectors
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles, unit_vectors
+from photogonio.reconstruct.table.cells import Cells
 
 LEAST_LAMP = (
     1e-5  # radians^2: a smaller lamp, of half a degree in radius, blurs nothing that cells could show

@@ -8,13 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.model_selection import Prior
-from reconstruct.estimate.normal_equations import Common
-from reconstruct.estimate.variable_projection import TOLERANCE, Profile, descend
-from reconstruct.estimate.weights import (
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model_selection import Prior
+from photogonio.reconstruct.estimate.normal_equations import Common
+from photogonio.reconstruct.estimate.variable_projection import TOLERANCE, Profile, descend
+from photogonio.reconstruct.estimate.weights import (
     freedom_of,
     independence,
     level,
@@ -22,8 +21,8 @@ from reconstruct.estimate.weights import (
     student_cost,
     student_weights,
 )
-from reconstruct.lobes.families import TYPICAL_F0, Family
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.lobes.families import TYPICAL_F0, Family
+from photogonio.reconstruct.table.cells import Cells
 
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
 TURNS = ((1.0, 1.0), (1.6, 1.0), (1.0, 1.6), (0.625, 1.0), (1.0, 0.625))  # stretch and skew

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.modes import basis as modes
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.modes import basis as modes
+from photogonio.reconstruct.table.cells import Cells
 
 
 @dataclass(frozen=True, slots=True)

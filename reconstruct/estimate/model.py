@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.lobes.families import Family, lobe_columns
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.lobes.families import Family, lobe_columns
+from photogonio.reconstruct.table.cells import Cells
 
 
 @dataclass(frozen=True, slots=True)

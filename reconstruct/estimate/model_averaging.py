@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-
-from reconstruct.estimate.model_selection import Candidate
+from photogonio.reconstruct.estimate.model_selection import Candidate
 
 DRAWS = 400
 LEAST = 0.01  # a smaller weight is dropped

@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from photogonio.reconstruct.estimate.outlier_views import pair_places
+from photogonio.reconstruct.estimate.weights import level
+from photogonio.reconstruct.table.cells import Cells
 from scipy.spatial import cKDTree
-
-from reconstruct.estimate.outlier_views import pair_places
-from reconstruct.estimate.weights import level
-from reconstruct.table.cells import Cells
 
 NEIGHBOURS = 32
 MOST_CELLS = 40_000  # evenly taken of more
@@ -27,7 +26,7 @@ DOUBT = 0.15
 class Misfit:
     """Relative misfit at the places of the data."""
 
-    places: np.ndarray  # (k, 4) of reconstruct.estimate.outlier_views.pair_places
+    places: np.ndarray  # (k, 4) of photogonio.reconstruct.estimate.outlier_views.pair_places
     # (k, c) what the cells near share, and what is not known of them alike, over the model's size
     relative: np.ndarray
     floor: np.ndarray  # (c,) least size of the model

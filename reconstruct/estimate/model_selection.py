@@ -12,10 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet
-from reconstruct.estimate.normal_equations import (
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.normal_equations import (
     Common,
     Factors,
     FoldedDesign,
@@ -23,9 +22,9 @@ from reconstruct.estimate.normal_equations import (
     solve_each,
     without_each,
 )
-from reconstruct.estimate.weights import independence, level
-from reconstruct.modes.angles import half_difference, unit_vectors
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.estimate.weights import independence, level
+from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
+from photogonio.reconstruct.table.cells import Cells
 
 FOLDS = 10
 LEAST_VIEWS = 4  # fewer cannot be left out one by one

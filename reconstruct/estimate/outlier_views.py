@@ -7,10 +7,9 @@ peak that the model cannot follow is missed by all views alike, and one that a s
 from __future__ import annotations
 
 import numpy as np
+from photogonio.reconstruct.estimate.weights import level
+from photogonio.reconstruct.table.cells import Cells
 from scipy.spatial import cKDTree
-
-from reconstruct.estimate.weights import level
-from reconstruct.table.cells import Cells
 
 DISCORD = 4.0  # times the scatter of the middle view
 LEAST_DISCORD = 0.02  # relative scatter below which no view is suspected

@@ -6,16 +6,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from reconstruct.estimate.binning_error import binning, lamp_size
-from reconstruct.estimate.lobe_search import SEARCH_CELLS, Fitted, search_lobes, starting_shape, thinned
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.model_selection import Prior
-from reconstruct.estimate.outlier_views import contradiction, discordant
-from reconstruct.estimate.weights import FREE, ViewScales, error_model, view_scales
-from reconstruct.lobes.families import Family, families, retro_lobe, second_lobe
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.estimate.binning_error import binning, lamp_size
+from photogonio.reconstruct.estimate.lobe_search import (
+    SEARCH_CELLS,
+    Fitted,
+    search_lobes,
+    starting_shape,
+    thinned,
+)
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model_selection import Prior
+from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
+from photogonio.reconstruct.estimate.weights import FREE, ViewScales, error_model, view_scales
+from photogonio.reconstruct.lobes.families import Family, families, retro_lobe, second_lobe
+from photogonio.reconstruct.table.cells import Cells
 
 PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
@@ -47,7 +52,7 @@ class Cleaned:
     binning: np.ndarray | None = None  # (n, c) binning error and the lamps' size removed, 1/sr
     contradiction: float = (
         np.nan
-    )  # of the views that are left: reconstruct.estimate.outlier_views.contradiction
+    )  # of the views that are left: photogonio.reconstruct.estimate.outlier_views.contradiction
     discordant: tuple[str, ...] = ()  # views left out: what they show is not what all others show
 
     @property

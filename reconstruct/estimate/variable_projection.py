@@ -10,12 +10,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.estimate.model import LobeSet
-from reconstruct.estimate.normal_equations import RIDGE, Common, Factors, FoldedDesign, Statistics, solve
-from reconstruct.lobes.families import F0_BOUNDS, ROUGHNESS_BOUNDS, TURN_BOUNDS
-from reconstruct.modes.angles import half_difference, unit_vectors
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.normal_equations import (
+    RIDGE,
+    Common,
+    Factors,
+    FoldedDesign,
+    Statistics,
+    solve,
+)
+from photogonio.reconstruct.lobes.families import F0_BOUNDS, ROUGHNESS_BOUNDS, TURN_BOUNDS
+from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
+from photogonio.reconstruct.table.cells import Cells
 
 TOLERANCE = 1e-3  # of the logarithms
 DIFFERENCE = 1e-5  # of a logarithm, for slopes

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.cells import Cells
 
 PHOTO_FREEDOM = (
     4.0  # of Student's t, the loss of residuals (Lange, Little and Taylor 1989): dust, glints, penumbra

@@ -9,12 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.export.csv_table import write_csv
-from reconstruct.export.merl_table import write_merl_table
-from reconstruct.export.mitsuba import write_mitsuba
-from reconstruct.export.scatmech_file import write_scatmech_file
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.export.csv_table import write_csv
+from photogonio.reconstruct.export.merl_table import write_merl_table
+from photogonio.reconstruct.export.mitsuba import write_mitsuba
+from photogonio.reconstruct.export.scatmech_file import write_scatmech_file
 
 
 @dataclass(frozen=True, slots=True)

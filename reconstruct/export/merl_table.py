@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.brdf.merl import CHANNELS, write_merl
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.merl import CHANNELS, write_merl
 
 
 def write_merl_table(brdf: Brdf, path: Path) -> None:

@@ -12,11 +12,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.brdf.merl import CHANNELS
-from reconstruct.modes.angles import unit_vectors
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.merl import CHANNELS
+from photogonio.reconstruct.modes.angles import unit_vectors
 
 _SLICE, _INCIDENT = 96, 32  # nodes a side of a slice; incident angles
 _TYPES = {np.dtype("uint8"): 1, np.dtype("float32"): 10}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.brdf.scatmech import scatmech_table, write_scatmech
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.scatmech import scatmech_table, write_scatmech
 
 
 def write_scatmech_file(brdf: Brdf, path: Path) -> None:

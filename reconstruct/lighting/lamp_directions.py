@@ -12,12 +12,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.setup import Light, Setup, ViewSetup
-from capture.photoset import Sphere, WhitePatch
-from reconstruct.estimate.model import Model
-from reconstruct.estimate.weights import INDEPENDENT, PHOTO_FREEDOM, residual_scale, student_weights
-from reconstruct.table.cells import Cells
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.photoset import Sphere, WhitePatch
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.weights import (
+    INDEPENDENT,
+    PHOTO_FREEDOM,
+    residual_scale,
+    student_weights,
+)
+from photogonio.reconstruct.table.cells import Cells
 
 SUSPECT = 4.0  # standard errors of shading and highlights together
 LEAST = np.radians(0.5)  # smaller turns are not told from a misfit of the model

@@ -15,13 +15,12 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-
-from calib.radiometry.surround import Surround
-from calib.setup import ViewSetup
-from capture.photoset import Plane, Sphere
-from reconstruct.estimate.model import Model
-from reconstruct.modes.parallel import cores
-from reconstruct.table.cells import Cells
+from photogonio.calib.radiometry.surround import Surround
+from photogonio.calib.setup import ViewSetup
+from photogonio.capture.photoset import Plane, Sphere
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.modes.parallel import cores
+from photogonio.reconstruct.table.cells import Cells
 
 CHUNK = 1 << 16  # pairs of cell and patch at a time
 SKY = 200  # directions of light from all over the sky

@@ -17,12 +17,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from calib.setup import Light, Setup
-from capture.photoset import Sphere
-from reconstruct.estimate.weights import level
-from reconstruct.table.cells import Cells
-from reconstruct.table.facet_table import LEFT_OUT, SUMS, FacetTable
+from photogonio.calib.setup import Light, Setup
+from photogonio.capture.photoset import Sphere
+from photogonio.reconstruct.estimate.weights import level
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, SUMS, FacetTable
 
 TOLERANCE = 0.1  # of the value, beyond the middle pixel's
 MOST = 0.25  # of the pixels: leaving out more costs more than it saves

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-
-from calib.setup import Setup
-from capture.photoset import Sphere
-from reconstruct.table.facet_table import FacetTable
+from photogonio.calib.setup import Setup
+from photogonio.capture.photoset import Sphere
+from photogonio.reconstruct.table.facet_table import FacetTable
 
 LEAST_COSINE = 1e-3
 

@@ -8,8 +8,8 @@ times a free coefficient a channel, E being all that the interface sends back. A
 two axes of the sample: the covariance of its slopes is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that
 e = k = 0 is isotropic and nothing is singular there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher
 axis lies at half the azimuth of (e, k). A retro-reflective lobe has a free weight a channel. Of mirror lobes the file
-knows only isotropic GGX with height-correlated masking and Schlick's Fresnel: :mod:`reconstruct.represent.isotropic` says the
-others in its terms.
+knows only isotropic GGX with height-correlated masking and Schlick's Fresnel:
+:mod:`reconstruct.represent.isotropic` says the others in its terms.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from reconstruct.lobes.interface import coat_albedo
-from reconstruct.lobes.kernel import mirror_parts
-from reconstruct.lobes.schlick import RETRO, retro
+from photogonio.reconstruct.lobes.interface import coat_albedo
+from photogonio.reconstruct.lobes.kernel import mirror_parts
+from photogonio.reconstruct.lobes.schlick import RETRO, retro
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
 ROUGHNESS_BOUNDS = (0.02, 1.0)

@@ -1,4 +1,4 @@
-"""Compiled columns of mirror lobes, many pairs side by side. Called through reconstruct.lobes.families.
+"""Compiled columns of mirror lobes, many pairs side by side. Called through photogonio.reconstruct.lobes.families.
 
 Loops run over lanes without a branch that depends on the lane, so that the compiler can use vector instructions
 (Beckmann's exponentials apart). Every lane is computed alone: results do not depend on how pairs are grouped.
@@ -10,10 +10,14 @@ import math
 
 import numba
 import numpy as np
-
-from reconstruct.lobes.interface import LAST, beckmann_visibility, dielectric_fresnel, ggx_visibility
-from reconstruct.lobes.schlick import beckmann_density, ggx_density
-from reconstruct.modes.kernel import HALF_PI_REST, LANES, TURN, TURN_REST, short_sine
+from photogonio.reconstruct.lobes.interface import (
+    LAST,
+    beckmann_visibility,
+    dielectric_fresnel,
+    ggx_visibility,
+)
+from photogonio.reconstruct.lobes.schlick import beckmann_density, ggx_density
+from photogonio.reconstruct.modes.kernel import HALF_PI_REST, LANES, TURN, TURN_REST, short_sine
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")

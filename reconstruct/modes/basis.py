@@ -18,10 +18,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-from reconstruct.modes import kernel as mode_sums
-from reconstruct.modes.parallel import over_rows
-from reconstruct.modes.zernike import (
+from photogonio.reconstruct.modes import kernel as mode_sums
+from photogonio.reconstruct.modes.parallel import over_rows
+from photogonio.reconstruct.modes.zernike import (
     elevation_norms,
     radial_index,
     recurrence,

@@ -6,11 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-from reconstruct.modes.angles import unit_vectors
-from reconstruct.modes.basis import QUANTITIES, isotropic_norms
-from reconstruct.modes.quadrature import azimuth_rule, elevation_rule
-from reconstruct.modes.zernike import zernike_count, zernike_index, zernike_sequence
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.basis import QUANTITIES, isotropic_norms
+from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule
+from photogonio.reconstruct.modes.zernike import zernike_count, zernike_index, zernike_sequence
 
 POINTS = 10  # a panel: 1e-7 for what is smooth in panels of a quarter of its width
 

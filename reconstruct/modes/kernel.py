@@ -1,4 +1,4 @@
-"""Compiled sums over modes, many pairs side by side. Called through reconstruct.modes.basis.
+"""Compiled sums over modes, many pairs side by side. Called through photogonio.reconstruct.modes.basis.
 
 Inner loops run over lanes and touch few distinct rows each, so that the compiler can prove them independent
 and uses vector instructions. Every lane is computed alone: results do not depend on how pairs are grouped.
@@ -10,8 +10,7 @@ import math
 
 import numba
 import numpy as np
-
-from reconstruct.modes.zernike import fill_radial
+from photogonio.reconstruct.modes.zernike import fill_radial
 
 LANES = 64  # pairs side by side: the table of order 8 then stays in the first cache
 GROUP = 4  # modes summed at a time

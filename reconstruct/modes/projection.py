@@ -11,11 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.modes import basis as bases
-from reconstruct.modes.angles import unit_vectors
-from reconstruct.modes.quadrature import azimuth_rule, elevation_rule
-from reconstruct.modes.zernike import elevation_sequence, radial_index, zernike_sequence
+from photogonio.reconstruct.modes import basis as bases
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule
+from photogonio.reconstruct.modes.zernike import elevation_sequence, radial_index, zernike_sequence
 
 UNBOUNDED = 0.01  # a norm that still grows by more than this in the last step is taken to have no bound
 STEPS = 12

@@ -11,15 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.modes.basis import (
+from photogonio.reconstruct.modes.basis import (
     general_modes,
     isotropic_modes,
     isotropic_norms,
     pair_indices,
     reciprocal_modes,
 )
-from reconstruct.modes.zernike import zernike_count, zernike_index, zernike_orders
+from photogonio.reconstruct.modes.zernike import zernike_count, zernike_index, zernike_orders
 
 
 @dataclass(frozen=True, slots=True)

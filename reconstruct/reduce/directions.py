@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Light, Setup, ViewSetup
-from capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
-from reconstruct.reduce.occluders import (
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
+from photogonio.reconstruct.reduce.occluders import (
     balls_beside,
     bounding_ball,
     cone_of,
@@ -22,7 +21,7 @@ from reconstruct.reduce.occluders import (
     may_shade,
     patch_cones,
 )
-from reconstruct.table.facet_table import LEFT_OUT
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
 
 # with a vertex at the pole, phi = 0 runs along facet edges; phi = 36 degrees is a mirror plane of the
 # icosahedron that crosses the facets' middles, so that changing the sign of dphi maps facets onto facets

@@ -1,8 +1,9 @@
 """The fused kernel: from the pixels of one view to sums over facet pairs, in one pass.
 
-It does what :mod:`reconstruct.reduce.directions` and :func:`reconstruct.reduce.reduce.samples_of` do, pixel by pixel, without an
-array between. The region is cut into a fixed number of bands of rows, each with sums of its own, so that the bands
-can be worked on by any number of threads and added up in their order: the same bytes for any number of threads.
+It does what :mod:`reconstruct.reduce.directions` and :func:`reconstruct.reduce.reduce.samples_of` do, pixel by pixel,
+without an array between. The region is cut into a fixed number of bands of rows, each with sums of its own, so that
+the bands can be worked on by any number of threads and added up in their order: the same bytes for any number of
+threads.
 """
 
 from __future__ import annotations
@@ -13,12 +14,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-
-from reconstruct.reduce.directions import Scene
-from reconstruct.reduce.kernel import Cells, reduce_rows
-from reconstruct.reduce.ray_grid import Lens
-from reconstruct.table.facet_table import LEFT_OUT
-from reconstruct.table.facets import vertices
+from photogonio.reconstruct.reduce.directions import Scene
+from photogonio.reconstruct.reduce.kernel import Cells, reduce_rows
+from photogonio.reconstruct.reduce.ray_grid import Lens
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
+from photogonio.reconstruct.table.facets import vertices
 
 BANDS = 16  # at most; never a matter of how many threads there are
 LEAST_ROWS = 32  # of a band

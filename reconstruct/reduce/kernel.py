@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-
-from reconstruct.reduce.directions import CANONICAL_AZIMUTH, OUTSIDE, USED
-from reconstruct.reduce.ray_grid import ORDER
-from reconstruct.table.facet_table import LEFT_OUT
-from reconstruct.table.facets import facet_of
+from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH, OUTSIDE, USED
+from photogonio.reconstruct.reduce.ray_grid import ORDER
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
+from photogonio.reconstruct.table.facets import facet_of
 
 INSIDE = 1e-12  # sine of the distance from a facet's edges at which a direction is surely inside
 SCATTER = 0x2545F4914F6CDD1D  # odd, of well mixed bits: Vigna's

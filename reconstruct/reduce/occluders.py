@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from photogonio.calib.setup import Light, ViewSetup
+from photogonio.capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
 from scipy.spatial import ConvexHull
-
-from calib.setup import Light, ViewSetup
-from capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
 
 BALL_SLACK = 0.1  # a ball may stand off its place by this part of its radius: all balls are taken as larger
 OVERLAP = 0.2  # of the smaller radius: a ball that far inside the sample took its place in a probe photo

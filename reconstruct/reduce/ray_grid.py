@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-
-from calib.geometry.camera import Camera
+from photogonio.calib.geometry.camera import Camera
 
 STEP = 16  # pixels between nodes
 LEAST_STEP = 4

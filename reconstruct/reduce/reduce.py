@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.setup import Setup, ViewSetup
-from capture.radiance import RadianceImage
-from reconstruct.reduce.directions import (
+from photogonio.calib.setup import Setup, ViewSetup
+from photogonio.capture.radiance import RadianceImage
+from photogonio.reconstruct.reduce.directions import (
     USED,
     Pairs,
     ReduceOptions,
@@ -19,10 +18,10 @@ from reconstruct.reduce.directions import (
     region_pixels,
     scene_of,
 )
-from reconstruct.reduce.fused import Frame, reduce_region, rig_of
-from reconstruct.reduce.ray_grid import Lens, lens_of
-from reconstruct.table.facet_table import LEFT_OUT, FacetTable, accumulate, table_of_sums
-from reconstruct.table.facets import facet_index
+from photogonio.reconstruct.reduce.fused import Frame, reduce_region, rig_of
+from photogonio.reconstruct.reduce.ray_grid import Lens, lens_of
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable, accumulate, table_of_sums
+from photogonio.reconstruct.table.facets import facet_index
 
 SAMPLED = 1024  # pixels of the region, about, that a view's typical variance is taken from
 Region = tuple[int, int, int, int]
@@ -94,7 +93,7 @@ class Samples:
     reason: np.ndarray  # (n,) int8: USED, OUTSIDE, or an index in LEFT_OUT
     value: np.ndarray  # (n, c) f, 1/sr
     variance: np.ndarray  # (n, c) of f
-    omega: np.ndarray  # (n,) weight, see reconstruct.table.facet_table
+    omega: np.ndarray  # (n,) weight, see photogonio.reconstruct.table.facet_table
 
 
 def samples_of(scene: Scene, pairs: Pairs, radiance: RadianceImage, *, omega: float) -> Samples:

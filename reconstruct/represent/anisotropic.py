@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import nnls
-
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import Model
-from reconstruct.lobes.families import Family, lobe_columns
-from reconstruct.modes.transform import pair_coefficients, pair_matrix
-from reconstruct.modes.zernike import zernike_count, zernike_orders, zernike_sequence
-from reconstruct.represent.isotropic import (
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.lobes.families import Family, lobe_columns
+from photogonio.reconstruct.modes.transform import pair_coefficients, pair_matrix
+from photogonio.reconstruct.modes.zernike import zernike_count, zernike_orders, zernike_sequence
+from photogonio.reconstruct.represent.isotropic import (
     BEYOND,
     FILE_FAMILY,
     JUDGED,
@@ -31,7 +29,8 @@ from reconstruct.represent.isotropic import (
     represent,
     standing_for,
 )
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.cells import Cells
+from scipy.optimize import nnls
 
 PENALTY = 1e-7  # of the mean weight: keeps fine modes from trading places beyond the limit
 ORDERS = (8, 12, 16, 20, 24)  # tried: a ridge of roughness 0.15 takes the last, up to 26,000 modes

@@ -13,15 +13,20 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.modes.integrals import directional_albedo, exit_integral
-from reconstruct.modes.parallel import cores
-from reconstruct.modes.zernike import zernike_count, zernike_sequence
-from reconstruct.represent.bounds import HIGHEST, TRIFLE, Physical, held_pairs, least_distance, root_of
-from reconstruct.represent.minima import (
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.modes.integrals import directional_albedo, exit_integral
+from photogonio.reconstruct.modes.parallel import cores
+from photogonio.reconstruct.modes.zernike import zernike_count, zernike_sequence
+from photogonio.reconstruct.represent.bounds import (
+    HIGHEST,
+    TRIFLE,
+    Physical,
+    held_pairs,
+    least_distance,
+    root_of,
+)
+from photogonio.reconstruct.represent.minima import (
     Directions,
     Surface,
     directions,
@@ -33,7 +38,8 @@ from reconstruct.represent.minima import (
     pairs,
     values,
 )
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.cells import Cells
+from scipy.interpolate import CubicSpline
 
 TOLERANCE = (
     TRIFLE  # of the mean f, and of an albedo of 1: what is held may be off by as much between the constraints
@@ -58,7 +64,7 @@ MOVES = np.array(
 
 
 def violated_turning(brdf: Brdf, error: Callable[[Cells], np.ndarray]) -> bool:
-    """As :func:`reconstruct.represent.bounds.violated` at all azimuths; ``error`` takes cells to standard errors (n, c)."""
+    """As :func:`.bounds.violated` at all azimuths; ``error`` takes cells to standard errors (n, c)."""
     grid = _grid(brdf.order)
     value = values(brdf, grid)
     trifle = TRIFLE * _sizes(value, grid)
@@ -73,7 +79,7 @@ def violated_turning(brdf: Brdf, error: Callable[[Cells], np.ndarray]) -> bool:
 
 
 def enforced_turning(brdf: Brdf, covariance: np.ndarray) -> Physical | None:
-    """As :func:`reconstruct.represent.bounds.enforced`, at all azimuths: f >= -TOLERANCE of its mean and, on an absolute scale,
+    """As :func:`.bounds.enforced`, at all azimuths: f >= -TOLERANCE of its mean and, on an absolute scale,
     albedos <= 1 + TOLERANCE.
 
     ``covariance`` (c, k, k) is of the first k modes, which alone move.

@@ -11,14 +11,18 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-
-from reconstruct.brdf.brdf import Lobe
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
-from reconstruct.lobes.families import Family, lobe_columns
-from reconstruct.modes.angles import from_half_difference, half_difference, pair_angles, unit_vectors
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.brdf.brdf import Lobe
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from photogonio.reconstruct.lobes.families import Family, lobe_columns
+from photogonio.reconstruct.modes.angles import (
+    from_half_difference,
+    half_difference,
+    pair_angles,
+    unit_vectors,
+)
+from photogonio.reconstruct.table.cells import Cells
 
 FILE_FAMILY = Family("file", "schlick", "correlated", absolute=False)
 JUDGED = np.radians(70.0)  # the error is stated below it

@@ -9,18 +9,17 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.modes.basis import cosines
-from reconstruct.modes.transform import pair_matrix
-from reconstruct.modes.zernike import (
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.modes.basis import cosines
+from photogonio.reconstruct.modes.transform import pair_matrix
+from photogonio.reconstruct.modes.zernike import (
     azimuth_sequence,
     elevation_sequence,
     radial_index,
     zernike_orders,
     zernike_sequence,
 )
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.cells import Cells
 
 LOWEST = 100_000  # places among which valleys are sought
 HALVINGS = 6  # of the grid's step, in following a valley: to a thirtieth of it

@@ -9,18 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from photogonio.reconstruct.estimate.lobe_search import common_error, search_lobes, thinned
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model_selection import LEAST_VIEWS, PRIORS, blocks_of, folds_of
+from photogonio.reconstruct.estimate.normal_equations import Common, Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned
+from photogonio.reconstruct.estimate.weights import independence, level
+from photogonio.reconstruct.symmetry.columns import Columns, swapped_modes, turning_modes
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.uncertainty.budget import shape_slopes
 from scipy.special import stdtr
-
-from reconstruct.estimate.lobe_search import common_error, search_lobes, thinned
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.model_selection import LEAST_VIEWS, PRIORS, blocks_of, folds_of
-from reconstruct.estimate.normal_equations import Common, Factors, FoldedDesign, solve
-from reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned
-from reconstruct.estimate.weights import independence, level
-from reconstruct.symmetry.columns import Columns, swapped_modes, turning_modes
-from reconstruct.table.cells import Cells
-from reconstruct.uncertainty.budget import shape_slopes
 
 VIEW_WORTH = 3.0  # independent values that a view's residuals count for
 SHUFFLES = 7  # sets with their rotations dealt out anew

@@ -18,17 +18,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.estimate.lobe_search import starting_shape
+from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.outlier_views import pair_places
+from photogonio.reconstruct.estimate.pilot import Cleaned, clean
+from photogonio.reconstruct.lobes.families import families, turned_roughness
+from photogonio.reconstruct.symmetry.trials import MATERIAL, TOLD, Trial, Tried, difference, turned
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.uncertainty.validity import NEAR
 from scipy.spatial import cKDTree
-
-from capture.errors import InputError
-from reconstruct.estimate.lobe_search import starting_shape
-from reconstruct.estimate.model import LobeSet
-from reconstruct.estimate.outlier_views import pair_places
-from reconstruct.estimate.pilot import Cleaned, clean
-from reconstruct.lobes.families import families, turned_roughness
-from reconstruct.symmetry.trials import MATERIAL, TOLD, Trial, Tried, difference, turned
-from reconstruct.table.cells import Cells
-from reconstruct.uncertainty.validity import NEAR
 
 CONVINCING = np.log(1000.0)  # log odds
 CHANCE = 0.001  # that a shuffled set has odds as high

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from reconstruct.modes.angles import pair_angles, spherical_angles
-from reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles
+from photogonio.reconstruct.table.facet_table import FacetTable
 
 LEAST_SAMPLES = 3  # a cell of fewer pixels is mostly edge
 LEAST_ANGLE = 1e-3  # radians: nearer to the normal an azimuth means nothing

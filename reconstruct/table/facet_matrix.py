@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from photogonio.reconstruct.modes.angles import pair_angles
+from photogonio.reconstruct.table.facets import barycentres, facet_count, facet_index, solid_angles, vertices
 from scipy.sparse import coo_array, csr_array
-
-from reconstruct.modes.angles import pair_angles
-from reconstruct.table.facets import barycentres, facet_count, facet_index, solid_angles, vertices
 
 
 @dataclass(frozen=True, slots=True)

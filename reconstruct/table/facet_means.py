@@ -9,12 +9,11 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-
-from reconstruct.modes.angles import spherical_angles
-from reconstruct.modes.basis import isotropic_modes, isotropic_norms
-from reconstruct.modes.quadrature import gauss
-from reconstruct.modes.zernike import zernike_index, zernike_sequence
-from reconstruct.table.facets import mean_directions, vertices
+from photogonio.reconstruct.modes.angles import spherical_angles
+from photogonio.reconstruct.modes.basis import isotropic_modes, isotropic_norms
+from photogonio.reconstruct.modes.quadrature import gauss
+from photogonio.reconstruct.modes.zernike import zernike_index, zernike_sequence
+from photogonio.reconstruct.table.facets import mean_directions, vertices
 
 
 def facet_rule(level: int, points: int) -> tuple[np.ndarray, np.ndarray]:

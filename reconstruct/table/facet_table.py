@@ -25,9 +25,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.table.facets import facet_count
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.table.facets import facet_count
 
 # why a pixel is left out, in the order of the tests; a pixel counts for the first that applies
 LEFT_OUT = (

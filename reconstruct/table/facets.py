@@ -18,9 +18,17 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-
-from reconstruct.modes.parallel import over_rows
-from reconstruct.table.icosahedron import AZIMUTHS, FIFTH, FINEST, corner_planes, faces, fifth, unit, vertices
+from photogonio.reconstruct.modes.parallel import over_rows
+from photogonio.reconstruct.table.icosahedron import (
+    AZIMUTHS,
+    FIFTH,
+    FINEST,
+    corner_planes,
+    faces,
+    fifth,
+    unit,
+    vertices,
+)
 
 __all__ = [
     "FINEST",

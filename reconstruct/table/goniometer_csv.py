@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from capture.errors import InputError
-from reconstruct.modes.angles import unit_vectors
-from reconstruct.table.facet_table import FacetTable
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.table.facet_table import FacetTable
 
 UNBINNED = -1  # a table's level when every sample is a cell of its own
 # of a value, its standard error where none is given: only against noise that shows in values below zero. Goniometers

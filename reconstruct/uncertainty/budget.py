@@ -1,8 +1,9 @@
 """How sure a fit is: covariance of all its parameters, standard error and interval of f anywhere.
 
 Three things leave a fit unsure: the noise of the data, of which a view's cells share a part (its scale, its stray
-light, its geometry), the prior, which speaks where the data do not, and the choice of the model. See
-:mod:`reconstruct.uncertainty.covariance` for how each is measured, and :mod:`reconstruct.estimate.model_averaging` for what other models weigh.
+light, its geometry), the prior, which speaks where the data do not, and the choice of the model.
+:mod:`reconstruct.uncertainty.covariance` says how each is measured, and
+:mod:`reconstruct.estimate.model_averaging` what other models weigh.
 """
 
 from __future__ import annotations
@@ -11,19 +12,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from photogonio.reconstruct.estimate.lobe_search import Fitted, common_error
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.model_selection import Candidate, blocks_of
+from photogonio.reconstruct.estimate.weights import independence, level
+from photogonio.reconstruct.lobes.families import F0_BOUNDS
+from photogonio.reconstruct.represent.anisotropic import in_file
+from photogonio.reconstruct.represent.isotropic import Represented
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.uncertainty.covariance import Alternative, Problem, covariance
+from photogonio.reconstruct.uncertainty.lobe_weight import cover_slopes
 from scipy.special import stdtrit
-
-from reconstruct.estimate.lobe_search import Fitted, common_error
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import Model
-from reconstruct.estimate.model_selection import Candidate, blocks_of
-from reconstruct.estimate.weights import independence, level
-from reconstruct.lobes.families import F0_BOUNDS
-from reconstruct.represent.anisotropic import in_file
-from reconstruct.represent.isotropic import Represented
-from reconstruct.table.cells import Cells
-from reconstruct.uncertainty.covariance import Alternative, Problem, covariance
-from reconstruct.uncertainty.lobe_weight import cover_slopes
 
 LEAST_UNITS = 8  # views; fewer are cut into blocks of directions
 MOST_UNITS = 40  # to leave out one by one

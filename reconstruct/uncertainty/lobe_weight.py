@@ -10,9 +10,8 @@ likely it is.
 from __future__ import annotations
 
 import numpy as np
-
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.table.cells import Cells
 
 BULK_F0 = 0.043  # of plastics, lacquers, glasses: index 1.42 to 1.62, the middle
 BULK_SPREAD = 0.2  # of its logarithm

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.outlier_views import pair_places
+from photogonio.reconstruct.estimate.weights import level
+from photogonio.reconstruct.table.cells import Cells
 from scipy.spatial import cKDTree
-
-from reconstruct.estimate.model import Model
-from reconstruct.estimate.outlier_views import pair_places
-from reconstruct.estimate.weights import level
-from reconstruct.table.cells import Cells
 
 STEP = 5.0  # degrees between the map's directions
 NEAR = np.radians(7.5)  # a direction is seen if data lie as near

@@ -7,9 +7,8 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
-
-from synthetic.brdf.glossy import ggx, schlick
-from synthetic.brdf.reflectance import Pairs, Reflectance
+from photogonio.synthetic.brdf.glossy import ggx, schlick
+from photogonio.synthetic.brdf.reflectance import Pairs, Reflectance
 
 COSINES = {"brdf": (0, 0), "brdf_cos": (1, 0), "brdf_cos_cos": (1, 1)}
 

@@ -8,11 +8,10 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
-
-from capture.errors import InputError
-from synthetic.brdf.expansion import COSINES, Expansion
-from synthetic.brdf.measured import MERL_SCALE, MERL_SHAPE, Merl, Tabulated
-from synthetic.brdf.reflectance import Reflectance
+from photogonio.capture.errors import InputError
+from photogonio.synthetic.brdf.expansion import COSINES, Expansion
+from photogonio.synthetic.brdf.measured import MERL_SCALE, MERL_SHAPE, Merl, Tabulated
+from photogonio.synthetic.brdf.reflectance import Reflectance
 
 SYMMETRIES = ("isotropic", "reciprocal", "general")
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from photogonio.synthetic.brdf.reflectance import Channels, Pairs, Reflectance, spread
 from scipy.interpolate import CubicSpline
-
-from synthetic.brdf.reflectance import Channels, Pairs, Reflectance, spread
 
 
 def fresnel(cos: np.ndarray, ior: float) -> np.ndarray:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import fields
 
 import numpy as np
-
-from capture.errors import InputError
-from synthetic.brdf import glossy, matte
-from synthetic.brdf.reflectance import Reflectance
+from photogonio.capture.errors import InputError
+from photogonio.synthetic.brdf import glossy, matte
+from photogonio.synthetic.brdf.reflectance import Reflectance
 
 MODELS: dict[str, type[Reflectance]] = {
     "lambert": matte.Lambert,

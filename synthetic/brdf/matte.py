@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from synthetic.brdf.reflectance import Channels, Pairs, Reflectance, spread
+from photogonio.synthetic.brdf.reflectance import Channels, Pairs, Reflectance, spread
 
 
 @dataclass(frozen=True)

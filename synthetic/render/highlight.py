@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-
-from calib.geometry.camera import Camera, Pose
-from synthetic.render.light import see_lamp
-from synthetic.render.room import BALL, World
-from synthetic.render.trace import nearest
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.synthetic.render.light import see_lamp
+from photogonio.synthetic.render.room import BALL, World
+from photogonio.synthetic.render.trace import nearest
 
 LIMB = 48  # corners of the polygon that stands for the lamp's outline
 SHOWN_RADIUS = 0.005  # angular radius that a point lamp is given in its mirror image, radians

@@ -10,8 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
-
-from synthetic.render.room import FAR, World
+from photogonio.synthetic.render.room import FAR, World
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -12,14 +12,13 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-
-from calib.geometry.camera import Camera, Pose
-from synthetic.brdf.reflectance import Reflectance
-from synthetic.render.highlight import add_highlights
-from synthetic.render.light import see_lamp
-from synthetic.render.room import BALL, SAMPLE, World
-from synthetic.render.trace import label_rays
-from synthetic.render.trace import shade_pixels as trace_pixels
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.synthetic.brdf.reflectance import Reflectance
+from photogonio.synthetic.render.highlight import add_highlights
+from photogonio.synthetic.render.light import see_lamp
+from photogonio.synthetic.render.room import BALL, SAMPLE, World
+from photogonio.synthetic.render.trace import label_rays
+from photogonio.synthetic.render.trace import shade_pixels as trace_pixels
 
 Extra = Callable[
     [np.ndarray, np.ndarray, np.ndarray], np.ndarray

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numba import njit
-
-from capture.errors import InputError
-from capture.photoset import Board
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import Board
 
 PER_BIN = 6  # markers that may touch one bin of the lookup
 

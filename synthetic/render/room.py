@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-
-from synthetic.render.print import Print
+from photogonio.synthetic.render.print import Print
 
 NOTHING, BOARD, TABLE, SHEET, SAMPLE, BALL, SIDE = range(7)  # what a ray meets
 INK, PAPER, TABLETOP, WALL, FIRST_SHEET = range(5)  # rows of World.colors

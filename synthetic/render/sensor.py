@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
-from calib.geometry.camera import Camera
-from synthetic.render.picture import pixel_middles, plane_corners
-from synthetic.scene.scene import Scene
+from photogonio.calib.geometry.camera import Camera
+from photogonio.synthetic.render.picture import pixel_middles, plane_corners
+from photogonio.synthetic.scene.scene import Scene
 
 HOT_SEED = 7919  # hot pixels stay where they are from photo to photo
 

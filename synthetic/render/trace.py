@@ -9,10 +9,9 @@ import math
 
 import numpy as np
 from numba import njit
-
-from synthetic.render.light import gather, inside
-from synthetic.render.print import paper_at
-from synthetic.render.room import (
+from photogonio.synthetic.render.light import gather, inside
+from photogonio.synthetic.render.print import paper_at
+from photogonio.synthetic.render.room import (
     BALL,
     BOARD,
     FAR,

@@ -7,16 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from capture.errors import InputError
-from synthetic.brdf.files import read_brdf
-from synthetic.brdf.library import make_brdf
-from synthetic.brdf.reflectance import Reflectance
-from synthetic.render.print import print_of
-from synthetic.render.room import World
-from synthetic.scene.parts import PatchScene
-from synthetic.scene.plan import Lamp, Shot, exposure_factor
-from synthetic.scene.scene import Scene
+from photogonio.capture.errors import InputError
+from photogonio.synthetic.brdf.files import read_brdf
+from photogonio.synthetic.brdf.library import make_brdf
+from photogonio.synthetic.brdf.reflectance import Reflectance
+from photogonio.synthetic.render.print import print_of
+from photogonio.synthetic.render.room import World
+from photogonio.synthetic.scene.parts import PatchScene
+from photogonio.synthetic.scene.plan import Lamp, Shot, exposure_factor
+from photogonio.synthetic.scene.scene import Scene
 
 CHANNELS = 3
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.scene.scene import Scene, load_scene
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from capture.photoset import Board
+from photogonio.capture.photoset import Board
 
 Point = tuple[float, ...]
 

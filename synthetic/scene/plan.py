@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from calib.geometry.camera import Camera, Pose
-from synthetic.scene.scene import Scene
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.synthetic.scene.scene import Scene
 
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # azimuth step that spreads any number of places evenly
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from capture.errors import InputError
+from photogonio.capture.errors import InputError
 
 if TYPE_CHECKING:
-    from synthetic.scene.scene import Scene
+    from photogonio.synthetic.scene.scene import Scene
 
 Rule = tuple[str, Callable[[object], bool]]  # what is expected, whether a value is so
 NEEDED = {  # by a board of each kind

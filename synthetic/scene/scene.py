@@ -11,9 +11,9 @@ from pathlib import Path
 from types import UnionType
 from typing import get_args, get_origin, get_type_hints
 
-from capture.errors import InputError
-from capture.manifest.schema import did_you_mean
-from synthetic.scene.parts import (
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.schema import did_you_mean
+from photogonio.synthetic.scene.parts import (
     BallScene,
     BoardScene,
     CameraScene,
@@ -24,14 +24,14 @@ from synthetic.scene.parts import (
     SampleScene,
     SensorScene,
 )
-from synthetic.scene.rules import check
+from photogonio.synthetic.scene.rules import check
 
 SCENES = Path(__file__).parent / "scenes"
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A photo set before it is rendered. ``brdf``: `model` and its parameters, or `file` (see synthetic.brdf.library)."""
+    """A photo set before it is rendered. ``brdf``: `model` and its parameters, or `file` (synthetic.brdf.library)."""
 
     name: str
     brdf: dict[str, object]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-
-from calib.geometry.camera import Camera
-from synthetic.scene.parts import BoardScene
-from synthetic.scene.plan import Shot, lamp_intensity
-from synthetic.scene.scene import Scene
+from photogonio.calib.geometry.camera import Camera
+from photogonio.synthetic.scene.parts import BoardScene
+from photogonio.synthetic.scene.plan import Shot, lamp_intensity
+from photogonio.synthetic.scene.scene import Scene
 
 
 def manifest_of(scene: Scene, camera: Camera, shots: tuple[Shot, ...]) -> dict[str, object]:

@@ -13,19 +13,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
-
-from calib.geometry.camera import Camera
-from capture.errors import InputError
-from capture.photoset import MANIFEST
-from synthetic.brdf.reflectance import Reflectance
-from synthetic.render.bounce import bounce_extra, room_extra
-from synthetic.render.picture import Detail, render
-from synthetic.render.sensor import expose
-from synthetic.render.world import CHANNELS, brdf_of, world_of
-from synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
-from synthetic.scene.scene import Scene
-from synthetic.write.manifest import manifest_of
-from synthetic.write.truth import copy_name, truth_of
+from photogonio.calib.geometry.camera import Camera
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST
+from photogonio.synthetic.brdf.reflectance import Reflectance
+from photogonio.synthetic.render.bounce import bounce_extra, room_extra
+from photogonio.synthetic.render.picture import Detail, render
+from photogonio.synthetic.render.sensor import expose
+from photogonio.synthetic.render.world import CHANNELS, brdf_of, world_of
+from photogonio.synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
+from photogonio.synthetic.scene.scene import Scene
+from photogonio.synthetic.write.manifest import manifest_of
+from photogonio.synthetic.write.truth import copy_name, truth_of
 
 TRUTH = "truth.json"
 Progress = Callable[[int, int], None]  # photos done, photos in all

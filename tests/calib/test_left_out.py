@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.calib.calibrate import usable
+from photogonio.calib.detect.observe import is_dark
+from photogonio.calib.diagnose.unusable_photos import washed_out
+from photogonio.calib.shading.fit import Reading
+from photogonio.calib.shading.initial import square_ratios, white_level
+from photogonio.capture.errors import InputError
 
-from calib.calibrate import usable
-from calib.detect.observe import is_dark
-from calib.diagnose.unusable_photos import washed_out
-from calib.shading.fit import Reading
-from calib.shading.initial import square_ratios, white_level
-from capture.errors import InputError
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import draw_paper
 

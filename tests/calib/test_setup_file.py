@@ -5,11 +5,20 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
-
-from calib.geometry.camera import Camera, Pose
-from calib.setup import BoardSetup, Falloff, LeftOut, Light, Marks, Setup, ViewSetup, load_setup, save_setup
-from capture.errors import InputError
-from capture.photoset import MirrorBall, Plane, Sphere
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import (
+    BoardSetup,
+    Falloff,
+    LeftOut,
+    Light,
+    Marks,
+    Setup,
+    ViewSetup,
+    load_setup,
+    save_setup,
+)
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MirrorBall, Plane, Sphere
 
 
 def view(name: str, rng: np.random.Generator, kind: str = "point", **more: object) -> ViewSetup:

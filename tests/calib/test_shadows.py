@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from calib.detect.paper import PaperSamples
-from calib.detect.paper_near_balls import Close
-from calib.geometry.visibility import direct
-from calib.shading.fit import Ball, Reading, Scene, fit_shading
-from calib.shading.interreflection import glossy_bounce, polished_bounce
-from calib.shading.kernel import light_on_board
-from calib.shading.parameters import BALL, LOCAL, SHARED
+from photogonio.calib.detect.paper import PaperSamples
+from photogonio.calib.detect.paper_near_balls import Close
+from photogonio.calib.geometry.visibility import direct
+from photogonio.calib.shading.fit import Ball, Reading, Scene, fit_shading
+from photogonio.calib.shading.interreflection import glossy_bounce, polished_bounce
+from photogonio.calib.shading.kernel import light_on_board
+from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
 
 BALLS = (Ball(np.array([10.0, 10, 8]), 8.0), Ball(np.array([170.0, 130, 8]), 8.0))
 TABLE = np.array([[*b.center, b.radius] for b in BALLS])

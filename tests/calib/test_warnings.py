@@ -8,27 +8,27 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from photogonio.calib.adjust.alternate import _shade
+from photogonio.calib.adjust.lamps import Lamp, block_name
+from photogonio.calib.calibrate import light_of, settled_at_last, settled_from
+from photogonio.calib.camera_poses import Photos, check_camera, find_poses, fitted_camera, scale_corners
+from photogonio.calib.detect.highlights import find_highlight
+from photogonio.calib.detect.observation import FIXED_POSE, start_over
+from photogonio.calib.detect.photo_reader import Reader, Seen
+from photogonio.calib.diagnose.allowances import NO_FALLOFF, settle_allowing
+from photogonio.calib.diagnose.ambient_light import light_beside, note_beside
+from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
+from photogonio.calib.diagnose.lamp_beam import beam_of, note_beam
+from photogonio.calib.diagnose.unusable_photos import contradiction
+from photogonio.calib.diagnose.vignetting import brighten, note_falloff
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.pose import fit_pose
+from photogonio.calib.remarks import Notes
+from photogonio.calib.report.summary import _shared_lights, account
+from photogonio.calib.shading.fit import Ball, fit_shading
+from photogonio.calib.shading.kernel import lens
 
 from benchmarks.coverage import deviations
-from calib.adjust.alternate import _shade
-from calib.adjust.lamps import Lamp, block_name
-from calib.calibrate import light_of, settled_at_last, settled_from
-from calib.camera_poses import Photos, check_camera, find_poses, fitted_camera, scale_corners
-from calib.detect.highlights import find_highlight
-from calib.detect.observation import FIXED_POSE, start_over
-from calib.detect.photo_reader import Reader, Seen
-from calib.diagnose.allowances import NO_FALLOFF, settle_allowing
-from calib.diagnose.ambient_light import light_beside, note_beside
-from calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
-from calib.diagnose.lamp_beam import beam_of, note_beam
-from calib.diagnose.unusable_photos import contradiction
-from calib.diagnose.vignetting import brighten, note_falloff
-from calib.geometry.board import Corners
-from calib.geometry.pose import fit_pose
-from calib.remarks import Notes
-from calib.report.summary import _shared_lights, account
-from calib.shading.fit import Ball, fit_shading
-from calib.shading.kernel import lens
 from tests.calib.detect.test_mirror_rays import BALLS as MIRRORS
 from tests.calib.detect.test_mirror_rays import CAMERA, LAMP, POSE, highlight, spot
 from tests.drawn.boards import radiance

@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import pytest
-
-from synthetic.scene.hard_cases import changed
-from synthetic.scene.scene import load_scene
-from synthetic.write.photoset import synthesize
+from photogonio.synthetic.scene.hard_cases import changed
+from photogonio.synthetic.scene.scene import load_scene
+from photogonio.synthetic.write.photoset import synthesize
 
 
 @pytest.fixture(scope="session")

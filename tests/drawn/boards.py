@@ -4,11 +4,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
-from calib.detect.photo_reader import Reader
-from calib.geometry.camera import Camera, Pose
-from capture.photoset import Board, Photo, PhotoSet, Sphere, View
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture.photoset import Board, Photo, PhotoSet, Sphere, View
+from photogonio.capture.radiance import RadianceImage
 
 BOARD = Board("charuco", "DICT_4X4_50", squares=(8, 6), square_length=12.0, marker_length=9.0)
 SIZE = (480, 360)

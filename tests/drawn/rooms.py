@@ -1,10 +1,9 @@
 """Small rooms for the renderer's tests."""
 
 import numpy as np
-
-from calib.geometry.camera import Camera, Pose
-from synthetic.render.print import print_of
-from synthetic.render.room import World
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.synthetic.render.print import print_of
+from photogonio.synthetic.render.room import World
 
 
 def room(

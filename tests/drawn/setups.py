@@ -11,20 +11,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from calib.detect.highlights import Highlight, outline
-from calib.detect.limb import Limb
-from calib.detect.masks import fill
-from calib.detect.observation import Sight
-from calib.detect.paper import PaperSamples, behind_ball, covered, draw_print, spread_of
-from calib.geometry.board import Corners, board_points, board_size
-from calib.geometry.camera import Camera, Pose
-from calib.geometry.mirror import mirrored_point
-from calib.shading.fit import Ball, Reading, Scene, lit
-from calib.shading.interreflection import diffuse_bounce, glossy_bounce, polished_bounce
-from calib.shading.kernel import light_on_board
-from capture.photoset import Board, CameraEntry, MirrorBall, Photo, PhotoSet, Sphere, WhitePatch
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.highlights import Highlight, outline
+from photogonio.calib.detect.limb import Limb
+from photogonio.calib.detect.masks import fill
+from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.paper import PaperSamples, behind_ball, covered, draw_print, spread_of
+from photogonio.calib.geometry.board import Corners, board_points, board_size
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.mirror import mirrored_point
+from photogonio.calib.shading.fit import Ball, Reading, Scene, lit
+from photogonio.calib.shading.interreflection import diffuse_bounce, glossy_bounce, polished_bounce
+from photogonio.calib.shading.kernel import light_on_board
+from photogonio.capture.photoset import Board, CameraEntry, MirrorBall, Photo, PhotoSet, Sphere, WhitePatch
+from photogonio.capture.radiance import RadianceImage
 
 SIZE = (800, 600)
 BOARD = Board("charuco", "DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)

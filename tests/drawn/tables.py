@@ -9,13 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from reconstruct.reduce.directions import canonical
-from reconstruct.table.facet_table import FacetTable, accumulate, add_tables
-from reconstruct.table.facets import facet_index
-from reconstruct.table.goniometer_csv import UNBINNED
-from synthetic.brdf.reflectance import Reflectance
-from synthetic.scene.plan import spiral
+from photogonio.reconstruct.reduce.directions import canonical
+from photogonio.reconstruct.table.facet_table import FacetTable, accumulate, add_tables
+from photogonio.reconstruct.table.facets import facet_index
+from photogonio.reconstruct.table.goniometer_csv import UNBINNED
+from photogonio.synthetic.brdf.reflectance import Reflectance
+from photogonio.synthetic.scene.plan import spiral
 
 GRAZING = np.cos(np.radians(85.0))  # pixels beyond are not used, as in the reduction of photos
 CHANNELS = ("R", "G", "B")

@@ -5,10 +5,7 @@ from pathlib import Path
 
 import pytest
 
-import calib
-import capture
-import reconstruct
-import synthetic
+from photogonio import calib, capture, reconstruct, synthetic
 from photogonio.cache import store
 from photogonio.evaluate import scenes as evaluate
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Light, Setup, ViewSetup
-from capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
-from capture.radiance import RadianceImage
-from reconstruct.reduce.directions import ReduceOptions
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
+from photogonio.capture.radiance import RadianceImage
+from photogonio.reconstruct.reduce.directions import ReduceOptions
 
 LENS = np.array([-0.13, 0.09, 6e-4, -4e-4, 0.0])
 

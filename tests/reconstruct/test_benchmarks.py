@@ -8,12 +8,12 @@ import sys
 
 import numpy as np
 import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import load_brdf
+from photogonio.reconstruct.brdf.scatmech import read_scatmech
+from photogonio.reconstruct.table.facets import facet_index
 
 from benchmarks import evaluation, facet_lookup, intervals, paper_figures, truncation
-from capture.errors import InputError
-from reconstruct.brdf.brdf import load_brdf
-from reconstruct.brdf.scatmech import read_scatmech
-from reconstruct.table.facets import facet_index
 
 
 def test_evaluation(capsys, monkeypatch, tmp_path):

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf, Lobe
-from reconstruct.brdf.merl import read_merl
-from reconstruct.brdf.scatmech import read_scatmech
-from reconstruct.export import FORMATS, find_format
-from reconstruct.modes.angles import unit_vectors
-from reconstruct.modes.basis import isotropic_modes, reciprocal_modes
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
+from photogonio.reconstruct.brdf.merl import read_merl
+from photogonio.reconstruct.brdf.scatmech import read_scatmech
+from photogonio.reconstruct.export import FORMATS, find_format
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.basis import isotropic_modes, reciprocal_modes
 
 
 def satin(channels: tuple[str, ...] = ("R", "G", "B"), *, lobes: bool = True) -> Brdf:

@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, lobe_columns
+from photogonio.reconstruct.modes.angles import pair_angles
+from photogonio.reconstruct.represent.bounds import held_pairs
+from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.reconstruct.table.goniometer_csv import Samples, read_samples, samples_table
+from photogonio.synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
 
 from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
-from capture.errors import InputError
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.fit import FitOptions, fit_table
-from reconstruct.lobes.families import CORRELATED_SCHLICK, lobe_columns
-from reconstruct.modes.angles import pair_angles
-from reconstruct.represent.bounds import held_pairs
-from reconstruct.table.cells import Cells, cells_of
-from reconstruct.table.goniometer_csv import Samples, read_samples, samples_table
-from synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
 from tests.drawn.tables import Plan, simulate
 from tests.places import DATA
 

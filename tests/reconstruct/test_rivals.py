@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.model_averaging import rivals_of
-from reconstruct.estimate.model_selection import Candidate, Prior
-from reconstruct.lobes.families import families, retro_lobe
-from reconstruct.table.cells import Cells
-from reconstruct.uncertainty.budget import Rival, Uncertainty
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model_averaging import rivals_of
+from photogonio.reconstruct.estimate.model_selection import Candidate, Prior
+from photogonio.reconstruct.lobes.families import families, retro_lobe
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty
 
 COAT, OTHER = (LobeSet((one,), (np.array([0.3, 0.04]),)) for one in families(absolute=True)[2:])
 MORE = LobeSet((*COAT.families, retro_lobe(absolute=True)), (np.array([0.3, 0.04]), np.array([0.1])))

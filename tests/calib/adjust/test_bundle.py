@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from calib.adjust.bundle import (
+from photogonio.calib.adjust.bundle import (
     Model,
     Part,
     Sighting,
@@ -16,9 +15,10 @@ from calib.adjust.bundle import (
     prior_term,
     quadratic_term,
 )
-from calib.detect.highlights import outline
-from calib.geometry.board import Corners
-from calib.geometry.mirror import mirrored_point
+from photogonio.calib.detect.highlights import outline
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.mirror import mirrored_point
+
 from tests.drawn.boards import CAMERA, SIZE, looking_at
 
 MODEL = Model(SIZE, CAMERA.distortion, (0, 1, 2, 3), 5e-4, 5.0, ((1, 0.1), (2, 5e-4)))

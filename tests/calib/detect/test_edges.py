@@ -3,13 +3,13 @@
 import cv2
 import numpy as np
 import pytest
+from photogonio.calib.detect.edges import PlaneMove, lying, moved_points, place_plane, plane_edges
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.geometry.print_map import draw_print
+from photogonio.calib.remarks import Notes
+from photogonio.calib.report.summary import account_plane
+from photogonio.capture.photoset import PhotoSet, Plane
 
-from calib.detect.edges import PlaneMove, lying, moved_points, place_plane, plane_edges
-from calib.geometry.camera import Camera
-from calib.geometry.print_map import draw_print
-from calib.remarks import Notes
-from calib.report.summary import account_plane
-from capture.photoset import PhotoSet, Plane
 from tests.calib.radiometry.test_scale import SET
 from tests.drawn.boards import BOARD, looking_at
 

@@ -4,8 +4,7 @@ import threading
 import time
 
 import pytest
-
-from calib.detect.parallel import abreast
+from photogonio.calib.detect.parallel import abreast
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])

@@ -6,15 +6,15 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from photogonio.calib.detect.highlights import outline
+from photogonio.calib.detect.limb import focal, settled_limb
+from photogonio.calib.detect.observation import FIXED_POSE, Sight
+from photogonio.calib.detect.photo_reader import Reader, look
+from photogonio.calib.diagnose import displaced_ball as astray
+from photogonio.calib.diagnose.displaced_ball import ball_elsewhere
+from photogonio.calib.geometry.camera import Camera
+from photogonio.capture.photoset import Photo, PhotoSet, Sphere
 
-from calib.detect.highlights import outline
-from calib.detect.limb import focal, settled_limb
-from calib.detect.observation import FIXED_POSE, Sight
-from calib.detect.photo_reader import Reader, look
-from calib.diagnose import displaced_ball as astray
-from calib.diagnose.displaced_ball import ball_elsewhere
-from calib.geometry.camera import Camera
-from capture.photoset import Photo, PhotoSet, Sphere
 from tests.calib.geometry.test_board import MIDDLE, NOISE, quiet
 from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance
 

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from calib.detect.observation import POSE, Sight
-from calib.detect.photo_reader import Reader
-from calib.diagnose.ghosting import ghost_warnings
-from calib.geometry.camera import Camera, Pose
-from capture.photoset import Photo, PhotoSet, Plane, Sphere, View
-from capture.radiance import RadianceImage
+from photogonio.calib.detect.observation import POSE, Sight
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.ghosting import ghost_warnings
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture.photoset import Photo, PhotoSet, Plane, Sphere, View
+from photogonio.capture.radiance import RadianceImage
 
 SIZE = (300, 200)
 CAMERA = Camera(np.array([[500.0, 0, 149.5], [0, 500.0, 99.5], [0, 0, 1]]), np.zeros(5), SIZE)

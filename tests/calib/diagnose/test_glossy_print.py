@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.calib.adjust.alternate import _by_highlights
+from photogonio.calib.calibrate import light_of, settled_from, usable
+from photogonio.calib.detect.paper_near_balls import Close
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.glossy_print import shining, white_alone
+from photogonio.calib.diagnose.unusable_photos import washed_out
+from photogonio.calib.shading.initial import square_ratios
 
-from calib.adjust.alternate import _by_highlights
-from calib.calibrate import light_of, settled_from, usable
-from calib.detect.paper_near_balls import Close
-from calib.detect.photo_reader import Reader
-from calib.diagnose.glossy_print import shining, white_alone
-from calib.diagnose.unusable_photos import washed_out
-from calib.shading.initial import square_ratios
 from tests.calib.test_warnings import Drawn, quiet
 from tests.drawn.setups import BLACK, PAPER, draw_paper, draw_patch, observe
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.moved_lamp import tell_shared_apart
 
-from calib.detect.photo_reader import Reader
-from calib.diagnose.moved_lamp import tell_shared_apart
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import observe
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from photogonio.calib.detect.observation import FIXED_POSE, Sight
+from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.outline_off_sample import cut_to_sample
+from photogonio.calib.remarks import Notes
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import Photo, PhotoSet, Plane
 
-from calib.detect.observation import FIXED_POSE, Sight
-from calib.detect.photo_reader import Reader
-from calib.diagnose.outline_off_sample import cut_to_sample
-from calib.remarks import Notes
-from capture.errors import InputError
-from capture.photoset import Photo, PhotoSet, Plane
 from tests.calib.geometry.test_board import MIDDLE, NOISE
 from tests.drawn.boards import BOARD, CAMERA, draw, looking_at, plane_points, radiance
 

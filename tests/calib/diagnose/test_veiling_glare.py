@@ -5,14 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from photogonio.calib.calibrate import usable
+from photogonio.calib.diagnose.glossy_print import shining
+from photogonio.calib.diagnose.veiling_glare import find_veils, lift, lifted_image, lifted_view, note_veil
+from photogonio.calib.remarks import Notes
+from photogonio.calib.setup import ViewSetup
+from photogonio.calib.shading.fit import Reading
+from photogonio.calib.shading.initial import local_noise, square_ratios
 
-from calib.calibrate import usable
-from calib.diagnose.glossy_print import shining
-from calib.diagnose.veiling_glare import find_veils, lift, lifted_image, lifted_view, note_veil
-from calib.remarks import Notes
-from calib.setup import ViewSetup
-from calib.shading.fit import Reading
-from calib.shading.initial import local_noise, square_ratios
 from tests.calib.test_warnings import Drawn
 from tests.drawn.boards import radiance
 from tests.drawn.setups import draw_paper, draw_world, observe

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from photogonio.calib.diagnose.vignetting import doubted
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.setup import Falloff, Light, ViewSetup
+from photogonio.capture.photoset import PhotoSet, Sphere, WhitePatch
 
-from calib.diagnose.vignetting import doubted
-from calib.geometry.camera import Camera
-from calib.setup import Falloff, Light, ViewSetup
-from capture.photoset import PhotoSet, Sphere, WhitePatch
 from tests.drawn.boards import looking_at
 
 CAMERA = Camera(

@@ -5,10 +5,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from photogonio.calib.detect.photo_reader import look
+from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
+from photogonio.capture.photoset import Board
 
-from calib.detect.photo_reader import look
-from calib.diagnose.wrong_board import board_doubts, board_fault
-from capture.photoset import Board
 from tests.calib.geometry.test_board import POSES, quiet
 from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
 

@@ -6,13 +6,12 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-
-from calib.adjust.intrinsics import fit_camera, quick_camera
-from calib.detect import photo_reader as looking
-from calib.detect.gray import detection_image, halved
-from calib.detect.photo_reader import look, look_closer
-from calib.detect.subpixel import Around
-from calib.geometry.board import (
+from photogonio.calib.adjust.intrinsics import fit_camera, quick_camera
+from photogonio.calib.detect import photo_reader as looking
+from photogonio.calib.detect.gray import detection_image, halved
+from photogonio.calib.detect.photo_reader import look, look_closer
+from photogonio.calib.detect.subpixel import Around
+from photogonio.calib.geometry.board import (
     board_points,
     board_size,
     corners_of_half,
@@ -20,10 +19,11 @@ from calib.geometry.board import (
     find_corners,
     opencv_board,
 )
-from calib.geometry.camera import Camera
-from calib.geometry.pose import fit_pose
-from capture.errors import InputError
-from capture.photoset import Board
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.geometry.pose import fit_pose
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import Board
+
 from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
 from tests.places import DATA
 

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-
-from calib.geometry.board import opencv_board
-from calib.geometry.print_map import draw_print, square_pitch
-from capture.photoset import Board
+from photogonio.calib.geometry.board import opencv_board
+from photogonio.calib.geometry.print_map import draw_print, square_pitch
+from photogonio.capture.photoset import Board
 
 GRID = Board("aruco-grid", "DICT_5X5_250", markers=(4, 3), marker_length=14.0, marker_separation=4.0)
 CELL = 2.0  # 14 over 5 + 2

@@ -6,17 +6,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from photogonio.calib.detect.paper import PaperSamples
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.radiometry.patch import UNEVEN, Stray, Strength, no_strength, read_paper, read_patch
+from photogonio.calib.radiometry.scale import Reading, _mean, aimed, read_view, tie
+from photogonio.calib.remarks import Notes
+from photogonio.calib.setup import Light
+from photogonio.calib.shading.fit import Ball, Scene
+from photogonio.calib.shading.fit import Reading as Paper
+from photogonio.capture.photoset import PhotoSet, Sphere, WhitePatch
+from photogonio.capture.radiance import RadianceImage
 
-from calib.detect.paper import PaperSamples
-from calib.geometry.camera import Camera
-from calib.radiometry.patch import UNEVEN, Stray, Strength, no_strength, read_paper, read_patch
-from calib.radiometry.scale import Reading, _mean, aimed, read_view, tie
-from calib.remarks import Notes
-from calib.setup import Light
-from calib.shading.fit import Ball, Scene
-from calib.shading.fit import Reading as Paper
-from capture.photoset import PhotoSet, Sphere, WhitePatch
-from capture.radiance import RadianceImage
 from tests.drawn.boards import looking_at, plane_points, radiance
 from tests.drawn.setups import BOARD
 

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from photogonio.calib.diagnose.ambient_light import Beside, ambient_irradiance, note_beside
+from photogonio.calib.geometry.camera import Pose
+from photogonio.calib.remarks import Notes
+from photogonio.calib.setup import Light, ViewSetup
+from photogonio.calib.shading.fit import fit_shading, fits_better
+from photogonio.calib.shading.initial import local_noise
 
-from calib.diagnose.ambient_light import Beside, ambient_irradiance, note_beside
-from calib.geometry.camera import Pose
-from calib.remarks import Notes
-from calib.setup import Light, ViewSetup
-from calib.shading.fit import fit_shading, fits_better
-from calib.shading.initial import local_noise
 from tests.drawn.setups import draw_paper, draw_world, scene_of
 
 BOUNCE = slice(4, 6)

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-
-from calib.geometry.visibility import passed_by, share_of
-from calib.shading.kernel import light_on_board, misfits, slopes_of_shaded
+from photogonio.calib.geometry.visibility import passed_by, share_of
+from photogonio.calib.shading.kernel import light_on_board, misfits, slopes_of_shaded
 
 BALLS = np.array([[10.0, 10, 8, 8], [170, 130, 8, 8], [90, 70, 25, 25]])
 LAMP, RADIUS, NARROW, AIM = np.array([300.0, -80, 350]), 7.0, 0.4, np.array([90.0, 70, 25])

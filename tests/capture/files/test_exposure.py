@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from capture.files.exposure import Exposure, combine, filled, from_attributes
-from capture.files.images import read_header
-from capture.photoset import Photo
+from photogonio.capture.files.exposure import Exposure, combine, filled, from_attributes
+from photogonio.capture.files.images import read_header
+from photogonio.capture.photoset import Photo
 
 EXIF = {"ExposureTime": 1 / 60, "FNumber": 5.6, "Exif:PhotographicSensitivity": 400}
 

@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 import pytest
 import rawpy
-
-from capture.errors import InputError
-from capture.files.images import HEAD, copies, read_header, read_image
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import HEAD, copies, read_header, read_image
 
 SHAPE = (24, 31)
 

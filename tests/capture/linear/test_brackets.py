@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from capture.linear.brackets import merge, trimmed
-from capture.linear.encoding import Encoding, linear_to_srgb
-from capture.linear.noise import NoiseModel
-from capture.linear.signal import Signal
+from photogonio.capture.linear.brackets import merge, trimmed
+from photogonio.capture.linear.encoding import Encoding, linear_to_srgb
+from photogonio.capture.linear.noise import NoiseModel
+from photogonio.capture.linear.signal import Signal
 
 ELECTRONS, READ = 20000.0, 5.0
 NOISE = NoiseModel(np.full(3, (READ / ELECTRONS) ** 2), np.full(3, 1 / ELECTRONS))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from capture.linear.colour_chart import (
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.colour_chart import (
     colour_correction,
     correct,
     delta_e_2000,
@@ -18,8 +17,8 @@ from capture.linear.colour_chart import (
     srgb_from_xyz,
     white_xyz,
 )
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
 
 CAMERA = np.array([[0.9, 0.2, 0.05], [0.1, 0.8, -0.05], [0.02, -0.1, 0.7]])  # RGB from XYZ
 WHITE = np.array([0.5, 0.8, 0.4])

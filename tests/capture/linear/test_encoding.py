@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from capture.linear.encoding import (
+from photogonio.capture.linear.encoding import (
     Encoding,
     gamma_to_linear,
     linear_to_gamma,

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-
-from capture.files.exposure import Exposure
-from capture.linear.frames import cos4_gain, dark_of, falloff_gain, flat_gain, hot_pixels
-from capture.linear.signal import Signal
+from photogonio.capture.files.exposure import Exposure
+from photogonio.capture.linear.frames import cos4_gain, dark_of, falloff_gain, flat_gain, hot_pixels
+from photogonio.capture.linear.signal import Signal
 
 SHAPE = (40, 50, 3)
 

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from capture.linear.encoding import linear_to_gamma, linear_to_srgb
-from capture.linear.prepare import prepare, read_radiance
-from capture.manifest.load import load_photoset
-from capture.radiance import exposure_fault
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.encoding import linear_to_gamma, linear_to_srgb
+from photogonio.capture.linear.prepare import prepare, read_radiance
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.radiance import exposure_fault
 
 SHAPE = (60, 80)
 STEP16 = 1 / 65535

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from capture.linear.encoding import linear_to_srgb
-from capture.linear.response import Series, recover_response
+from photogonio.capture.linear.encoding import linear_to_srgb
+from photogonio.capture.linear.response import Series, recover_response
 
 EXPOSURES = (1 / 20, 1 / 6, 1.0, 3.7)  # uneven steps
 CURVES = {

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from capture.manifest.draft import list_photos, manifest_text
-from capture.manifest.load import load_photoset
-from capture.manifest.stub import stub_manifest
-from capture.target.layout import make_target
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.draft import list_photos, manifest_text
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.manifest.stub import stub_manifest
+from photogonio.capture.target.layout import make_target
 
 
 @pytest.fixture

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from capture.manifest.load import load_photoset
-from capture.photoset import Plane, Sphere
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.photoset import Plane, Sphere
 
 FULL = """
 format = 1

@@ -8,12 +8,11 @@ import zlib
 import cv2
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from capture.manifest.load import load_photoset
-from capture.manifest.stub import stub_manifest
-from capture.target.layout import KINDS, PAPERS, black_rectangles, make_target, marker_corners
-from capture.target.pdf import pdf_page
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.manifest.stub import stub_manifest
+from photogonio.capture.target.layout import KINDS, PAPERS, black_rectangles, make_target, marker_corners
+from photogonio.capture.target.pdf import pdf_page
 
 PIXELS = 8.0  # a millimetre; markers' cells of 15 / 7 mm do not fall on whole pixels
 TARGETS = [(paper, kind) for paper in PAPERS for kind in KINDS]

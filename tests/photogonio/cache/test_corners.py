@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.calib.detect.photo_reader import Seen
+from photogonio.calib.detect.subpixel import Around
+from photogonio.calib.geometry.board import Corners
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.photoset import Board
 
-from calib.detect.photo_reader import Seen
-from calib.detect.subpixel import Around
-from calib.geometry.board import Corners
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
-from capture.photoset import Board
 from photogonio.cache.corners import KeptLooks
 from photogonio.cache.store import Store
 

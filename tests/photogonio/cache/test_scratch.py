@@ -6,9 +6,9 @@ from concurrent.futures import ThreadPoolExecutor
 import cv2
 import numpy as np
 import pytest
+from photogonio.capture.errors import InputError
+from photogonio.capture.files import images
 
-from capture.errors import InputError
-from capture.files import images
 from photogonio.cache import scratch as scratches
 from photogonio.cache.scratch import Scratch
 

@@ -6,13 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from photogonio.evaluate.hard_cases import Measured, cells_at, judged, names_faulty, run_battery
-from photogonio.evaluate.hard_tables import TABLE_CASES
-from photogonio.system.progress import Reporter
-from reconstruct.modes.angles import unit_vectors
-from synthetic.scene.hard_cases import (
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.synthetic.scene.hard_cases import (
     ACCURATE,
     IN_INTERVAL,
     NAMED,
@@ -22,7 +18,11 @@ from synthetic.scene.hard_cases import (
     hard_names,
     satin,
 )
-from synthetic.scene.parts import FaultScene
+from photogonio.synthetic.scene.parts import FaultScene
+
+from photogonio.evaluate.hard_cases import Measured, cells_at, judged, names_faulty, run_battery
+from photogonio.evaluate.hard_tables import TABLE_CASES
+from photogonio.system.progress import Reporter
 
 GOOD = Measured(error=0.019, stated=0.02, error_70=0.012, valid=80.0)
 WRONG = replace(GOOD, error=0.021)

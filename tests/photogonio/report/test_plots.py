@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from photogonio.reconstruct.table.goniometer_csv import Samples, samples_table
 
 from photogonio.report import plots
 from photogonio.report.ball import shaded_sphere, to_display
 from photogonio.report.html import Table, picture_bytes
-from reconstruct.table.goniometer_csv import Samples, samples_table
 
 ALBEDO = np.array([0.8, 0.4, 0.1])
 

@@ -4,13 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lobes.families import families
+from photogonio.reconstruct.represent.anisotropic import in_file
+from photogonio.reconstruct.symmetry.verdict import Verdict
 
 from photogonio.report.summary import fit_choices, physics_warnings, said_warnings
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.lobes.families import families
-from reconstruct.represent.anisotropic import in_file
-from reconstruct.symmetry.verdict import Verdict
 
 
 def brushed(roughness, stretch=1.5):

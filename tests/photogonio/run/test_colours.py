@@ -7,16 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.capture.linear.colour_chart import (
+    ColourCorrection,
+    correct,
+    reference_xyz,
+    srgb_from_xyz,
+    white_xyz,
+)
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.photoset import Radiometry
+from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 
-from capture.linear.colour_chart import ColourCorrection, correct, reference_xyz, srgb_from_xyz, white_xyz
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
-from capture.photoset import Radiometry
 from photogonio import pipeline
 from photogonio.cli import main
 from photogonio.run import colours
 from photogonio.run.colours import find_correction, in_colours
-from reconstruct.brdf.brdf import Brdf, Lobe
 from tests.drawn.tiny_set import ALBEDO, TinySet
 
 MIXED = np.array([[0.7, 0.2, 0.1], [0.1, 0.8, 0.1], [0.05, 0.15, 0.8]])  # camera RGB of XYZ, of no camera

@@ -6,17 +6,17 @@ from dataclasses import fields, replace
 import cv2
 import numpy as np
 import pytest
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.photoset import MirrorBall, Sphere
+from photogonio.reconstruct.reduce.directions import ReduceOptions
 
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Light, Setup, ViewSetup
-from capture.errors import InputError
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
-from capture.photoset import MirrorBall, Sphere
 from photogonio.cache.store import Store, default_store, key_of
 from photogonio.run.reduce_photos import reduce_photos
 from photogonio.system.provenance import hash_file, hash_photos
-from reconstruct.reduce.directions import ReduceOptions
 
 SIZE = (200, 150)
 MATRIX = np.array([[500.0, 0, 99.5], [0, 500.0, 74.5], [0, 0, 1]])

@@ -3,11 +3,12 @@
 from dataclasses import asdict
 
 import numpy as np
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.photoset import Plane, Sphere
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, load_table
 
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Light, Setup, ViewSetup
-from capture.manifest.load import load_photoset
-from capture.photoset import Plane, Sphere
 from photogonio import pipeline
 from photogonio.options import Options
 from photogonio.pipeline import process
@@ -19,7 +20,6 @@ from photogonio.run.surroundings import (
     photo_around,
     photo_backdrop,
 )
-from reconstruct.table.facet_table import LEFT_OUT, load_table
 from tests.drawn.tiny_set import ALBEDO, DISTANCE, LIGHTS, RADIUS, TinySet, ball_photo, toward
 
 QUICK = Options(lobes=0, order=2)

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, of_groups
 
-from capture.errors import InputError
 from photogonio.evaluate.hard_tables import one_cell
 from photogonio.run.tables import WHY_UNUSED, refuse_empty
-from reconstruct.table.facet_table import LEFT_OUT, of_groups
 
 
 def empty(**counts: int):

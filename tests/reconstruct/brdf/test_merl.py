@@ -7,10 +7,9 @@ import struct
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from reconstruct.brdf.merl import bin_centres, read_merl, write_merl
-from reconstruct.modes.angles import from_half_difference, half_difference, unit_vectors
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.merl import bin_centres, read_merl, write_merl
+from photogonio.reconstruct.modes.angles import from_half_difference, half_difference, unit_vectors
 
 
 def merl_lookup(data: bytes, theta_in, phi_in, theta_out, phi_out) -> list[float]:

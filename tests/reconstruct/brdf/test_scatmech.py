@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.brdf.scatmech import (
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.scatmech import (
     ScatmechTable,
     read_scatmech,
     scatmech_brdf,
     scatmech_table,
     write_scatmech,
 )
-from reconstruct.modes import basis as m
+from photogonio.reconstruct.modes import basis as m
+
 from tests.places import DATA
 
 PTFE = DATA / "nist-ptfe"

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.reconstruct.estimate.binning_error import binning, lamp_size
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, families
+from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
+from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.synthetic.brdf.library import make_brdf
 
-from reconstruct.estimate.binning_error import binning, lamp_size
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.lobes.families import CORRELATED_SCHLICK, families
-from reconstruct.modes.angles import pair_angles, unit_vectors
-from reconstruct.table.cells import Cells, cells_of
-from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 CLEAR = {"views": 10, "pixels": 6000, "spoiled": 0.0, "view_error": 0.0, "electrons": 1e9}

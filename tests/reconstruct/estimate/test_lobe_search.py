@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-
-from reconstruct.estimate.lobe_search import search_lobes, starting_shape
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet
-from reconstruct.estimate.model_selection import Prior
-from reconstruct.estimate.variable_projection import SEEN, Profile
-from reconstruct.estimate.weights import independence
-from reconstruct.lobes.families import families, lobe_columns, retro_lobe
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.estimate.lobe_search import search_lobes, starting_shape
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.model_selection import Prior
+from photogonio.reconstruct.estimate.variable_projection import SEEN, Profile
+from photogonio.reconstruct.estimate.weights import independence
+from photogonio.reconstruct.lobes.families import families, lobe_columns, retro_lobe
+from photogonio.reconstruct.table.cells import Cells
 
 PRIOR = Prior(0.1, 1.0)
 

@@ -2,15 +2,22 @@
 
 import numpy as np
 import pytest
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.model_selection import (
+    Candidate,
+    Prior,
+    choose,
+    crosses,
+    folds_of,
+    try_all,
+)
+from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.weights import error_model, independence, level
+from photogonio.reconstruct.lobes.families import families
+from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.synthetic.brdf.library import make_brdf
 
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet
-from reconstruct.estimate.model_selection import Candidate, Prior, choose, crosses, folds_of, try_all
-from reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
-from reconstruct.estimate.weights import error_model, independence, level
-from reconstruct.lobes.families import families
-from reconstruct.table.cells import Cells, cells_of
-from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 SMALL = Plan(views=12, pixels=1500, level=2, spoiled=0.0)

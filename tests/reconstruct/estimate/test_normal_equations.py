@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
-
-from reconstruct.estimate.normal_equations import (
+from photogonio.reconstruct.estimate.normal_equations import (
     Common,
     Factors,
     FoldedDesign,
@@ -14,6 +12,7 @@ from reconstruct.estimate.normal_equations import (
     solve_each,
     without_each,
 )
+from scipy.optimize import lsq_linear
 
 EXACT = 1e-9  # relative; normal equations of condition about 1e3 lose this much of double precision
 

@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.pilot import clean
+from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK
+from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.reconstruct.table.goniometer_csv import Samples, samples_table
+from photogonio.synthetic.brdf.library import make_brdf
 
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.pilot import clean
-from reconstruct.lobes.families import CORRELATED_SCHLICK
-from reconstruct.table.cells import Cells, cells_of
-from reconstruct.table.goniometer_csv import Samples, samples_table
-from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=1500, level=2, spoiled=0.0)

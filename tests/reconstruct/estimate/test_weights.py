@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from reconstruct.estimate.weights import (
+from photogonio.reconstruct.estimate.weights import (
     error_model,
     independence,
     residual_scale,
@@ -11,7 +10,7 @@ from reconstruct.estimate.weights import (
     student_weights,
     view_scales,
 )
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.cells import Cells
 
 
 def cells_of_views(views=12, each=200, *, seed=0, noise=0.01, channels=2):

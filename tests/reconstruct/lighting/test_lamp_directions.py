@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Light, Setup, ViewSetup
-from capture.photoset import Plane, Sphere, WhitePatch
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.lighting.lamp_directions import relit, turned_lights
-from reconstruct.table.cells import Cells
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.photoset import Plane, Sphere, WhitePatch
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
+from photogonio.reconstruct.table.cells import Cells
 
 RNG = np.random.default_rng(3)
 RADIUS, DISTANCE = 100.0, 20000.0

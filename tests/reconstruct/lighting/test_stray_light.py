@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-
-from calib.geometry.camera import Pose
-from calib.setup import Light, ViewSetup
-from capture.photoset import Plane, Sphere
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.lighting.stray_light import SKY, StrayLight
-from reconstruct.table.cells import Cells
+from photogonio.calib.geometry.camera import Pose
+from photogonio.calib.setup import Light, ViewSetup
+from photogonio.capture.photoset import Plane, Sphere
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lighting.stray_light import SKY, StrayLight
+from photogonio.reconstruct.table.cells import Cells
 
 ALBEDO, STRENGTH = 0.5, 3.0
 SKY_RADIANCE = np.array([0.2])

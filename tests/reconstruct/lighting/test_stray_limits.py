@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Light, Setup, ViewSetup
-from capture.photoset import Sphere
-from reconstruct.lighting.stray_limits import (
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.photoset import Sphere
+from photogonio.reconstruct.lighting.stray_limits import (
     MOST,
     PAPER,
     TOLERANCE,
@@ -14,8 +13,8 @@ from reconstruct.lighting.stray_limits import (
     unknown_stray,
     without_spoilt,
 )
-from reconstruct.table.cells import cells_of
-from reconstruct.table.facet_table import LEFT_OUT, FacetTable
+from photogonio.reconstruct.table.cells import cells_of
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable
 
 RADIUS, ALBEDO = 10.0, 0.5
 SAMPLE = Sphere(np.array([1.0, 2.0, RADIUS]), RADIUS)

@@ -2,17 +2,16 @@
 
 import numpy as np
 import pytest
-
-from reconstruct.lobes.families import (
+from photogonio.reconstruct.lobes.families import (
     CORRELATED_SCHLICK,
     families,
     lobe_columns,
     retro_lobe,
     second_lobe,
 )
-from reconstruct.lobes.interface import ANGLES, coat_albedo, dielectric_fresnel
-from reconstruct.lobes.schlick import ggx, slopes_density
-from reconstruct.modes.integrals import albedo_by_quadrature
+from photogonio.reconstruct.lobes.interface import ANGLES, coat_albedo, dielectric_fresnel
+from photogonio.reconstruct.lobes.schlick import ggx, slopes_density
+from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
 
 ANISOTROPIC = families(absolute=True, turning=True)[0]
 TOP = np.radians(85.0)

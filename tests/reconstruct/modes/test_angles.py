@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from reconstruct.modes.angles import pair_angles, spherical_angles, unit_vectors
+from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles, unit_vectors
 
 
 def test_round_trip():

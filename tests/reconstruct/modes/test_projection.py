@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.modes import basis as m
-from reconstruct.modes.projection import project
-from reconstruct.modes.quadrature import azimuth_rule, elevation_rule, panel_rule
-from synthetic.brdf.library import MODELS
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.modes import basis as m
+from photogonio.reconstruct.modes.projection import project
+from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule, panel_rule
+from photogonio.synthetic.brdf.library import MODELS
 
 LISTS = {
     "isotropic": (m.isotropic_modes, 9),

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.modes import basis as m
-from reconstruct.modes import transform as t
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.modes import basis as m
+from photogonio.reconstruct.modes import transform as t
 
 LISTS = {"isotropic": m.isotropic_modes, "reciprocal": m.reciprocal_modes, "general": m.general_modes}
 

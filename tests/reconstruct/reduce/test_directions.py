@@ -5,9 +5,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-
-from capture.photoset import MirrorBall, WhitePatch
-from reconstruct.reduce.directions import (
+from photogonio.capture.photoset import MirrorBall, WhitePatch
+from photogonio.reconstruct.reduce.directions import (
     CANONICAL_AZIMUTH,
     OUTSIDE,
     USED,
@@ -18,8 +17,8 @@ from reconstruct.reduce.directions import (
     region_pixels,
     scene_of,
 )
-from reconstruct.reduce.ray_grid import lens_of
-from reconstruct.table.facet_table import LEFT_OUT
+from photogonio.reconstruct.reduce.ray_grid import lens_of
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
 
 BARE = ReduceOptions()
 

@@ -4,10 +4,9 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-
-from capture.radiance import RadianceImage
-from reconstruct.reduce.reduce import reduce_view, reduce_view_plainly
-from reconstruct.table.facet_table import LEFT_OUT
+from photogonio.capture.radiance import RadianceImage
+from photogonio.reconstruct.reduce.reduce import reduce_view, reduce_view_plainly
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
 
 AGREEMENT = 1e-9  # of a cell's value
 

@@ -4,14 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.reconstruct.reduce.directions import (
+    USED,
+    ReduceOptions,
+    pairs_at,
+    region_of,
+    region_pixels,
+    scene_of,
+)
+from photogonio.reconstruct.reduce.reduce import reduce_view
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, add_tables
 
-from calib.geometry.camera import Camera, Pose
-from calib.setup import Light, Setup, ViewSetup
-from capture.linear.prepare import prepare
-from capture.manifest.load import load_photoset
-from reconstruct.reduce.directions import USED, ReduceOptions, pairs_at, region_of, region_pixels, scene_of
-from reconstruct.reduce.reduce import reduce_view
-from reconstruct.table.facet_table import LEFT_OUT, add_tables
 from tests.places import DATA
 
 FLOAT32 = 1e-7

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.lobes.families import families
-from reconstruct.represent.anisotropic import in_file, typical
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lobes.families import families
+from photogonio.reconstruct.represent.anisotropic import in_file, typical
+from photogonio.reconstruct.table.cells import Cells
 
 JUDGED = np.radians(70.0)
 

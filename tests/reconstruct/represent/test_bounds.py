@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.represent.bounds import ALBEDO_ANGLES, enforced, held_pairs, violated
 from scipy.optimize import nnls
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.represent.bounds import ALBEDO_ANGLES, enforced, held_pairs, violated
 
 
 def brdf_of(order, coefficients, scale="absolute"):

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.lobes.families import families
-from reconstruct.modes.angles import pair_angles, unit_vectors
-from reconstruct.represent.isotropic import represent
-from reconstruct.table.cells import Cells
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lobes.families import families
+from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
+from photogonio.reconstruct.represent.isotropic import represent
+from photogonio.reconstruct.table.cells import Cells
 
 JUDGED = np.radians(70.0)
 

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.estimate.pilot import clean
+from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.symmetry.trials import shuffled
+from photogonio.reconstruct.symmetry.verdict import asked, judge, one_rotation, twins
+from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.synthetic.brdf.library import make_brdf
 
 from benchmarks.symmetry_choice import Turned
-from capture.errors import InputError
-from reconstruct.estimate.pilot import clean
-from reconstruct.fit import FitOptions, fit_table
-from reconstruct.symmetry.trials import shuffled
-from reconstruct.symmetry.verdict import asked, judge, one_rotation, twins
-from reconstruct.table.cells import Cells, cells_of
-from synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLANE = Plan(

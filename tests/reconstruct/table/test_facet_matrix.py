@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from reconstruct.brdf.brdf import Brdf
-from reconstruct.modes import basis as m
-from reconstruct.modes.angles import pair_angles, unit_vectors
-from reconstruct.modes.zernike import zernike_sequence
-from reconstruct.table import facet_matrix as lookup
-from reconstruct.table import facet_means
-from reconstruct.table import facets as f
-from synthetic.brdf.library import MODELS
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.modes import basis as m
+from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
+from photogonio.reconstruct.modes.zernike import zernike_sequence
+from photogonio.reconstruct.table import facet_matrix as lookup
+from photogonio.reconstruct.table import facet_means
+from photogonio.reconstruct.table import facets as f
+from photogonio.synthetic.brdf.library import MODELS
 
 
 def directions(count: int, seed: int, lowest: float = 0.1) -> np.ndarray:

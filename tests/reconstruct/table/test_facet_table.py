@@ -4,9 +4,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from reconstruct.table.facet_table import (
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.table.facet_table import (
     LEFT_OUT,
     FacetTable,
     accumulate,
@@ -16,7 +15,7 @@ from reconstruct.table.facet_table import (
     save_table,
     split_keys,
 )
-from reconstruct.table.facets import facet_index
+from photogonio.reconstruct.table.facets import facet_index
 
 LEVEL = 2
 EXACT = 1e-12  # of a thousand numbers of one size added in another order

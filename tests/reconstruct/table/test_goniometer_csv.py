@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.modes.angles import pair_angles
+from photogonio.reconstruct.table.goniometer_csv import UNBINNED, Samples, read_samples, samples_table
 
-from capture.errors import InputError
-from reconstruct.modes.angles import pair_angles
-from reconstruct.table.goniometer_csv import UNBINNED, Samples, read_samples, samples_table
 from tests.places import SHARED
 
 PTFE = SHARED / "data/nist-ptfe/PTFE.data.csv"

@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-
-from reconstruct.estimate.lobe_search import search_lobes, starting_shape
-from reconstruct.estimate.mode_set import Basis
-from reconstruct.estimate.model import LobeSet, Model
-from reconstruct.estimate.model_selection import Candidate, Prior
-from reconstruct.lobes.families import families, lobe_columns
-from reconstruct.table.cells import Cells
-from reconstruct.uncertainty.budget import uncertainty_of
-from reconstruct.uncertainty.lobe_weight import cover_slopes
+from photogonio.reconstruct.estimate.lobe_search import search_lobes, starting_shape
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model_selection import Candidate, Prior
+from photogonio.reconstruct.lobes.families import families, lobe_columns
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.uncertainty.budget import uncertainty_of
+from photogonio.reconstruct.uncertainty.lobe_weight import cover_slopes
 
 COAT = next(f for f in families(absolute=True) if f.name == "correlated-dielectric")
 ROUGHNESS, F0 = 0.25, 0.043

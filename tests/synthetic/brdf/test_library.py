@@ -4,10 +4,9 @@ import functools
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from reconstruct.modes.integrals import albedo_by_quadrature
-from synthetic.brdf.library import MODELS, angle_grid, directions, make_brdf, on_grid
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
+from photogonio.synthetic.brdf.library import MODELS, angle_grid, directions, make_brdf, on_grid
 
 WHITE = (1.0, 1.0, 1.0)
 TILTS = np.radians([0.0, 30.0, 60.0, 80.0])

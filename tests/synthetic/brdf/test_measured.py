@@ -4,13 +4,12 @@ import json
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from synthetic.brdf.expansion import hemisphere_mode, isotropic_mode
-from synthetic.brdf.files import MERL_SCALE, MERL_SHAPE, read_brdf
-from synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
-from synthetic.brdf.reflectance import Pairs
-from synthetic.render.world import brdf_from
+from photogonio.capture.errors import InputError
+from photogonio.synthetic.brdf.expansion import hemisphere_mode, isotropic_mode
+from photogonio.synthetic.brdf.files import MERL_SCALE, MERL_SHAPE, read_brdf
+from photogonio.synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
+from photogonio.synthetic.brdf.reflectance import Pairs
+from photogonio.synthetic.render.world import brdf_from
 
 
 def hemisphere(polar: int, turns: int) -> tuple[np.ndarray, np.ndarray]:

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-
-from capture.photoset import Board
-from synthetic.brdf.library import make_brdf
-from synthetic.render.bounce import (
+from photogonio.capture.photoset import Board
+from photogonio.synthetic.brdf.library import make_brdf
+from photogonio.synthetic.render.bounce import (
     bounce_extra,
     bounced,
     exit_albedo,
@@ -13,8 +12,9 @@ from synthetic.render.bounce import (
     room_extra,
     surroundings,
 )
-from synthetic.render.picture import render, tangent_frames
-from synthetic.scene.plan import look_at
+from photogonio.synthetic.render.picture import render, tangent_frames
+from photogonio.synthetic.scene.plan import look_at
+
 from tests.drawn.rooms import camera, room
 
 LAMBERT = make_brdf("lambert", {"albedo": (1.0,)})

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.synthetic.render.sensor import cos4, demosaic, encode, expose
+from photogonio.synthetic.scene.parts import CameraScene, SensorScene
+from photogonio.synthetic.scene.plan import camera_of
+from photogonio.synthetic.scene.scene import Scene
 
-from synthetic.render.sensor import cos4, demosaic, encode, expose
-from synthetic.scene.parts import CameraScene, SensorScene
-from synthetic.scene.plan import camera_of
-from synthetic.scene.scene import Scene
 from tests.drawn.rooms import camera
 
 

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from capture.errors import InputError
-from synthetic.render.world import brdf_of, world_of
-from synthetic.scene.hard_cases import changed, hard_case, hard_names
-from synthetic.scene.plan import camera_of, lamp_intensity, look_at, plan, sample_center
-from synthetic.scene.scene import built_in, load_scene
-from synthetic.write.manifest import manifest_of
+from photogonio.capture.errors import InputError
+from photogonio.synthetic.render.world import brdf_of, world_of
+from photogonio.synthetic.scene.hard_cases import changed, hard_case, hard_names
+from photogonio.synthetic.scene.plan import camera_of, lamp_intensity, look_at, plan, sample_center
+from photogonio.synthetic.scene.scene import built_in, load_scene
+from photogonio.synthetic.write.manifest import manifest_of
 
 
 def sample_shots(scene):

@@ -6,16 +6,16 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.synthetic.brdf.library import make_brdf, on_grid
+from photogonio.synthetic.scene.hard_cases import changed, hard_case, hard_names
+from photogonio.synthetic.scene.parts import BoardScene, MarkerScene
+from photogonio.synthetic.scene.scene import built_in, load_scene
+from photogonio.synthetic.write.photoset import synthesize
 
-from calib.geometry.camera import Camera, Pose
-from capture.errors import InputError
-from capture.manifest.load import load_photoset
 from photogonio.compare.reflectances import load_known
-from synthetic.brdf.library import make_brdf, on_grid
-from synthetic.scene.hard_cases import changed, hard_case, hard_names
-from synthetic.scene.parts import BoardScene, MarkerScene
-from synthetic.scene.scene import built_in, load_scene
-from synthetic.write.photoset import synthesize
 
 SMALL = {"camera": {"size": (150, 100), "focal": 337.0, "calibration": 1}, "lamp": {"count": 3}}
 
@@ -48,9 +48,8 @@ def test_progress_counts_every_photo(tmp_path):
 def test_manifests_are_accepted(name, tmp_path):
     """Every manifest passes the reader's own check; files only have to be there."""
     import tomli_w
-
-    from synthetic.scene.plan import camera_of, plan
-    from synthetic.write.manifest import manifest_of
+    from photogonio.synthetic.scene.plan import camera_of, plan
+    from photogonio.synthetic.write.manifest import manifest_of
 
     scene = hard_case(name).scene if name in hard_names() else load_scene(name)
     shots = plan(scene)
