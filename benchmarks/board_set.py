@@ -20,8 +20,9 @@ from photogonio.capture.photoset import MANIFEST
 from photogonio.reconstruct.modes.parallel import cores
 from photogonio.synthetic.render.sensor import expose
 from photogonio.synthetic.render.world import brdf_of
+from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
-from photogonio.synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.manifest import manifest_of
 from photogonio.synthetic.write.photoset import view_radiance
 

@@ -16,11 +16,12 @@ from photogonio.calib.adjust.bundle import pose_block
 from photogonio.calib.adjust.lamps import block_name
 from photogonio.calib.calibrate import light_of, settled_from
 from photogonio.calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.geometry.camera import Pose
-from photogonio.calib.radiometry.scale import read_view, tie
-from photogonio.calib.remarks import Notes
+from photogonio.calib.radiometry.readings import read_view
+from photogonio.calib.radiometry.scale import tie
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.photoset import PhotoSet, View
 
 from tests.drawn.setups import SAMPLE, SIZE, World, draw_corners, draw_patch, draw_world, observe, photoset_of
@@ -51,20 +52,28 @@ def deviations(seed: int, *, paper: bool = False, views: int = 8) -> list[Deviat
         for v, p in _paired(photoset, "calibration", world.boards)
     ]
     photos = Photos([Seen(v, c, SIZE) for v, c in samples], [], [Seen(v, c, SIZE) for v, c in boards])
-    notes, reader = (
-        Notes(),
+    remarks, reader = (
+        Remarks(),
         Reader(photoset, lambda _, view: draw_patch(world, int(view.name[1:]), rng, bounced=paper)),
     )
-    camera, model, photos = fitted_camera(photos, SIZE, notes)
-    posed, sights = find_poses(photoset, camera, photos, notes)
-    scale_corners(camera, posed, sights)
+    camera, model, photos = fitted_camera(photos, SIZE, remarks)
+    posed, observations = find_poses(photoset, camera, photos, remarks)
+    scale_corners(camera, posed, observations)
     bias = 0.1 * rng.normal()
-    for sight in sights:
-        observe(world, sight, int(sight.view.name[1:]), bias, rng, paper=paper)
+    for observation in observations:
+        observe(world, observation, int(observation.view.name[1:]), bias, rng, paper=paper)
     quiet = lambda label, done, total: None  # noqa: E731
-    settled = settled_from(photoset, reader, model, camera, posed, sights, quiet)
-    found = [*_camera_z(world, settled), *_pose_z(world, settled, sights), *_light_z(world, settled, sights)]
-    return [*found, *_sample_z(world, settled), *_strength_z(world, photoset, settled, sights, reader, notes)]
+    settled = settled_from(photoset, reader, model, camera, posed, observations, quiet)
+    found = [
+        *_camera_z(world, settled),
+        *_pose_z(world, settled, observations),
+        *_light_z(world, settled, observations),
+    ]
+    return [
+        *found,
+        *_sample_z(world, settled),
+        *_strength_z(world, photoset, settled, observations, reader, remarks),
+    ]
 
 
 def _paired(photoset: PhotoSet, role: str, poses: Sequence[Pose]) -> list[tuple[View, Pose]]:
@@ -81,20 +90,20 @@ def _camera_z(world: World, settled) -> Iterator[Deviation]:
     yield from _z("camera", settled.values["camera"][:4] - truth, settled.covariance["camera"][:4, :4])
 
 
-def _pose_z(world: World, settled, sights: list[Sight]) -> Iterator[Deviation]:
-    for block in dict.fromkeys(s.pose_block for s in sights):
-        number = next(int(s.view.name[1:]) for s in sights if s.pose_block == block)
+def _pose_z(world: World, settled, observations: list[Observation]) -> Iterator[Deviation]:
+    for block in dict.fromkeys(s.pose_block for s in observations):
+        number = next(int(s.view.name[1:]) for s in observations if s.pose_block == block)
         near = pose_block(world.views[number])
         if near[:3] @ settled.values[block][:3] < 0:  # the same rotation by the other way round
             near[:3] *= 1 - 2 * np.pi / np.linalg.norm(near[:3])
         yield from _z("pose", settled.values[block] - near, settled.covariance[block])
 
 
-def _light_z(world: World, settled, sights: list[Sight]) -> Iterator[Deviation]:
-    for sight in sights:
-        light = light_of(settled, sight)
-        off = light.place - world.lamps[int(sight.view.name[1:])]
-        if block_name(sight.light) in settled.values:
+def _light_z(world: World, settled, observations: list[Observation]) -> Iterator[Deviation]:
+    for observation in observations:
+        light = light_of(settled, observation)
+        off = light.place - world.lamps[int(observation.view.name[1:])]
+        if block_name(observation.light) in settled.values:
             yield from _z("light", off, light.covariance)
 
 
@@ -103,12 +112,13 @@ def _sample_z(world: World, settled) -> Iterator[Deviation]:
     yield from _z("sample", off, settled.covariance["sample"])
 
 
-def _strength_z(world, photoset, settled, sights, reader, notes) -> Iterator[Deviation]:
-    lights = {s.view.name: light_of(settled, s) for s in sights}
+def _strength_z(world, photoset, settled, observations, reader, remarks) -> Iterator[Deviation]:
+    lights = {s.view.name: light_of(settled, s) for s in observations}
     readings = {
-        s.view.name: read_view(photoset, reader(s.view), settled, s, lights[s.view.name]) for s in sights
+        s.view.name: read_view(photoset, reader(s.view), settled, s, lights[s.view.name])
+        for s in observations
     }
-    tied, _ = tie(photoset, readings, lights, {n: np.ones(1) for n in readings}, notes)
+    tied, _ = tie(photoset, readings, lights, {n: np.ones(1) for n in readings}, remarks)
     for name, one in tied.items():
         number = int(name[1:])
         # as it falls on the sample: the strength and the lamp's distance are found together

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 from photogonio.synthetic.scene.hard_cases import changed
-from photogonio.synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.scene.model import Scene
+from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.photoset import synthesize
 
 from photogonio.evaluate.truth import load_truth, view_errors

@@ -8,16 +8,16 @@ from functools import partial
 
 import numpy as np
 from photogonio.calib.adjust.alternate import Settled, settle, start_sample, start_scene
-from photogonio.calib.adjust.bundle import Model, block_pose, pose_block
+from photogonio.calib.adjust.bundle import CameraModel, block_pose, pose_block
+from photogonio.calib.adjust.flat_sample import PlaneMove, lying
 from photogonio.calib.adjust.lamps import block_name, place_in_world, start_lamps
-from photogonio.calib.adjust.terms import Posed
 from photogonio.calib.camera_poses import check_camera, find_camera, find_poses, look_at_all, scale_corners
-from photogonio.calib.detect.edges import PlaneMove, lying
 from photogonio.calib.detect.observation import (
     FIXED_POSE,
     POSE,
     Keep,
-    Sight,
+    Observation,
+    Posed,
     channel_names,
     hand_over,
     in_memory,
@@ -54,8 +54,9 @@ from photogonio.calib.diagnose.vignetting import brighten, brightened_image, dou
 from photogonio.calib.geometry.board import Corners, board_size
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.radiometry.patch import patches_box
-from photogonio.calib.radiometry.scale import Reading, read_view, tie
-from photogonio.calib.remarks import Notes, listed
+from photogonio.calib.radiometry.readings import StrengthReadings, read_view
+from photogonio.calib.radiometry.scale import tie
+from photogonio.calib.remarks import Remarks, listed
 from photogonio.calib.report.summary import (
     account,
     account_plane,
@@ -91,68 +92,70 @@ def calibrate(
     ``progress(label, done, total)`` is called after each photo.
     """
     tell = progress or (lambda label, done, total: None)
-    reader, notes = Reader(photoset, read_radiance, read_part, read_level, workers, keep, looks), Notes()
-    photos = look_at_all(photoset, reader, tell, notes)
-    camera, model, photos = find_camera(photoset, reader, photos, tell, notes)
-    boards, sights = find_poses(photoset, camera, photos, notes)
-    sights = _with_sample(photoset, camera, sights, notes)
-    scale_corners(camera, boards, sights)
-    check_camera(photoset, camera, model, boards, sights, notes)
-    photoset = _observed(photoset, reader, camera, sights, tell, notes)
-    sights, veils = usable(photoset, sights, notes, reader.workers)
-    lift(sights, veils)
-    tell_shared_apart(photoset, reader, camera, sights, notes)
-    settle_for = partial(settled_from, photoset, reader, model, camera, boards, sights, tell)
-    settled, beam, beside, falloff = settled_at_last(photoset, sights, settle_for)
+    reader, remarks = Reader(photoset, read_radiance, read_part, read_level, workers, keep, looks), Remarks()
+    photos = look_at_all(photoset, reader, tell, remarks)
+    camera, model, photos = find_camera(photoset, reader, photos, tell, remarks)
+    boards, observations = find_poses(photoset, camera, photos, remarks)
+    observations = _with_sample(photoset, camera, observations, remarks)
+    scale_corners(camera, boards, observations)
+    check_camera(photoset, camera, model, boards, observations, remarks)
+    photoset = _observed(photoset, reader, camera, observations, tell, remarks)
+    observations, veils = usable(photoset, observations, remarks, reader.workers)
+    lift(observations, veils)
+    tell_shared_apart(photoset, reader, camera, observations, remarks)
+    settle_for = partial(settled_from, photoset, reader, model, camera, boards, observations, tell)
+    settled, beam, beside, falloff = settled_at_last(photoset, observations, settle_for)
     if falloff is not None and falloff.allowed:
-        brighten(sights, falloff)
-    views, scale = _views(photoset, reader, settled, sights, falloff, veils, notes)
+        brighten(observations, falloff)
+    views, scale = _views(photoset, reader, settled, observations, falloff, veils, remarks)
     if not views:
-        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
-    ambient = ambient_irradiance(views, sights) if beside is not None and beside.told else None
-    note_veil(veils, notes)
-    note_beside(beside, ambient, notes)
-    note_beam(settled, beam, notes)
-    note_falloff(falloff, notes)
-    account(photoset, settled, sights, notes)
+        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + remarks.reasons())
+    ambient = ambient_irradiance(views, observations) if beside is not None and beside.told else None
+    note_veil(veils, remarks)
+    note_beside(beside, ambient, remarks)
+    note_beam(settled, beam, remarks)
+    note_falloff(falloff, remarks)
+    account(photoset, settled, observations, remarks)
     kept = {view.name for view in views}
-    notes.warnings += ghost_warnings(reader, settled.camera, photoset.sample, sights, kept)
+    remarks.warnings += ghost_warnings(reader, settled.camera, photoset.sample, observations, kept)
     doubtful, common = doubted(photoset, settled, views, falloff)
-    move = _plane_move(photoset, settled, sights)
-    account_plane(photoset, move, notes)
+    move = _plane_move(photoset, settled, observations)
+    account_plane(photoset, move, remarks)
     return Setup(
         settled.camera,
         _sample(photoset, settled, move),
         doubtful,
         scale,
         channel_names(len(views[0].strength)),
-        tuple(notes.left_out),
-        tuple(notes.warnings),
-        notes.residuals,
+        tuple(remarks.left_out),
+        tuple(remarks.warnings),
+        remarks.residuals,
         mirror_balls=_mirror_balls(photoset, settled),
         boards=tuple(_board(settled, *board) for board in boards),
         ambient=ambient,
         falloff=falloff,
-        scale_error=_scale_error(common, beside, notes),
+        scale_error=_scale_error(common, beside, remarks),
     )
 
 
-def _scale_error(lens: float, beside: Beside | None, notes: Notes) -> float:
+def _scale_error(lens: float, beside: Beside | None, remarks: Remarks) -> float:
     """Relative error that all strengths share: of lens, room, and patches that are unevenly lit."""
-    room, uneven = 0.0 if beside is None else beside.doubt, notes.residuals.get("uneven_patches_error", 0.0)
+    room, uneven = 0.0 if beside is None else beside.doubt, remarks.residuals.get("uneven_patches_error", 0.0)
     return float(np.linalg.norm([lens, room, uneven]))
 
 
-def _with_sample(photoset: PhotoSet, camera: Camera, sights: list[Sight], notes: Notes) -> list[Sight]:
-    """The sights that show the sample, and the probes; InputError if none shows it."""
+def _with_sample(
+    photoset: PhotoSet, camera: Camera, observations: list[Observation], remarks: Remarks
+) -> list[Observation]:
+    """The observations that show the sample, and the probes; InputError if none shows it."""
     kept = []
-    for sight in sights:
-        if sight.probe or sample_in_picture(camera, sight.pose, photoset.sample):
-            kept.append(sight)
+    for observation in observations:
+        if observation.probe or sample_in_picture(camera, observation.pose, photoset.sample):
+            kept.append(observation)
         else:
-            notes.leave_out(sight.view.name, "the sample lies outside the picture")
+            remarks.leave_out(observation.view.name, "the sample lies outside the picture")
     if all(s.probe for s in kept):
-        why = notes.reasons() + _other_unit(photoset)
+        why = remarks.reasons() + _other_unit(photoset)
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + why)
     return kept
 
@@ -173,31 +176,36 @@ def _other_unit(photoset: PhotoSet) -> str:
 
 
 def _observed(
-    photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight], tell: Progress, notes: Notes
+    photoset: PhotoSet,
+    reader: Reader,
+    camera: Camera,
+    observations: list[Observation],
+    tell: Progress,
+    remarks: Remarks,
 ) -> PhotoSet:
-    """Fill in what the sights show, with the sample where it is seen; the set with it there."""
-    photoset = cut_to_sample(photoset, reader, camera, sights, notes)
-    observe(photoset, reader, camera, sights, photoset.mirror_balls, tell)
-    found = ball_elsewhere(photoset, reader, camera, sights)
+    """Fill in what the observations show, with the sample where it is seen; the set with it there."""
+    photoset = cut_to_sample(photoset, reader, camera, observations, remarks)
+    observe(photoset, reader, camera, observations, photoset.mirror_balls, tell)
+    found = ball_elsewhere(photoset, reader, camera, observations)
     if found is None:
         return photoset
-    moved, before = replace(photoset, sample=found), [replace(s) for s in sights]
-    observe(moved, reader, camera, sights, photoset.mirror_balls, tell)
-    if shows_limb(sights):
-        note_ball(photoset, found, notes)
+    moved, before = replace(photoset, sample=found), [replace(s) for s in observations]
+    observe(moved, reader, camera, observations, photoset.mirror_balls, tell)
+    if shows_limb(observations):
+        note_ball(photoset, found, remarks)
         return moved
-    for sight, old in zip(sights, before, strict=True):
-        for name in Sight.__slots__:
-            setattr(sight, name, getattr(old, name))
+    for observation, old in zip(observations, before, strict=True):
+        for name in Observation.__slots__:
+            setattr(observation, name, getattr(old, name))
     return photoset
 
 
 def usable(
-    photoset: PhotoSet, sights: list[Sight], notes: Notes, workers: int = 1
-) -> tuple[list[Sight], dict[str, Veil]]:
-    """The sights in which a lamp was on and the print is sharp, of a print that shines its white alone, and what lies
-    over their pictures; InputError if that is none of the sample."""
-    papers = [s for s in sights if s.has_paper and not s.dark]
+    photoset: PhotoSet, observations: list[Observation], remarks: Remarks, workers: int = 1
+) -> tuple[list[Observation], dict[str, Veil]]:
+    """Those in which a lamp was on and the print is sharp, of a print that shines its white alone, and what lies over
+    their pictures; InputError if that is none of the sample."""
+    papers = [s for s in observations if s.has_paper and not s.dark]
     # a veil makes black print an uneven share of the white, as shine does, but one that it explains
     veils = find_veils(((s.view.name, s.reading) for s in papers), workers)
     whites = {s.view.name: white_level(s.reading) for s in papers}
@@ -205,92 +213,100 @@ def usable(
     shiny = shining(shares)
     if shiny:
         veils, shares = {}, {s.view.name: square_ratios(s.reading) for s in papers}
-        _leave_black(sights, shiny, notes)
+        _leave_black(observations, shiny, remarks)
     unsharp = washed_out(shares, shiny, whites)
     kept = []
-    for sight in sights:
-        why = "the photo is dark: no light on the board" if sight.dark else unsharp.get(sight.view.name)
+    for observation in observations:
+        why = (
+            "the photo is dark: no light on the board"
+            if observation.dark
+            else unsharp.get(observation.view.name)
+        )
         if why is None:
-            kept.append(sight)
+            kept.append(observation)
         else:
-            notes.leave_out(sight.view.name, why)
+            remarks.leave_out(observation.view.name, why)
     if all(s.probe for s in kept):
-        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + notes.reasons())
-    hand_over(sights, kept)
+        raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + remarks.reasons())
+    hand_over(observations, kept)
     return kept, veils
 
 
 def settled_at_last(
-    photoset: PhotoSet, sights: list[Sight], settle_for: Settle
+    photoset: PhotoSet, observations: list[Observation], settle_for: Settle
 ) -> tuple[Settled, Beam | None, Beside | None, Falloff | None]:
     """Everything settled, once more for each thing that shows by it: a thick sample's shadow, narrow lamps, a lens that
     darkens its pictures, a room that is not dark; and the last three of these. ``settle_for``: :func:`settled_from`
-    of the set and its ``sights``, for a beam and a falloff."""
-    seen = [list(sight.highlights) for sight in sights]
+    of the set and its ``observations``, for a beam and a falloff."""
+    seen = [list(observation.highlights) for observation in observations]
     lens = photoset.radiometry.vignetting == "auto"
     settled = settle_for(0.0, NO_FALLOFF)
     if isinstance(photoset.sample, Plane) and is_thick(photoset.board, photoset.sample):
-        clear_of_slab(photoset.sample, settled, sights)
-        start_over(sights, seen)
+        clear_of_slab(photoset.sample, settled, observations)
+        start_over(observations, seen)
         settled = settle_for(0.0, NO_FALLOFF)
-    settled, beam, falloff = settle_allowing(settle_for, settled, sights, seen, lens=lens)
+    settled, beam, falloff = settle_allowing(settle_for, settled, observations, seen, lens=lens)
     beside = light_beside(settled.shading)
     if beside is not None and beside.told:
         # anew: what the room does may have passed for a beam, and have hidden what the lens does
-        expect(sights, seen, beside)
+        expect(observations, seen, beside)
         settled = settle_for(0.0, NO_FALLOFF)
-        settled, beam, falloff = settle_allowing(settle_for, settled, sights, seen, lens=lens)
+        settled, beam, falloff = settle_allowing(settle_for, settled, observations, seen, lens=lens)
     return settled, beam, beside, falloff
 
 
 def settled_from(
     photoset: PhotoSet,
     reader: Reader,
-    model: Model,
+    model: CameraModel,
     camera: Camera,
     boards: list[Posed],
-    sights: list[Sight],
+    observations: list[Observation],
     tell: Progress,
     narrow: float = 0.0,
     falloff: tuple[float, float] = NO_FALLOFF,
 ) -> Settled:
-    """Everything settled together, from what the sights hold: corners, highlights, limbs and paper. ``narrow``: the
+    """Everything settled together, from what observations hold: corners, highlights, limbs and paper. ``narrow``: the
     power of the cosine with which the lamps are known to shine, about."""
-    sample = start_sample(camera, sights, photoset.sample)
-    scene = start_scene(photoset, camera, sights, sample, narrow, falloff)
-    groups: dict[str, list[Sight]] = {}
-    for sight in sights:
-        groups.setdefault(sight.light, []).append(sight)
+    sample = start_sample(camera, observations, photoset.sample)
+    scene = start_scene(photoset, camera, observations, sample, narrow, falloff)
+    groups: dict[str, list[Observation]] = {}
+    for observation in observations:
+        groups.setdefault(observation.light, []).append(observation)
     wanted = {name: members for name, members in groups.items() if any(not s.probe for s in members)}
     lamps = start_lamps(photoset, camera, wanted, scene, tell, reader.workers)
-    return settle(photoset, reader, model, camera, boards, sights, lamps, scene, sample, tell)
+    return settle(photoset, reader, model, camera, boards, observations, lamps, scene, sample, tell)
 
 
-def _leave_black(sights: list[Sight], shiny: list[str], notes: Notes) -> None:
+def _leave_black(observations: list[Observation], shiny: list[str], remarks: Remarks) -> None:
     """Read the paper's white alone, in all photos: what black shows of the lamp differs from each to each."""
-    for sight in sights:
-        reading = sight.reading
+    for observation in observations:
+        reading = observation.reading
         if reading is not None:
-            sight.reading = white_alone(reading)
-    notes.residuals["shining_print"] = shiny
-    notes.warnings.append(
+            observation.reading = white_alone(reading)
+    remarks.residuals["shining_print"] = shiny
+    remarks.warnings.append(
         f"the black print is no even share of the white beside it, in {len(shiny)} photos ({listed(shiny)}): it "
         "shines, or light spreads in the lens. Only the white is read; print on matte paper, without toner"
     )
 
 
-def _with_lamp(settled: Settled, sights: list[Sight], notes: Notes) -> list[Sight]:
-    """The sample's sights whose lamp was found and may be believed."""
-    doubts = {name: contradiction(settled, [s for s in sights if s.light == name]) for name in settled.lamps}
+def _with_lamp(settled: Settled, observations: list[Observation], remarks: Remarks) -> list[Observation]:
+    """The sample's observations whose lamp was found and may be believed."""
+    doubts = {
+        name: contradiction(settled, [s for s in observations if s.light == name]) for name in settled.lamps
+    }
     kept = []
-    for sight in sights:
-        if sight.probe:
+    for observation in observations:
+        if observation.probe:
             continue
-        why = doubts.get(sight.light, f"light {sight.light!r} is seen in no mirror ball and on no paper")
+        why = doubts.get(
+            observation.light, f"light {observation.light!r} is seen in no mirror ball and on no paper"
+        )
         if why is None:
-            kept.append(sight)
+            kept.append(observation)
         else:
-            notes.leave_out(sight.view.name, why)
+            remarks.leave_out(observation.view.name, why)
     return kept
 
 
@@ -298,32 +314,36 @@ def _views(
     photoset: PhotoSet,
     reader: Reader,
     settled: Settled,
-    sights: list[Sight],
+    observations: list[Observation],
     falloff: Falloff | None,
     veils: Mapping[str, Veil],
-    notes: Notes,
+    remarks: Remarks,
 ) -> tuple[list[ViewSetup], str]:
     lights: dict[str, Light] = {}
     readings, given, kept = {}, {}, []
-    lit = _with_lamp(settled, sights, notes)
-    read = reader.abreast(lambda sight: _read(photoset, reader, settled, sight, falloff, veils), lit)
-    for sight, found in zip(lit, read, strict=True):
-        name = sight.view.name
+    lit = _with_lamp(settled, observations, remarks)
+    read = reader.abreast(
+        lambda observation: _read(photoset, reader, settled, observation, falloff, veils), lit
+    )
+    for observation, found in zip(lit, read, strict=True):
+        name = observation.view.name
         if found is None:
-            notes.leave_out(name, reader.failed[name])
+            remarks.leave_out(name, reader.failed[name])
             continue
         lights[name], readings[name], channels = found
-        entry = settled.lamps[sight.light].entry
+        entry = settled.lamps[observation.light].entry
         intensity = np.asarray(entry.intensity if entry is not None else (1.0,), float)
         given[name] = np.broadcast_to(intensity, (channels,)).copy()
-        kept.append(sight)
+        kept.append(observation)
     for name in denied_by_patch(settled, kept, readings):
-        notes.leave_out(name, "the white patch is not lit as by the lamp that the mirror balls seem to show")
+        remarks.leave_out(
+            name, "the white patch is not lit as by the lamp that the mirror balls seem to show"
+        )
         del readings[name]
     kept = [s for s in kept if s.view.name in readings]
     if not kept:
         return [], "relative"
-    tied, scale = tie(photoset, readings, lights, given, notes)
+    tied, scale = tie(photoset, readings, lights, given, remarks)
     views = []
     for s in kept:
         one = tied[s.view.name]
@@ -346,30 +366,30 @@ def _read(
     photoset: PhotoSet,
     reader: Reader,
     settled: Settled,
-    sight: Sight,
+    observation: Observation,
     falloff: Falloff | None,
     veils: Mapping[str, Veil],
-) -> tuple[Light, Reading, int] | None:
+) -> tuple[Light, StrengthReadings, int] | None:
     """One view's light, what patch and paper say of its strength, and the number of channels."""
-    box = patches_box(settled.camera, sight.pose, photoset.white_patches)
-    image = reader.part(sight.view, box)
+    box = patches_box(settled.camera, observation.pose, photoset.white_patches)
+    image = reader.part(observation.view, box)
     if image is None:
         return None
-    image = lifted_image(image, veils.get(sight.view.name))
+    image = lifted_image(image, veils.get(observation.view.name))
     if falloff is not None and falloff.allowed:
         image = brightened_image(image, settled.camera, falloff)
-    light = light_of(settled, sight)
-    return light, read_view(photoset, image, settled, sight, light), image.value.shape[2]
+    light = light_of(settled, observation)
+    return light, read_view(photoset, image, settled, observation, light), image.value.shape[2]
 
 
-def light_of(settled: Settled, sight: Sight) -> Light:
+def light_of(settled: Settled, observation: Observation) -> Light:
     """The lamp of one view as it settled, in the world frame."""
-    lamp = settled.lamps[sight.light]
+    lamp = settled.lamps[observation.light]
     block = settled.values[block_name(lamp.name)]
     covariance = settled.covariance.get(block_name(lamp.name), np.zeros((3, 3)))
-    place = place_in_world(lamp, block, sight.pose)
+    place = place_in_world(lamp, block, observation.pose)
     if lamp.attached:
-        covariance = sight.pose.rotation.T @ covariance @ sight.pose.rotation
+        covariance = observation.pose.rotation.T @ covariance @ observation.pose.rotation
     if lamp.kind == "directional":
         place = place / np.linalg.norm(place)
         across = np.eye(3) - np.outer(place, place)
@@ -382,11 +402,11 @@ def light_of(settled: Settled, sight: Sight) -> Light:
     return Light(lamp.name, lamp.kind, place, covariance, lamp.source, radius, rms)
 
 
-def _plane_move(photoset: PhotoSet, settled: Settled, sights: list[Sight]) -> PlaneMove | None:
+def _plane_move(photoset: PhotoSet, settled: Settled, observations: list[Observation]) -> PlaneMove | None:
     if not isinstance(photoset.sample, Plane):
         return None
-    seen = [(s.pose, s.edges) for s in sights if s.edges is not None]
-    still = all(s.pose_block == FIXED_POSE for s in sights)
+    seen = [(s.pose, s.edges) for s in observations if s.edges is not None]
+    still = all(s.pose_block == FIXED_POSE for s in observations)
     return lying(settled.camera, seen, photoset.sample, still)
 
 

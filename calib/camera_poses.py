@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from photogonio.calib.adjust.bundle import Model
+from photogonio.calib.adjust.bundle import CameraModel
 from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
-from photogonio.calib.adjust.terms import Posed
-from photogonio.calib.detect.observation import FIXED_POSE, POSE, Sight, light_id
+from photogonio.calib.detect.observation import FIXED_POSE, POSE, Observation, Posed, light_id
 from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
 from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
 from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
 from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import fit_pose, joined
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import copies
 from photogonio.capture.photoset import MANIFEST, PhotoSet, View
@@ -51,40 +50,40 @@ class Photos:
         return Photos(every[first:second], every[second:], every[:first])
 
 
-def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, notes: Notes) -> Photos:
+def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Remarks) -> Photos:
     """Every photo's corners at first sight; InputError if no sample photo can be read."""
     if not photoset.views("sample"):
         raise InputError(photoset.folder / MANIFEST, 'no [[photo]] has the role "sample"')
-    samples = look(reader, _originals(photoset, notes), tell, "looking for the board")
+    samples = look(reader, _originals(photoset, remarks), tell, "looking for the board")
     probes = look(reader, photoset.views("probe"), tell, "looking at probe photos")
     boards = look(reader, photoset.views("calibration"), tell, "looking at calibration photos")
     for name, reason in reader.failed.items():
-        notes.leave_out(name, reason)
+        remarks.leave_out(name, reason)
     if not samples:
         raise InputError(photoset.folder / MANIFEST, "none of the sample photos can be read")
     return Photos(samples, probes, boards)
 
 
-def _originals(photoset: PhotoSet, notes: Notes) -> tuple[View, ...]:
+def _originals(photoset: PhotoSet, remarks: Remarks) -> tuple[View, ...]:
     """The sample's views without copies of others, which would count twice and predict themselves."""
     views = photoset.views("sample")
     copied = copies(photoset.folder, [v.name for v in views if len(v.photos) == 1])
     for name, original in copied.items():
-        notes.leave_out(name, f"it is the same file as {original}")
+        remarks.leave_out(name, f"it is the same file as {original}")
     return tuple(v for v in views if v.name not in copied)
 
 
 def find_camera(
-    photoset: PhotoSet, reader: Reader, photos: Photos, tell: Progress, notes: Notes
-) -> tuple[Camera, Model, Photos]:
+    photoset: PhotoSet, reader: Reader, photos: Photos, tell: Progress, remarks: Remarks
+) -> tuple[Camera, CameraModel, Photos]:
     """The camera, given or fitted, and all corners placed as well as they can be with it."""
     size = photos.samples[0].size
     entry = photoset.camera
     if entry.matrix is not None:
         distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
         camera = Camera(np.asarray(entry.matrix, float), distortion, size)
-        closer = photos.replaced(look_closer(reader, camera, photos.every, tell, notes.warnings.append))
-        return camera, Model(size, distortion, ()), closer
+        closer = photos.replaced(look_closer(reader, camera, photos.every, tell, remarks.warnings.append))
+        return camera, CameraModel(size, distortion, ()), closer
     _check_board(photoset, reader, photos)
     start = quick_camera(_useful(photos.every, size), size)
     if start is None:
@@ -92,8 +91,8 @@ def find_camera(
             photoset.folder / MANIFEST,
             "too few board corners in every photo to find the camera: give [camera] or calibration photos",
         )
-    closer = photos.replaced(look_closer(reader, start, photos.every, tell, notes.warnings.append))
-    return fitted_camera(closer, size, notes, reader.workers)
+    closer = photos.replaced(look_closer(reader, start, photos.every, tell, remarks.warnings.append))
+    return fitted_camera(closer, size, remarks, reader.workers)
 
 
 def _check_board(photoset: PhotoSet, reader: Reader, photos: Photos) -> None:
@@ -109,8 +108,8 @@ def _useful(seen: list[Seen], size: tuple[int, int]) -> list[Corners]:
 
 
 def fitted_camera(
-    photos: Photos, size: tuple[int, int], notes: Notes, workers: int = 1
-) -> tuple[Camera, Model, Photos]:
+    photos: Photos, size: tuple[int, int], remarks: Remarks, workers: int = 1
+) -> tuple[Camera, CameraModel, Photos]:
     """The camera from all corners, once more without the photos that do not fit."""
     seen = [s for s in photos.boards + photos.samples if s.corners is not None and s.size == size]
     fit = fit_camera([s.corners for s in seen if s.corners is not None], size, workers)
@@ -127,12 +126,12 @@ def fitted_camera(
         names = {boards[k][0] for k in bad}
         for k, reason in bad.items():
             if posed[k][0].view.photos[0].role == "calibration":
-                notes.leave_out(boards[k][0], reason)
+                remarks.leave_out(boards[k][0], reason)
         photos = replace(photos, boards=[s for s in photos.boards if s.view.name not in names])
         better = fit_camera([c for n, c, _ in boards if n not in names], size, workers)
         fit = better if better is not None else fit
     model = model_of(fit)
-    notes.residuals["camera"] = {
+    remarks.residuals["camera"] = {
         "model": fit.model,
         "rms_px": fit.rms,
         "held_out_rms_px": fit.scores,
@@ -141,13 +140,13 @@ def fitted_camera(
     return fit.camera, model, photos
 
 
-def model_of(fit: CameraFit) -> Model:
+def model_of(fit: CameraFit) -> CameraModel:
     """What is adjusted later: the chosen terms, and those of an ordinary lens that the photos did not ask for, which
     are expected to be small. A term left out for good would make all others look surer than they are.
     """
     chosen = free_terms(MODELS[fit.model])
     held = tuple((k, sigma) for k, sigma in _ORDINARY if k not in chosen)
-    return Model(
+    return CameraModel(
         fit.camera.size,
         fit.camera.distortion,
         tuple(sorted({*chosen, *(k for k, _ in held)})),
@@ -158,39 +157,43 @@ def model_of(fit: CameraFit) -> Model:
 
 
 def find_poses(
-    photoset: PhotoSet, camera: Camera, photos: Photos, notes: Notes
-) -> tuple[list[Posed], list[Sight]]:
+    photoset: PhotoSet, camera: Camera, photos: Photos, remarks: Remarks
+) -> tuple[list[Posed], list[Observation]]:
     """Poses of the calibration photos and of every sample and probe view that has one."""
     boards: list[Posed] = []
     for one in photos.boards:
         fit = fit_pose(camera, one.corners) if one.corners is not None else None
         if fit is None or one.corners is None:
-            notes.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree")
+            remarks.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree")
         else:
             boards.append((POSE + one.view.name, one.corners.keep(fit.inlier), fit.pose))
     common = _common_pose(photoset, camera, photos.samples + photos.probes)
-    sights = []
+    observations = []
     for one in photos.samples + photos.probes:
-        sight = _sight(photoset, camera, one, common, notes)
-        if sight is not None:
-            sights.append(sight)
-    return boards, sights
+        observation = _sight(photoset, camera, one, common, remarks)
+        if observation is not None:
+            observations.append(observation)
+    return boards, observations
 
 
 def _sight(
-    photoset: PhotoSet, camera: Camera, one: Seen, common: tuple[Pose, float] | None, notes: Notes
-) -> Sight | None:
+    photoset: PhotoSet, camera: Camera, one: Seen, common: tuple[Pose, float] | None, remarks: Remarks
+) -> Observation | None:
     name = light_id(photoset, one.view)
-    if common is not None and not _moved(camera, common[0], one, notes):
+    if common is not None and not _moved(camera, common[0], one, remarks):
         corners = _agreeing(camera, common[0], one)
-        return Sight(one.view, name, corners, common[0], FIXED_POSE, common[1], rejected=_rest(one, corners))
+        return Observation(
+            one.view, name, corners, common[0], FIXED_POSE, common[1], rejected=_rest(one, corners)
+        )
     fit = fit_pose(camera, one.corners) if one.corners is not None else None
     if fit is None or one.corners is None:
         if one.view.photos[0].role == "sample":
-            notes.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree: no camera pose")
+            remarks.leave_out(
+                one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree: no camera pose"
+            )
         return None
     corners = one.corners.keep(fit.inlier)
-    return Sight(
+    return Observation(
         one.view, name, corners, fit.pose, POSE + one.view.name, fit.rms, rejected=_rest(one, corners)
     )
 
@@ -215,14 +218,14 @@ def _common_pose(photoset: PhotoSet, camera: Camera, seen: list[Seen]) -> tuple[
     return None if fit is None else (fit.pose, fit.rms)
 
 
-def _moved(camera: Camera, pose: Pose, one: Seen, notes: Notes) -> bool:
+def _moved(camera: Camera, pose: Pose, one: Seen, remarks: Remarks) -> bool:
     """Whether most of a photo's corners agree on another pose than the fixed camera's; such a photo is named."""
     if one.corners is None or len(one.corners) < FEWEST_CORNERS:
         return False
     miss = _misses(camera, pose, one.corners)
     if np.mean(miss > _ASTRAY) <= _MOVED or fit_pose(camera, one.corners) is None:
         return False
-    notes.warnings.append(
+    remarks.warnings.append(
         f"{one.view.name}: the board is {np.median(miss):.1f} px off where the fixed camera sees it in the others; "
         "something moved, so this photo has a pose of its own"
     )
@@ -243,24 +246,29 @@ def _misses(camera: Camera, pose: Pose, corners: Corners) -> np.ndarray:
 
 
 def check_camera(
-    photoset: PhotoSet, camera: Camera, model: Model, boards: list[Posed], sights: list[Sight], notes: Notes
+    photoset: PhotoSet,
+    camera: Camera,
+    model: CameraModel,
+    boards: list[Posed],
+    observations: list[Observation],
+    remarks: Remarks,
 ) -> None:
     """Warn of what the photos leave open, and of a board that is not what the manifest says."""
     photos = boards + [
         (s.pose_block, s.corners, s.pose)
-        for s in sights
+        for s in observations
         if s.corners is not None and s.pose_block != FIXED_POSE
     ]
     given = photoset.camera.matrix is not None
     if not given:
-        notes.warnings += view_warnings(camera.size, photos)
+        remarks.warnings += view_warnings(camera.size, photos)
     if photoset.board is not None:
         lamps = {number for entry in photoset.lights for number in entry.marker_ids}
-        notes.warnings += board_doubts(photoset.board, camera, boards, lamps)
+        remarks.warnings += board_doubts(photoset.board, camera, boards, lamps)
     shape = board_shape(model, camera, photos, given)
     if shape is not None:
-        notes.warnings += shape.warnings()
-        notes.residuals["board"] = {
+        remarks.warnings += shape.warnings()
+        remarks.residuals["board"] = {
             "stretch": shape.stretch,
             "stretch_error": shape.stretch_error,
             "bend": shape.bend.tolist(),
@@ -274,18 +282,22 @@ def _freed(corners: Corners) -> float:
     return float(np.sqrt(count / max(count - _POSE_VALUES, 1)))
 
 
-def scale_corners(camera: Camera, boards: list[Posed], sights: list[Sight]) -> float:
+def scale_corners(camera: Camera, boards: list[Posed], observations: list[Observation]) -> float:
     """Give corners the errors they show: those stated know nothing of what all corners of a print share."""
-    photos = [(c, p) for _, c, p in boards] + [(s.corners, s.pose) for s in sights if s.corners is not None]
+    photos = [(c, p) for _, c, p in boards] + [
+        (s.corners, s.pose) for s in observations if s.corners is not None
+    ]
     z = [_freed(c) * (camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for c, p in photos]
     if not z:
         return 1.0
     factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))
     boards[:] = [(name, replace(c, sigma=factor * c.sigma), pose) for name, c, pose in boards]
-    still = sum(s.pose_block == FIXED_POSE for s in sights)
-    for sight in sights:
-        if sight.corners is not None:
+    still = sum(s.pose_block == FIXED_POSE for s in observations)
+    for observation in observations:
+        if observation.corners is not None:
             # a still camera's photos repeat the errors of where the pixels cut the print
-            alike = np.sqrt(still) if sight.pose_block == FIXED_POSE else 1.0
-            sight.corners = replace(sight.corners, sigma=alike * factor * sight.corners.sigma)
+            alike = np.sqrt(still) if observation.pose_block == FIXED_POSE else 1.0
+            observation.corners = replace(
+                observation.corners, sigma=alike * factor * observation.corners.sigma
+            )
     return factor

@@ -16,7 +16,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 @dataclass(slots=True)
-class Notes:
+class Remarks:
     """Gathered on the way by every stage."""
 
     left_out: list[LeftOut] = field(default_factory=list)

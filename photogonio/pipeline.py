@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from photogonio.cache.corners import KeptLooks
+from photogonio.cache.kept import KeptSetup
 from photogonio.cache.scratch import Scratch
-from photogonio.cache.store import KeptSetup, default_store
+from photogonio.cache.store import default_store
 from photogonio.calib.calibrate import calibrate as find_setup
 from photogonio.calib.setup import LeftOut, Setup, save_setup
 from photogonio.capture.errors import InputError
@@ -23,8 +24,7 @@ from photogonio.capture.linear.prepare import prepare, vignetting
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, PhotoSet, Plane
-from photogonio.options import Choice, Options, asked_symmetry, choose_level
-from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.options import Options, asked_symmetry, choose_level
 from photogonio.reconstruct.fit import FitOptions, FitResult, fit_table
 from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
 from photogonio.reconstruct.lighting.stray_light import StrayLight
@@ -46,6 +46,7 @@ from photogonio.report.summary import (
     said_warnings,
     spoilt_warnings,
 )
+from photogonio.result import Result
 from photogonio.run.colours import correction_note, find_correction, in_colours, require_mixable
 from photogonio.run.reduce_photos import Reduced, reduce_photos
 from photogonio.run.surroundings import LightAround, around_of, told_around
@@ -59,29 +60,6 @@ ABREAST = 2  # whole photos that calibration looks at together: the memory they 
 # relative, of the scale that all photos share: light on the white patch that no model of the set holds. Path-traced
 # sets of balls and planes came out 0.0 to 1.1 % off, with half of them within this
 SCALE_ERROR = 0.005
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """What ``process`` or ``fit`` found."""
-
-    name: str
-    setup: Setup | None  # None: tabulated measurements
-    table: FacetTable
-    fit: FitResult
-    choices: tuple[Choice, ...]
-    left_out: tuple[LeftOut, ...]
-    warnings: tuple[str, ...]
-    provenance: Provenance
-    seconds: Mapping[str, float] = field(default_factory=dict)  # by stage; not written anywhere
-    beside: LightAround | None = (
-        None  # what shines on the sample besides the lamp; None: tabulated measurements
-    )
-    coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
-
-    @property
-    def brdf(self) -> Brdf:
-        return self.fit.brdf if self.coloured is None else self.coloured
 
 
 def process(

@@ -11,12 +11,50 @@ import pytest
 
 from tests.places import ROOT
 
+# Which way imports go: a room takes from itself and from the rooms named here.
 ROOMS = {
     "capture": set(),
     "calib": {"capture"},
     "reconstruct": {"calib", "capture"},
     "synthetic": {"calib", "capture"},
     "photogonio": {"synthetic", "reconstruct", "calib", "capture"},
+}
+# The floors inside a room, the upper ones first: each takes from itself and from what stands in a line below.
+FLOORS = {
+    "capture": ["manifest linear", "target files", "errors photoset radiance"],
+    "calib": [
+        "calibrate",
+        "camera_poses report",
+        "diagnose",
+        "radiometry",
+        "adjust",
+        "shading remarks",
+        "detect setup",
+        "geometry parallel",
+    ],
+    "reconstruct": [
+        "fit export",
+        "symmetry",
+        "uncertainty lighting",
+        "represent",
+        "reduce brdf estimate",
+        "table lobes",
+        "modes",
+    ],
+    "synthetic": ["write", "render", "scene brdf"],
+    "photogonio": [
+        "__main__",
+        "cli",
+        "commands",
+        "evaluate",
+        "compare pipeline",
+        "report",
+        "result",
+        "run",
+        "cache arguments",
+        "system options",
+        "one_thread",
+    ],
 }
 # calib's parts that solve for something; synthetic may use the formats and the geometry alone
 GEOMETRY = {"photogonio.calib.geometry.camera", "photogonio.calib.setup", "photogonio.calib.geometry.board"}
@@ -49,6 +87,79 @@ def room_of(name: str) -> str | None:
 def test_imports_go_one_way(path: Path):
     room = path.relative_to(ROOT).parts[0]
     assert {room_of(name) for name in imported(ast.parse(path.read_text()))} - {None} <= ROOMS[room] | {room}
+
+
+def module_of(path: Path) -> str:
+    """The dotted name that a file of ours is imported by."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join([*([] if parts[0] == "photogonio" else ["photogonio"]), *parts]).removesuffix(".__init__")
+
+
+def ours(path: Path) -> set[str]:
+    """The modules of this program that a file imports, those for type checks included."""
+    return {name for name in imported(ast.parse(path.read_text())) if name in MODULES} - {module_of(path)}
+
+
+MODULES = {module_of(path): path for path in FILES}
+
+
+def floor_of(name: str) -> tuple[str, int] | None:
+    """The room of a module, and its floor there; None for the rooms' own names."""
+    room, inside = room_of(name), MODULES[name].relative_to(ROOT).parts[1]
+    inside = inside.removesuffix(".py")
+    floors = [floor.split() for floor in FLOORS[room]]
+    return (
+        None if inside == "__init__" else (room, next(k for k, floor in enumerate(floors) if inside in floor))
+    )
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_imports_inside_a_room_go_down(path: Path):
+    own = floor_of(module_of(path))
+    if own is None:
+        return
+    parts = path.relative_to(ROOT).parts
+    for name in ours(path):
+        other = floor_of(name)
+        if other is None or other[0] != own[0]:
+            continue
+        beside = MODULES[name].relative_to(ROOT).parts[1] == parts[1]
+        assert other[1] > own[1] or (other[1] == own[1] and beside), name
+
+
+def test_no_imports_go_in_circles():
+    left = {name: ours(path) for name, path in MODULES.items()}
+    while True:
+        free = {name for name, needs in left.items() if not needs & left.keys()}
+        if not free:
+            break
+        left = {name: needs for name, needs in left.items() if name not in free}
+    assert not left
+
+
+def test_no_public_class_name_stands_for_two_things():
+    seen: dict[str, list[str]] = {}
+    for name, path in MODULES.items():
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                seen.setdefault(node.name, []).append(name)
+    assert {name: where for name, where in seen.items() if len(where) > 1} == {}
+
+
+def test_private_names_stay_in_their_module():
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "photogonio":
+                assert not [
+                    alias.name
+                    for alias in node.names
+                    if alias.name.startswith("_") and alias.name != "__version__"
+                ], path
+
+
+def test_folders_stay_small():
+    folders = {path.parent for path in FILES}
+    assert max(len(list(folder.glob("*.py"))) for folder in folders) <= 18
 
 
 def test_the_check_sees_imports_inside_functions():

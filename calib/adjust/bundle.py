@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from photogonio.calib.detect.limb import cone_derivatives, cone_residual, focal
 from photogonio.calib.geometry.board import Corners
-from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.camera import Camera, Pose, focal
+from photogonio.calib.geometry.cones import cone_derivatives, cone_residual
 from photogonio.calib.geometry.mirror import mirrored_direction, mirrored_point
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
@@ -32,7 +32,7 @@ Term = Callable[[Values], tuple[np.ndarray, Derivatives]]
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class CameraModel:
     """What a camera block means: which distortion terms it holds, the picture's size, and what is expected."""
 
     size: tuple[int, int]
@@ -56,7 +56,7 @@ class Model:
         return np.concatenate([[m[0, 0], m[1, 1], m[0, 2], m[1, 2]], camera.distortion[list(self.free)]])
 
 
-def camera_term(model: Model) -> Term:
+def camera_term(model: CameraModel) -> Term:
     """What is expected of the terms that the photos do not ask for.
 
     They are not fixed: what is not known of them counts in the errors of all others.
@@ -92,7 +92,9 @@ def block_pose(block: np.ndarray) -> Pose:
     return Pose.from_rodrigues(block[:3], block[3:])
 
 
-def project(model: Model, camera: np.ndarray, pose: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+def project(
+    model: CameraModel, camera: np.ndarray, pose: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, ...]:
     """Pixels (n, 2) and derivatives by pose (n, 2, 6), camera (n, 2, k) and point (n, 2, 3)."""
     made = model.camera(camera)
     flat = np.ascontiguousarray(points, float).reshape(-1, 1, 3)
@@ -104,7 +106,7 @@ def project(model: Model, camera: np.ndarray, pose: np.ndarray, points: np.ndarr
     return pixels.reshape(-1, 2), jacobian[:, :, :6], jacobian[:, :, columns], by_shift @ rotation
 
 
-def corner_term(model: Model, pose_name: str, corners: Corners) -> Term:
+def corner_term(model: CameraModel, pose_name: str, corners: Corners) -> Term:
     """Reprojection of the board's corners in one photo, two rows a corner."""
 
     def term(values: Values) -> tuple[np.ndarray, Derivatives]:
@@ -133,7 +135,7 @@ class Sighting:
     sigma: float
 
 
-def highlight_term(model: Model, sightings: Sequence[Sighting]) -> Term:
+def highlight_term(model: CameraModel, sightings: Sequence[Sighting]) -> Term:
     """Where the lamps are seen in the mirror balls, two rows each."""
     members: dict[str, list[int]] = {}  # by photo
     for k, s in enumerate(sightings):
@@ -208,7 +210,7 @@ def _in_world(place: np.ndarray, pose: Pose, attached: bool) -> np.ndarray:
     return pose.inverse().apply(place) if attached else place
 
 
-def limb_term(model: Model, pose_name: str, ball: str, pixels: np.ndarray, sigma: np.ndarray) -> Term:
+def limb_term(model: CameraModel, pose_name: str, ball: str, pixels: np.ndarray, sigma: np.ndarray) -> Term:
     """Limb of a ball in one photo, one row a point; ``limb offset`` is a bias that all limbs share, pixels."""
 
     def miss(block: np.ndarray, axis: np.ndarray, radius: float) -> np.ndarray:

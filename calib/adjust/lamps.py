@@ -8,14 +8,14 @@ import numpy as np
 from photogonio.calib.adjust.bundle import Values
 from photogonio.calib.detect.lamp_markers import marked_place
 from photogonio.calib.detect.mirror_rays import MirroredRay, meet, mirrored_ray
-from photogonio.calib.detect.observation import Sight, light_entry
-from photogonio.calib.detect.parallel import abreast
+from photogonio.calib.detect.observation import Observation, light_entry
 from photogonio.calib.detect.photo_reader import Progress
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.mirror import mirrored_direction, mirrored_point
-from photogonio.calib.shading.fit import Scene
+from photogonio.calib.parallel import abreast
 from photogonio.calib.shading.initial import first_fit
+from photogonio.calib.shading.model import ShadingScene
 from photogonio.capture.photoset import LightEntry, PhotoSet, Sphere
 
 _FAR = 25.0  # board diagonals beyond which a lamp counts as distant
@@ -50,9 +50,11 @@ def place_in_world(lamp: Lamp, block: np.ndarray, pose: Pose) -> np.ndarray:
     return pose.inverse().apply(block) if lamp.attached else block
 
 
-def expected_pixel(camera: Camera, sight: Sight, lamp: Lamp, values: Values, number: int) -> np.ndarray:
+def expected_pixel(
+    camera: Camera, observation: Observation, lamp: Lamp, values: Values, number: int
+) -> np.ndarray:
     """Where a lamp's highlight in a mirror ball belongs, (2,) pixels."""
-    block, pose = values[f"ball {number}"], sight.pose
+    block, pose = values[f"ball {number}"], observation.pose
     place = place_in_world(lamp, values[block_name(lamp.name)], pose)
     if lamp.kind == "directional":
         point = mirrored_direction(block[:3], block[3], pose.center, place / np.linalg.norm(place))
@@ -61,17 +63,20 @@ def expected_pixel(camera: Camera, sight: Sight, lamp: Lamp, values: Values, num
     return camera.project(pose, point[None])[0]
 
 
-def sight_rays(photoset: PhotoSet, camera: Camera, sight: Sight) -> list[MirroredRay]:
+def sight_rays(photoset: PhotoSet, camera: Camera, observation: Observation) -> list[MirroredRay]:
     """The mirrored rays of one photo's highlights."""
-    rays = [mirrored_ray(camera, sight.pose, photoset.mirror_balls[h.ball], h) for h in sight.highlights]
+    rays = [
+        mirrored_ray(camera, observation.pose, photoset.mirror_balls[h.ball], h)
+        for h in observation.highlights
+    ]
     return [r for r in rays if r is not None]
 
 
 def start_lamps(
     photoset: PhotoSet,
     camera: Camera,
-    groups: dict[str, list[Sight]],
-    scene: Scene | None,
+    groups: dict[str, list[Observation]],
+    scene: ShadingScene | None,
     tell: Progress,
     workers: int = 1,
 ) -> dict[str, Lamp]:
@@ -89,7 +94,7 @@ def start_lamps(
     return _bring_near(photoset, lamps, groups, camera)
 
 
-def _entry(photoset: PhotoSet, members: list[Sight]) -> LightEntry | None:
+def _entry(photoset: PhotoSet, members: list[Observation]) -> LightEntry | None:
     return light_entry(photoset, members[0].view)
 
 
@@ -98,18 +103,18 @@ def start_lamp(
     camera: Camera,
     name: str,
     entry: LightEntry | None,
-    sights: list[Sight],
-    scene: Scene | None,
+    observations: list[Observation],
+    scene: ShadingScene | None,
 ) -> Lamp | None:
     """A first place for one light; None if nothing tells it."""
-    given = _given(name, entry) or _marked(photoset, camera, name, entry, sights)
+    given = _given(name, entry) or _marked(photoset, camera, name, entry, observations)
     if given is not None:
         return given
     kind = entry.kind if entry is not None else None
-    paper = next((s for s in sights if s.has_paper), None)
+    paper = next((s for s in observations if s.has_paper), None)
     reading = None if paper is None else paper.reading
     attached = entry is not None and entry.attached_to == "camera"
-    seen = [paper or sights[0]] if attached else sights
+    seen = [paper or observations[0]] if attached else observations
     rays = [ray for s in seen for ray in sight_rays(photoset, camera, s)]
     source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
     if scene is not None and paper is not None and reading is not None and kind != "directional":
@@ -138,13 +143,15 @@ def _given(name: str, entry: LightEntry | None) -> Lamp | None:
 
 
 def _marked(
-    photoset: PhotoSet, camera: Camera, name: str, entry: LightEntry | None, sights: list[Sight]
+    photoset: PhotoSet, camera: Camera, name: str, entry: LightEntry | None, observations: list[Observation]
 ) -> Lamp | None:
     """By markers on the lamp: the mean over the photos that show them."""
     if entry is None or not entry.marker_ids:
         return None
     length = photoset.board.marker_length if photoset.board is not None else None
-    found = [p for s in sights if (p := marked_place(camera, s.pose, s.corners, entry, length)) is not None]
+    found = [
+        p for s in observations if (p := marked_place(camera, s.pose, s.corners, entry, length)) is not None
+    ]
     if not found:
         return None
     place = np.mean([p.place for p in found], axis=0)
@@ -153,7 +160,7 @@ def _marked(
 
 
 def _bring_near(
-    photoset: PhotoSet, lamps: dict[str, Lamp], groups: dict[str, list[Sight]], camera: Camera
+    photoset: PhotoSet, lamps: dict[str, Lamp], groups: dict[str, list[Observation]], camera: Camera
 ) -> dict[str, Lamp]:
     """Lamps known by one ray only stand as far as the set's other lamps do, if those are near."""
     near = [lamp.block for lamp in lamps.values() if lamp.kind == "point" and not lamp.attached]

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 from photogonio.calib.adjust.bundle import (
+    CameraModel,
     Derivatives,
-    Model,
     Part,
     Sighting,
     Term,
@@ -22,10 +22,10 @@ from photogonio.calib.adjust.bundle import (
     quadratic_term,
 )
 from photogonio.calib.adjust.lamps import Lamp, block_name
-from photogonio.calib.detect.observation import FIXED_POSE, Sight
-from photogonio.calib.geometry.board import Corners
-from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.shading.fit import Scene, ShadingFit
+from photogonio.calib.detect.observation import FIXED_POSE, Observation, Posed
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.shading.fit import ShadingFit
+from photogonio.calib.shading.model import ShadingScene
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
 from photogonio.capture.photoset import PhotoSet, Sphere
 
@@ -40,23 +40,21 @@ BEAM_HELD, _BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shin
 FALLOFF_HELD, FALLOFF = 0.002, (0.5, 0.1)  # of the terms of how a lens darkens its pictures, likewise
 _BLACK = 0.3  # of the logarithm of black print over white
 
-Posed = tuple[str, Corners, Pose]  # block's name, corners and pose of one calibration photo
-
 
 def first_values(
     photoset: PhotoSet,
-    model: Model,
+    model: CameraModel,
     camera: Camera,
     boards: list[Posed],
-    sights: list[Sight],
+    observations: list[Observation],
     lamps: dict[str, Lamp],
-    scene: Scene | None,
+    scene: ShadingScene | None,
     sample: np.ndarray | None,
 ) -> Values:
     """All blocks where the stages before have put them."""
     values: Values = {"camera": model.block(camera)}
     values |= {name: pose_block(pose) for name, _, pose in boards}
-    values |= {sight.pose_block: pose_block(sight.pose) for sight in sights}
+    values |= {observation.pose_block: pose_block(observation.pose) for observation in observations}
     values |= {block_name(name): np.asarray(lamp.block, float) for name, lamp in lamps.items()}
     for k, ball in enumerate(photoset.mirror_balls):
         values[f"ball {k}"] = np.append(np.asarray(ball.center, float), ball.radius)
@@ -78,7 +76,7 @@ def fixed_blocks(photoset: PhotoSet, lamps: dict[str, Lamp]) -> frozenset[str]:
     return frozenset(fixed)
 
 
-def sightings(sights: list[Sight], lamps: dict[str, Lamp], scale: float) -> list[Sighting]:
+def sightings(observations: list[Observation], lamps: dict[str, Lamp], scale: float) -> list[Sighting]:
     """Every highlight, its stated error times ``scale``."""
     return [
         Sighting(
@@ -90,25 +88,27 @@ def sightings(sights: list[Sight], lamps: dict[str, Lamp], scale: float) -> list
             h.pixel,
             scale * h.sigma,
         )
-        for s in sights
+        for s in observations
         if s.light in lamps
         for h in s.highlights
     ]
 
 
-def corner_terms(model: Model, boards: list[Posed], sights: list[Sight]) -> list[tuple[Term, bool]]:
+def corner_terms(
+    model: CameraModel, boards: list[Posed], observations: list[Observation]
+) -> list[tuple[Term, bool]]:
     """The board's corners in all photos."""
     terms = [(corner_term(model, name, corners), True) for name, corners, _ in boards]
     return terms + [
-        (corner_term(model, s.pose_block, s.corners), True) for s in sights if s.corners is not None
+        (corner_term(model, s.pose_block, s.corners), True) for s in observations if s.corners is not None
     ]
 
 
 def all_terms(
     photoset: PhotoSet,
-    model: Model,
+    model: CameraModel,
     boards: list[Posed],
-    sights: list[Sight],
+    observations: list[Observation],
     lamps: dict[str, Lamp],
     values: Values,
     fits: dict[str, ShadingFit],
@@ -118,11 +118,11 @@ def all_terms(
 ) -> list[tuple[Term, bool]]:
     """Every term, with whether its loss is robust; the corners' come first, one a photo. ``beam``: lamps may shine
     less beside their axis. ``lens``: pictures may be darker aside of their middle."""
-    terms = corner_terms(model, boards, sights)
-    seen = sightings(sights, lamps, scale)
+    terms = corner_terms(model, boards, observations)
+    seen = sightings(observations, lamps, scale)
     if seen:
         terms.append((highlight_term(model, seen), True))
-    for s in sights:
+    for s in observations:
         if s.limb is not None and len(s.limb):
             terms.append((limb_term(model, s.pose_block, "sample", s.limb.pixels, s.limb.sigma), True))
         for number, limb in s.ball_limbs.items():
@@ -133,7 +133,7 @@ def all_terms(
     return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values, beam, lens)
 
 
-def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> Term:
+def shading_term(fit: ShadingFit, observation: Observation, lamp: Lamp, values: Values) -> Term:
     """What one view's shading says of lamp, sample, print and polished balls, its own values eliminated."""
     has_sample = "sample" in values
     own = slice(3, LOCAL)
@@ -142,9 +142,9 @@ def shading_term(fit: ShadingFit, sight: Sight, lamp: Lamp, values: Values) -> T
     cross = np.linalg.solve(fit.normal[own, own], fit.normal[own][:, kept])
     normal = fit.normal[np.ix_(kept, kept)] - fit.normal[kept][:, own] @ cross
     slope = fit.gradient[kept] - cross.T @ fit.gradient[own]
-    light = Part(block_name(sight.light), slice(0, 3))
+    light = Part(block_name(observation.light), slice(0, 3))
     if lamp.attached:
-        pose = block_pose(values[sight.pose_block]).inverse()
+        pose = block_pose(values[observation.pose_block]).inverse()
         light = replace(light, turn=pose.rotation, shift=pose.translation)
     parts = (
         [light] + ([Part("sample", slice(0, 4))] if has_sample else []) + [Part("lamp", slice(0, SHARED - 4))]

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from photogonio.calib.detect.gray import gray
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.mirror import reflected_ray
 from photogonio.capture.photoset import MirrorBall
 from photogonio.capture.radiance import RadianceImage
@@ -28,20 +29,6 @@ class Highlight:
     peak: float  # radiance above the surroundings
     area: float  # pixels above half the peak
     clipped: bool  # the core is saturated
-
-
-def outline(camera: Camera, pose: Pose, center: np.ndarray, radius: float, count: int = 90) -> np.ndarray:
-    """The limb of a ball in the picture, (count, 2) pixels: the tangent cone from the camera's centre."""
-    axis = pose.apply(np.asarray(center, float))
-    distance = np.linalg.norm(axis)
-    axis = axis / distance
-    across = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
-    across /= np.linalg.norm(across)
-    up = np.cross(axis, across)
-    half = np.arcsin(min(radius / distance, 1.0))
-    turn = np.linspace(0, 2 * np.pi, count, endpoint=False)[:, None]
-    rays = np.cos(half) * axis + np.sin(half) * (np.cos(turn) * across + np.sin(turn) * up)
-    return camera.project(Pose(np.eye(3), np.zeros(3)), rays)
 
 
 def find_highlight(

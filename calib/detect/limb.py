@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from photogonio.calib.detect.highlights import outline
-from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.camera import Camera, Pose, focal
+from photogonio.calib.geometry.cones import cone_residual, outline
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
 
@@ -90,33 +90,6 @@ def find_edges(
     clear &= peak > 0.02 * np.percentile(peak, 90)
     edge = places + offset[:, None] * normals
     return edge, _TRUSTED_EDGE + 0.3 * rest / np.maximum(peak, 1e-30), clear
-
-
-def cone_residual(rays: np.ndarray, axis: np.ndarray, radius: float, focal_length: float) -> np.ndarray:
-    """The same from unit rays and the ball's centre, both in the camera frame."""
-    distance = np.linalg.norm(axis)
-    angle = np.arccos(np.clip(rays @ (axis / distance), -1.0, 1.0))
-    return focal_length * (angle - np.arcsin(radius / distance))
-
-
-def cone_derivatives(
-    rays: np.ndarray, axis: np.ndarray, radius: float, focal_length: float
-) -> tuple[np.ndarray, float]:
-    """Derivatives of :func:`cone_residual` by the centre (n, 3) and by the radius."""
-    distance = np.linalg.norm(axis)
-    toward = axis / distance
-    cosine = rays @ toward
-    sine = np.sqrt(np.maximum(1 - cosine**2, 1e-18))
-    touch = np.sqrt(distance**2 - radius**2)
-    by_center = (
-        -(rays - cosine[:, None] * toward) / (distance * sine[:, None]) + radius / (distance * touch) * toward
-    )
-    return focal_length * by_center, -focal_length / touch
-
-
-def focal(camera: Camera) -> float:
-    """Geometric mean of both focal lengths, pixels."""
-    return float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
 
 
 def place_ball(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from photogonio.calib.detect.highlights import outline
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.cones import outline
 from photogonio.capture.photoset import PhotoSet, Sphere
 
 _SHIFT = 4  # fractional bits of OpenCV's polygon corners

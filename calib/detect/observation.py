@@ -9,25 +9,27 @@ import numpy as np
 from photogonio.calib.detect.edges import Edges
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.limb import Limb
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Pose
-from photogonio.calib.shading.fit import Reading
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import LightEntry, PhotoSet, View
+
+Posed = tuple[str, Corners, Pose]  # block's name, corners and pose of one calibration photo
 
 POSE = "pose "  # begins the names of poses' blocks, the photo's name follows
 FIXED_POSE = "pose fixed"  # the block that all views of a fixed camera share
 
-Recall = Callable[[], Reading]
-Keep = Callable[[Reading], Recall]  # sets a reading aside; what it returns gives it back
+Recall = Callable[[], PaperReading]
+Keep = Callable[[PaperReading], Recall]  # sets a reading aside; what it returns gives it back
 
 
-def in_memory(reading: Reading) -> Recall:
+def in_memory(reading: PaperReading) -> Recall:
     return lambda: reading
 
 
 @dataclass(slots=True)
-class Sight:
+class Observation:
     """One sample or probe view. Filled in step by step by the stages of calibration, and by nothing else."""
 
     view: View
@@ -47,12 +49,12 @@ class Sight:
     _recall: Recall | None = None
 
     @property
-    def reading(self) -> Reading | None:
+    def reading(self) -> PaperReading | None:
         """What was read of the paper; each access may bring it in anew."""
         return None if self._recall is None else self._recall()
 
     @reading.setter
-    def reading(self, reading: Reading | None) -> None:
+    def reading(self, reading: PaperReading | None) -> None:
         self._recall = None if reading is None else self.keep(reading)
 
     @property
@@ -65,19 +67,19 @@ class Sight:
         return self.view.photos[0].role == "probe"
 
 
-def hand_over(sights: list[Sight], kept: list[Sight]) -> None:
-    """What all photos of a still camera show together goes from sights that are left out to one that is ``kept``."""
-    for sight in sights:
-        heir = next((k for k in kept if k.pose_block == sight.pose_block and not k.probe), None)
-        if sight.limb is not None and heir is not None and all(k is not sight for k in kept):
-            heir.limb, sight.limb = sight.limb, None
+def hand_over(observations: list[Observation], kept: list[Observation]) -> None:
+    """What all photos of a still camera show together goes from those that are left out to one that is ``kept``."""
+    for observation in observations:
+        heir = next((k for k in kept if k.pose_block == observation.pose_block and not k.probe), None)
+        if observation.limb is not None and heir is not None and all(k is not observation for k in kept):
+            heir.limb, observation.limb = observation.limb, None
 
 
-def start_over(sights: Sequence[Sight], highlights: Sequence[list[Highlight]]) -> None:
+def start_over(observations: Sequence[Observation], highlights: Sequence[list[Highlight]]) -> None:
     """Sights as they were before lamps were sought, with the ``highlights`` that were seen at first: shading that did
     not know all of the light may have taken some for something else."""
-    for sight, seen in zip(sights, highlights, strict=True):
-        sight.highlights, sight.shading = list(seen), None
+    for observation, seen in zip(observations, highlights, strict=True):
+        observation.highlights, observation.shading = list(seen), None
 
 
 def light_entry(photoset: PhotoSet, view: View) -> LightEntry | None:

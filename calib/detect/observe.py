@@ -7,17 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from photogonio.calib.detect.edges import Edges, plane_edges
 from photogonio.calib.detect.gray import without_fireflies
-from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, lamp_pixels, outline
-from photogonio.calib.detect.limb import Limb, focal, settled_limb
-from photogonio.calib.detect.observation import FIXED_POSE, Sight
+from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, lamp_pixels
+from photogonio.calib.detect.limb import Limb, settled_limb
+from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.paper import PaperPlaces, paper_places, sample_paper
 from photogonio.calib.detect.paper_near_balls import ClosePlaces, close_paper, close_places
+from photogonio.calib.detect.paper_reading import PaperReading, local_noise
 from photogonio.calib.detect.photo_reader import Progress, Reader
 from photogonio.calib.geometry.board import board_size
-from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.camera import Camera, Pose, focal
+from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.print_map import draw_print
-from photogonio.calib.shading.fit import Reading
-from photogonio.calib.shading.initial import local_noise
 from photogonio.capture.linear.signal import Region
 from photogonio.capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
 from photogonio.capture.radiance import RadianceImage
@@ -39,51 +39,55 @@ def observe(
     photoset: PhotoSet,
     reader: Reader,
     camera: Camera,
-    sights: list[Sight],
+    observations: list[Observation],
     balls: tuple[MirrorBall, ...],
     tell: Progress,
 ) -> None:
-    """Fill in highlights, limbs and paper of every sight."""
-    still = len(sights) > 1 and all(s.pose_block == FIXED_POSE for s in sights)
+    """Fill in highlights, limbs and paper of every observation."""
+    still = len(observations) > 1 and all(s.pose_block == FIXED_POSE for s in observations)
     brightest, middle = _Pile("max"), _Pile("median")
-    common = _places(photoset, camera, sights[0].pose, balls) if still else None
+    common = _places(photoset, camera, observations[0].pose, balls) if still else None
 
-    def watch(sight: Sight) -> tuple[np.ndarray, np.ndarray] | None:
-        places = common or _places(photoset, camera, sight.pose, balls)
+    def watch(observation: Observation) -> tuple[np.ndarray, np.ndarray] | None:
+        places = common or _places(photoset, camera, observation.pose, balls)
         found = [
-            _highlight(reader, camera, sight, ball, number, places.lamp[number])
+            _highlight(reader, camera, observation, ball, number, places.lamp[number])
             for number, ball in enumerate(balls)
         ]
-        sight.highlights = of_one_lamp([h for h in found if h is not None], balls)
-        if not sight.probe:
-            reading = _paper(photoset, reader, sight, places)
-            sight.dark = reading is not None and is_dark(reading)
-            sight.keep, sight.reading = reader.keep, reading
-        box = places.balls if sight.probe else places.sample
+        observation.highlights = of_one_lamp([h for h in found if h is not None], balls)
+        if not observation.probe:
+            reading = _paper(photoset, reader, observation, places)
+            observation.dark = reading is not None and is_dark(reading)
+            observation.keep, observation.reading = reader.keep, reading
+        box = places.balls if observation.probe else places.sample
         level = (
-            reader.level(sight.view, box) if box and not sight.dark and (still or not sight.probe) else None
+            reader.level(observation.view, box)
+            if box and not observation.dark and (still or not observation.probe)
+            else None
         )
         if level is None:
             return None
         shown = without_fireflies(level[0]), np.isfinite(level[0])  # what is saturated has edges too
-        if isinstance(photoset.sample, Plane) and not sight.probe:
-            sight.edges = _sample_edges(photoset, photoset.sample, *shown, camera, sight, box[:2])
+        if isinstance(photoset.sample, Plane) and not observation.probe:
+            observation.edges = _sample_edges(photoset, photoset.sample, *shown, camera, observation, box[:2])
         return shown
 
-    for k, (sight, shown) in enumerate(zip(sights, reader.abreast(watch, sights), strict=True)):
+    for k, (observation, shown) in enumerate(
+        zip(observations, reader.abreast(watch, observations), strict=True)
+    ):
         if shown is not None and still:
-            (middle if sight.probe else brightest).add(sight, *shown)
+            (middle if observation.probe else brightest).add(observation, *shown)
         elif shown is not None:
-            box = _sample_box(photoset, camera, sight.pose)
-            sight.limb = _sample_limb(photoset, *shown, camera, sight, box[:2])
-        tell("finding lamps, sample and paper", k + 1, len(sights))
-    if brightest.sight is not None:
-        brightest.sight.limb = _sample_limb(
-            photoset, *brightest.picture(), camera, brightest.sight, common.sample[:2]
+            box = _sample_box(photoset, camera, observation.pose)
+            observation.limb = _sample_limb(photoset, *shown, camera, observation, box[:2])
+        tell("finding lamps, sample and paper", k + 1, len(observations))
+    if brightest.observation is not None:
+        brightest.observation.limb = _sample_limb(
+            photoset, *brightest.picture(), camera, brightest.observation, common.sample[:2]
         )
-    if middle.sight is not None:
-        middle.sight.ball_limbs = _ball_limbs(
-            balls, *middle.picture(), camera, middle.sight, common.balls[:2]
+    if middle.observation is not None:
+        middle.observation.ball_limbs = _ball_limbs(
+            balls, *middle.picture(), camera, middle.observation, common.balls[:2]
         )
 
 
@@ -152,13 +156,13 @@ class _Pile:
     """Photos of a still camera laid over one another: what no single lamp shows shows in all of them together."""
 
     def __init__(self, how: str):
-        self.sight: Sight | None = None  # the first, which what is found will be booked on
+        self.observation: Observation | None = None  # the first, which what is found will be booked on
         self._how = how
         self._levels: list[np.ndarray] = []
         self._usable: np.ndarray | None = None
 
-    def add(self, sight: Sight, level: np.ndarray, usable: np.ndarray) -> None:
-        self.sight = self.sight or sight
+    def add(self, observation: Observation, level: np.ndarray, usable: np.ndarray) -> None:
+        self.observation = self.observation or observation
         self._usable = usable if self._usable is None else self._usable & usable
         if self._how == "max" and self._levels:
             np.maximum(self._levels[0], level, out=self._levels[0])
@@ -173,11 +177,13 @@ class _Pile:
 
 
 def _highlight(
-    reader: Reader, camera: Camera, sight: Sight, ball: MirrorBall, number: int, shown: np.ndarray
+    reader: Reader, camera: Camera, observation: Observation, ball: MirrorBall, number: int, shown: np.ndarray
 ) -> Highlight | None:
-    x0, y0, x1, y1 = box = ball_box(camera, sight.pose, ball)
-    image = reader.part(sight.view, box) if x0 < x1 and y0 < y1 else None
-    return None if image is None else find_highlight(image, camera, sight.pose, ball, number, shown=shown)
+    x0, y0, x1, y1 = box = ball_box(camera, observation.pose, ball)
+    image = reader.part(observation.view, box) if x0 < x1 and y0 < y1 else None
+    return (
+        None if image is None else find_highlight(image, camera, observation.pose, ball, number, shown=shown)
+    )
 
 
 def of_one_lamp(found: list[Highlight], balls: tuple[MirrorBall, ...]) -> list[Highlight]:
@@ -192,9 +198,11 @@ def of_one_lamp(found: list[Highlight], balls: tuple[MirrorBall, ...]) -> list[H
     return [h for h, bright in zip(found, share, strict=True) if h.clipped or bright > _DIMMEST]
 
 
-def _paper(photoset: PhotoSet, reader: Reader, sight: Sight, places: _Places) -> Reading | None:
+def _paper(
+    photoset: PhotoSet, reader: Reader, observation: Observation, places: _Places
+) -> PaperReading | None:
     def near(pixels: np.ndarray) -> RadianceImage | None:
-        return reader.near(sight.view, pixels)
+        return reader.near(observation.view, pixels)
 
     samples = None if places.paper is None else sample_paper(places.paper, near)
     if samples is None or len(samples) < _FEWEST:
@@ -203,10 +211,10 @@ def _paper(photoset: PhotoSet, reader: Reader, sight: Sight, places: _Places) ->
     noise = samples.variance.mean(axis=1) / samples.variance.shape[1]
     close = None if places.close is None else close_paper(places.close, near)
     noise = np.maximum(noise, (local_noise(samples, level) * level) ** 2)
-    return Reading(samples, level, noise, close=close)
+    return PaperReading(samples, level, noise, close=close)
 
 
-def is_dark(reading: Reading) -> bool:
+def is_dark(reading: PaperReading) -> bool:
     """Whether nothing stands out of the noise, of neither the white print's brightest tenth nor all paper's: a lamp
     that failed, a lens cap.
 
@@ -222,15 +230,15 @@ def _sample_limb(
     level: np.ndarray,
     usable: np.ndarray,
     camera: Camera,
-    sight: Sight,
+    observation: Observation,
     origin: tuple[int, int],
 ) -> Limb | None:
     sample = photoset.sample
     if not isinstance(sample, Sphere):
         return None
     center = np.asarray(sample.center, float)
-    within = _within(camera, sight.pose, center, sample.radius)
-    return settled_limb(level, usable, camera, sight.pose, center, sample.radius, within, origin)
+    within = _within(camera, observation.pose, center, sample.radius)
+    return settled_limb(level, usable, camera, observation.pose, center, sample.radius, within, origin)
 
 
 def _sample_edges(
@@ -239,17 +247,21 @@ def _sample_edges(
     level: np.ndarray,
     usable: np.ndarray,
     camera: Camera,
-    sight: Sight,
+    observation: Observation,
     origin: tuple[int, int],
 ) -> Edges | None:
     flat = np.asarray(plane.outline, float)
     middle = np.append(flat.mean(0), plane.height)
-    within = min(_within(camera, sight.pose, middle, float(np.ptp(flat, axis=0).max()) / 2), _FARTHEST_EDGE)
+    within = min(
+        _within(camera, observation.pose, middle, float(np.ptp(flat, axis=0).max()) / 2), _FARTHEST_EDGE
+    )
     board = photoset.board  # what is printed around loose markers is not known
     pattern = None if board is None or board.kind == "markers" else draw_print(board)
-    found = plane_edges(level, usable, camera, sight.pose, plane, within, pattern, origin)
+    found = plane_edges(level, usable, camera, observation.pose, plane, within, pattern, origin)
     if found is None:  # an outline that is told too large or too small
-        found = plane_edges(level, usable, camera, sight.pose, plane, _FARTHER * within, pattern, origin)
+        found = plane_edges(
+            level, usable, camera, observation.pose, plane, _FARTHER * within, pattern, origin
+        )
     return found
 
 
@@ -258,15 +270,15 @@ def _ball_limbs(
     level: np.ndarray,
     usable: np.ndarray,
     camera: Camera,
-    sight: Sight,
+    observation: Observation,
     origin: tuple[int, int],
 ) -> dict[int, Limb]:
     """Limbs of the mirror balls by number, where they stand out of what is behind them."""
     limbs = {}
     for number, ball in enumerate(balls):
         center = np.asarray(ball.center, float)
-        within = _within(camera, sight.pose, center, ball.radius)
-        limb = settled_limb(level, usable, camera, sight.pose, center, ball.radius, within, origin)
+        within = _within(camera, observation.pose, center, ball.radius)
+        limb = settled_limb(level, usable, camera, observation.pose, center, ball.radius, within, origin)
         if limb is not None:
             limbs[number] = limb
     return limbs

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
-import numba
 import numpy as np
 from photogonio.calib.geometry.board import board_size
-from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale, projected_with_axes
 from photogonio.calib.geometry.print_map import draw_print, square_pitch
+from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
@@ -114,30 +114,12 @@ def sample_paper(
     return PaperSamples(places.points, places.white, value, variance, *own).keep(lit)
 
 
-def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pixels (n, 2) of board points and pixels per length in the most foreshortened direction (n,)."""
-    pixels, right, up = _projected(camera, pose, points)
-    total = (right**2).sum(1) + (up**2).sum(1)
-    area = right[:, 0] * up[:, 1] - right[:, 1] * up[:, 0]
-    least = total / 2 - np.sqrt(np.maximum(total**2 / 4 - area**2, 0.0))
-    return pixels, np.sqrt(np.maximum(least, 0.0))
-
-
 def spread_of(camera: Camera, pose: Pose, points: np.ndarray, variance: float = _LENS + _PIXEL) -> np.ndarray:
     """Covariance xx, xy, yy (n, 3) on the board of what a pixel at each of ``points`` gathers, whose ``variance`` in
     the picture is the same in all directions, pixels squared. By default that of lens and pixel."""
-    _, right, up = _projected(camera, pose, points)
+    _, right, up = projected_with_axes(camera, pose, points)
     xx, yy, xy = (right**2).sum(1), (up**2).sum(1), (right * up).sum(1)
     return (variance / (xx * yy - xy**2))[:, None] * np.column_stack([yy, -xy, xx])
-
-
-def _projected(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pixels (n, 2) of board points and how they move with the point along x and along y, pixels per length."""
-    step = 1e-3 * float(np.ptp(points[:, :2], axis=0).max())
-    pixels = camera.project(pose, points)
-    right = (camera.project(pose, points + np.array([step, 0, 0])) - pixels) / step
-    up = (camera.project(pose, points + np.array([0, step, 0])) - pixels) / step
-    return pixels, right, up
 
 
 def _between(read: RadianceImage, part: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -181,23 +163,6 @@ def covered(
     for outline, height in outlines:
         hidden |= _behind_sheet(points, eye, np.asarray(outline, float), float(height), margin)
     return hidden
-
-
-def behind_ball(points: np.ndarray, eye: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
-    """Whether a ball stands on the straight line between ``eye`` and each point, (n,) bool."""
-    behind = np.empty(len(points), bool)
-    _behind(*(np.ascontiguousarray(one, float) for one in (points, eye, center)), float(radius), behind)
-    return behind
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _behind(points, eye, center, radius, behind):
-    u, v, w = center[0] - eye[0], center[1] - eye[1], center[2] - eye[2]
-    for k in range(len(points)):
-        x, y, z = points[k, 0] - eye[0], points[k, 1] - eye[1], points[k, 2] - eye[2]
-        along = min(max((x * u + y * v + z * w) / (x * x + y * y + z * z), 0.0), 1.0)
-        x, y, z = along * x - u, along * y - v, along * z - w
-        behind[k] = x * x + y * y + z * z < radius * radius
 
 
 def _behind_sheet(

@@ -9,6 +9,7 @@ from threading import Lock
 from typing import Protocol
 
 import numpy as np
+from photogonio.calib.detect.corners import corners_of_half, expected_places, find_corners, placed_corners
 from photogonio.calib.detect.gray import (
     detection_image,
     fine_about,
@@ -21,19 +22,12 @@ from photogonio.calib.detect.gray import (
 from photogonio.calib.detect.marker_placement import judging_photos, misplaced_markers, misprint_warning
 from photogonio.calib.detect.masks import things_mask
 from photogonio.calib.detect.observation import Keep, in_memory
-from photogonio.calib.detect.parallel import Found, Item, abreast
 from photogonio.calib.detect.subpixel import KEPT_BYTES, Around, refined_corners
-from photogonio.calib.geometry.board import (
-    Corners,
-    board_points,
-    corners_of_half,
-    expected_places,
-    find_corners,
-    placed_corners,
-)
+from photogonio.calib.geometry.board import Corners, board_points
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.geometry.print_map import Print, draw_print
+from photogonio.calib.parallel import Found, Item, abreast
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.signal import Region, Windows, cut
 from photogonio.capture.photoset import Board, PhotoSet, View

@@ -8,10 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from photogonio.calib.detect.paper import project_with_scale
 from photogonio.calib.detect.subpixel_kernel import find_shifts
 from photogonio.calib.geometry.board import Corners
-from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale
 from photogonio.calib.geometry.print_map import Print
 
 _REACH = 0.62  # of a square: the window's half width

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.detect.highlights import Highlight
-from photogonio.calib.detect.observation import Sight, start_over
+from photogonio.calib.detect.observation import Observation, start_over
 from photogonio.calib.diagnose.lamp_beam import Beam, beam_of
 from photogonio.calib.diagnose.vignetting import falloff_of, fits_closer, sureness, told
 from photogonio.calib.setup import Falloff
@@ -16,14 +16,19 @@ Settle = Callable[[float, tuple[float, float]], Settled]
 
 
 def settle_allowing(
-    settle: Settle, settled: Settled, sights: Sequence[Sight], seen: Sequence[list[Highlight]], *, lens: bool
+    settle: Settle,
+    settled: Settled,
+    observations: Sequence[Observation],
+    seen: Sequence[list[Highlight]],
+    *,
+    lens: bool,
 ) -> tuple[Settled, Beam | None, Falloff | None]:
     """Everything ``settled`` again, with narrow lamps and a lens that darkens its pictures where they are told, the
     surer first: either looks a little like the other. ``settle`` does it from the start, with the highlights ``seen``
     at first, for a beam and a falloff; ``lens``: whether the second may be."""
 
     def again(narrow: float, falloff: tuple[float, float]) -> Settled:
-        start_over(sights, seen)
+        start_over(observations, seen)
         return settle(narrow, falloff)
 
     beam, falloff = beam_of(settled), falloff_of(settled) if lens else None

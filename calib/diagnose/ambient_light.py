@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from photogonio.calib.detect.highlights import Highlight
-from photogonio.calib.detect.observation import Sight, start_over
-from photogonio.calib.remarks import Notes
+from photogonio.calib.detect.observation import Observation, start_over
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import ViewSetup
 from photogonio.calib.shading.fit import ShadingFit
 from photogonio.calib.shading.parameters import EVEN
@@ -54,42 +54,44 @@ def light_beside(shading: dict[str, ShadingFit]) -> Beside | None:
     return Beside(mean, float(np.sqrt(max(scatter, 1.0) / np.sum(error**-2.0))), bright)
 
 
-def expect(sights: Sequence[Sight], highlights: Sequence[list[Highlight]], beside: Beside) -> None:
+def expect(
+    observations: Sequence[Observation], highlights: Sequence[list[Highlight]], beside: Beside
+) -> None:
     """Let the shading of all photos reckon with it from the start."""
-    start_over(sights, highlights)
-    for sight in sights:
-        reading = sight.reading
+    start_over(observations, highlights)
+    for observation in observations:
+        reading = observation.reading
         if reading is not None:
-            sight.reading = replace(reading, beside=(beside.level, beside.error))
+            observation.reading = replace(reading, beside=(beside.level, beside.error))
 
 
-def note_beside(beside: Beside | None, ambient: np.ndarray | None, notes: Notes) -> None:
+def note_beside(beside: Beside | None, ambient: np.ndarray | None, remarks: Remarks) -> None:
     """What was found, and a warning if it is much, which says whether ``ambient`` light of the sample's is known."""
     if beside is None:
         return
     share, doubt = beside.level / beside.bright, beside.error / beside.bright
-    notes.residuals["light_beside_lamps"] = {"share": float(share), "error": float(doubt)}
+    remarks.residuals["light_beside_lamps"] = {"share": float(share), "error": float(doubt)}
     if beside.told:
         allowed = (
             "allowed for as if it came from all over the sky alike and had the lamp's colour"
             if ambient is not None
             else "which is left in what the sample shows, since no paper or patch was weighed against the lamps"
         )
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the board is lit by something besides the lamp, by {share:.0%} of what the lamp gives: {allowed}; darken "
             'the room, or add a photo with the lamp off (role "ambient")'
         )
 
 
-def ambient_irradiance(views: Sequence[ViewSetup], sights: Sequence[Sight]) -> np.ndarray | None:
+def ambient_irradiance(views: Sequence[ViewSetup], observations: Sequence[Observation]) -> np.ndarray | None:
     """Irradiance (c,) of level ground by that light, in the units of the views' strengths; None if no photo's paper
     was weighed against its lamp."""
-    paper = {s.view.name: s for s in sights if s.has_paper and s.shading is not None}
+    paper = {s.view.name: s for s in observations if s.has_paper and s.shading is not None}
     found = []
     for view in views:
-        sight = paper.get(view.name)
-        if sight is not None and view.light.kind == "point" and view.strength_source in _MEASURED:
-            toward, falloff = view.light.toward(sight.reading.samples.points)
+        observation = paper.get(view.name)
+        if observation is not None and view.light.kind == "point" and view.strength_source in _MEASURED:
+            toward, falloff = view.light.toward(observation.reading.samples.points)
             middle = float(np.median(np.clip(toward[:, 2], 0.0, None) * falloff))
-            found.append(max(float(sight.shading[EVEN]), 0.0) * middle * view.strength)
+            found.append(max(float(observation.shading[EVEN]), 0.0) * middle * view.strength)
     return np.median(found, axis=0) if found else None

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from photogonio.calib.adjust.bundle import (
+    CameraModel,
     Derivatives,
-    Model,
     Term,
     Values,
     adjust,
@@ -17,7 +17,7 @@ from photogonio.calib.adjust.bundle import (
     prior_term,
     project,
 )
-from photogonio.calib.adjust.terms import Posed
+from photogonio.calib.detect.observation import Posed
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera, Pose
 
@@ -101,7 +101,9 @@ class BoardShape:
         return said
 
 
-def board_shape(model: Model, camera: Camera, boards: list[Posed], fixed_camera: bool) -> BoardShape | None:
+def board_shape(
+    model: CameraModel, camera: Camera, boards: list[Posed], fixed_camera: bool
+) -> BoardShape | None:
     """Stretch and bending of the print, adjusted together with camera and poses; None from too few corners."""
     if len(boards) < 3 or sum(len(c) for _, c, _ in boards) < 60:
         return None
@@ -124,7 +126,7 @@ def board_shape(model: Model, camera: Camera, boards: list[Posed], fixed_camera:
     return BoardShape(float(shape[0]), float(error[0]), shape[1:], error[1:])
 
 
-def _shaped(model: Model, pose_name: str, corners: Corners, middle: np.ndarray, half: float) -> Term:
+def _shaped(model: CameraModel, pose_name: str, corners: Corners, middle: np.ndarray, half: float) -> Term:
     """Corners of a board stretched in y by ``shape[0]`` and bent by ``shape[1:]`` halves along x, y and across."""
     u, v = ((corners.points - middle) / half)[:, :2].T
     by_stretch = np.column_stack([np.zeros(len(u)), corners.points[:, 1] - middle[1], np.zeros(len(u))])

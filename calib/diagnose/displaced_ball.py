@@ -12,12 +12,12 @@ import cv2
 import numpy as np
 from photogonio.calib.adjust.alternate import start_sample
 from photogonio.calib.detect.gray import without_fireflies
-from photogonio.calib.detect.highlights import outline
-from photogonio.calib.detect.limb import LIMB_POINTS, focal
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.limb import LIMB_POINTS
+from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
-from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.remarks import Notes
+from photogonio.calib.geometry.camera import Camera, Pose, focal
+from photogonio.calib.geometry.cones import outline
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.linear.signal import Region
 from photogonio.capture.photoset import PhotoSet, Sphere
 
@@ -72,12 +72,14 @@ class _Picture:
         return (away < inner[:, None]).sum(axis=1) >= _SEEN_THROUGH
 
 
-def ball_elsewhere(photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight]) -> Sphere | None:
+def ball_elsewhere(
+    photoset: PhotoSet, reader: Reader, camera: Camera, observations: list[Observation]
+) -> Sphere | None:
     """The sample ball where the photos show it, if that is far from where the manifest has it; else None."""
     ball = photoset.sample
-    if not isinstance(ball, Sphere) or not _doubtful(camera, sights, ball):
+    if not isinstance(ball, Sphere) or not _doubtful(camera, observations, ball):
         return None
-    pictures = _pictures(reader, camera, sights, ball)
+    pictures = _pictures(reader, camera, observations, ball)
     if not pictures:
         return None
     near = _grid(ball.center, _NEAR * ball.radius, _NEAR / 4 * ball.radius)
@@ -91,12 +93,12 @@ def ball_elsewhere(photoset: PhotoSet, reader: Reader, camera: Camera, sights: l
     return None
 
 
-def shows_limb(sights: list[Sight]) -> bool:
+def shows_limb(observations: list[Observation]) -> bool:
     """Whether a good part of the sample's limb was found."""
-    return any(s.limb is not None and len(s.limb) > _PART * LIMB_POINTS for s in sights)
+    return any(s.limb is not None and len(s.limb) > _PART * LIMB_POINTS for s in observations)
 
 
-def note_ball(photoset: PhotoSet, found: Sphere, notes: Notes) -> None:
+def note_ball(photoset: PhotoSet, found: Sphere, remarks: Remarks) -> None:
     told, unit = photoset.sample, photoset.length_unit
     off = float(np.linalg.norm(found.center - told.center))
     place = ", ".join(f"{v:.3g}" for v in found.center)
@@ -104,17 +106,17 @@ def note_ball(photoset: PhotoSet, found: Sphere, notes: Notes) -> None:
         "," if found.radius == told.radius else f", with a radius of {found.radius:.3g}, half the manifest's,"
     )
     key = "sample.center" if found.radius == told.radius else "sample.center and sample.radius"
-    notes.warnings.append(
+    remarks.warnings.append(
         f"the sample ball stands {off:.2g} {unit} off the manifest's center, at about [{place}]{size} and is taken to "
         f"be there: correct {key}"
     )
 
 
-def _doubtful(camera: Camera, sights: list[Sight], ball: Sphere) -> bool:
+def _doubtful(camera: Camera, observations: list[Observation], ball: Sphere) -> bool:
     """Whether no limb is seen about the manifest's place, or far aside."""
-    if all(s.limb is None for s in sights):
+    if all(s.limb is None for s in observations):
         return True
-    start = start_sample(camera, sights, ball)
+    start = start_sample(camera, observations, ball)
     return bool(np.linalg.norm(start[:3] - ball.center) > _MOVED * ball.radius)
 
 
@@ -193,17 +195,21 @@ def _scale(pictures: list[_Picture], camera: Camera, ball: Sphere) -> float:
     return max(focal(camera) / float(np.linalg.norm(p.pose.apply(ball.center))) / p.shrunk for p in pictures)
 
 
-def _pictures(reader: Reader, camera: Camera, sights: list[Sight], ball: Sphere) -> list[_Picture]:
+def _pictures(
+    reader: Reader, camera: Camera, observations: list[Observation], ball: Sphere
+) -> list[_Picture]:
     """Edges as far around the ball as it is looked for: of a still camera's photos laid over one another, which show
     all sides lit, or of each."""
-    chosen = [s for s in sights if not s.probe and not s.dark]
+    chosen = [s for s in observations if not s.probe and not s.dark]
     every = np.unique(np.linspace(0, len(chosen) - 1, _PHOTOS).astype(int)) if chosen else []
-    shown: dict[str, tuple[Sight, Region, list[np.ndarray]]] = {}
-    for sight in (chosen[k] for k in every):
-        region = _region(camera, sight.pose, ball)
-        level = None if region is None else reader.level(sight.view, region)
+    shown: dict[str, tuple[Observation, Region, list[np.ndarray]]] = {}
+    for observation in (chosen[k] for k in every):
+        region = _region(camera, observation.pose, ball)
+        level = None if region is None else reader.level(observation.view, region)
         if level is not None:
-            shown.setdefault(sight.pose_block, (sight, region, []))[2].append(without_fireflies(level[0]))
+            shown.setdefault(observation.pose_block, (observation, region, []))[2].append(
+                without_fireflies(level[0])
+            )
     return [
         _picture(camera, one, np.nan_to_num(np.max(levels, axis=0)), region, ball)
         for one, region, levels in shown.values()
@@ -220,8 +226,10 @@ def _region(camera: Camera, pose: Pose, ball: Sphere) -> Region | None:
     return (*low, *high) if min(high[0] - low[0], high[1] - low[1]) >= _SMALLEST else None
 
 
-def _picture(camera: Camera, sight: Sight, level: np.ndarray, region: Region, ball: Sphere) -> _Picture:
-    size = ball.radius * focal(camera) / float(np.linalg.norm(sight.pose.apply(ball.center)))
+def _picture(
+    camera: Camera, observation: Observation, level: np.ndarray, region: Region, ball: Sphere
+) -> _Picture:
+    size = ball.radius * focal(camera) / float(np.linalg.norm(observation.pose.apply(ball.center)))
     shrunk = max(1, min(round(size / _LARGEST), min(level.shape) // _SMALLEST))
     if shrunk > 1:
         height, width = (shrunk * (n // shrunk) for n in level.shape)
@@ -233,10 +241,10 @@ def _picture(camera: Camera, sight: Sight, level: np.ndarray, region: Region, ba
     size = np.hypot(dx, dy) + 1e-30
     clear = size / (size + _FAINT * float(np.percentile(size, 95)))
     seen, marks = np.zeros((0, 2)), np.zeros((0, 2))
-    if sight.corners is not None:
-        seen, marks = sight.corners.pixels, sight.corners.marker_pixels.reshape(-1, 2)
+    if observation.corners is not None:
+        seen, marks = observation.corners.pixels, observation.corners.marker_pixels.reshape(-1, 2)
     return _Picture(
-        sight.pose,
+        observation.pose,
         clear * dx / size,
         clear * dy / size,
         np.array(region[:2], float),

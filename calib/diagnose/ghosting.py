@@ -3,38 +3,38 @@
 from __future__ import annotations
 
 import numpy as np
-from photogonio.calib.detect.highlights import outline
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.cones import outline
 from photogonio.capture.photoset import Plane, Sphere
 
 _TOLD = 0.01  # of the sample's part of the picture
 
 
 def ghost_warnings(
-    reader: Reader, camera: Camera, sample: Sphere | Plane, sights: list[Sight], names: set[str]
+    reader: Reader, camera: Camera, sample: Sphere | Plane, observations: list[Observation], names: set[str]
 ) -> list[str]:
     """A sentence for each view of ``names`` whose exposures disagree over more than a hundredth of the sample."""
     told = []
-    for sight in sights:
-        if sight.view.name not in names or len(sight.view.photos) < 2:
+    for observation in observations:
+        if observation.view.name not in names or len(observation.view.photos) < 2:
             continue
-        share = _ghost_share(reader, camera, sample, sight)
+        share = _ghost_share(reader, camera, sample, observation)
         if share > _TOLD:
             told.append(
-                f"{sight.view.name}: something moved between the exposures of its bracket: "
+                f"{observation.view.name}: something moved between the exposures of its bracket: "
                 f"{share:.0%} of the sample's part of the picture is not used"
             )
     return told
 
 
-def _ghost_share(reader: Reader, camera: Camera, sample: Sphere | Plane, sight: Sight) -> float:
-    limb = _limb(camera, sight.pose, sample)
+def _ghost_share(reader: Reader, camera: Camera, sample: Sphere | Plane, observation: Observation) -> float:
+    limb = _limb(camera, observation.pose, sample)
     width, height = camera.size
     x0, y0 = np.clip(np.floor(limb.min(0)), 0, [width - 1, height - 1]).astype(int)
     x1, y1 = np.clip(np.ceil(limb.max(0)) + 1, [x0 + 1, y0 + 1], [width, height]).astype(int)
-    image = reader.part(sight.view, (int(x0), int(y0), int(x1), int(y1)))
+    image = reader.part(observation.view, (int(x0), int(y0), int(x1), int(y1)))
     if image is None or image.ghost is None:
         return 0.0
     left, top = image.origin  # a small picture comes whole

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from photogonio.calib.detect.paper_near_balls import Close
-from photogonio.calib.shading.fit import Reading
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.shading.initial import Shares, square_ratios
 from scipy.spatial import cKDTree
 
@@ -42,7 +42,7 @@ def _scatter(shares: Shares) -> float:
     return float(high - low) / _SIGMAS
 
 
-def white_alone(reading: Reading) -> Reading | None:
+def white_alone(reading: PaperReading) -> PaperReading | None:
     """A reading without its black print; None if that is too little.
 
     Where a film lies over all of the sheet white shines as black does: by how much of the white black is more there
@@ -67,7 +67,7 @@ def _crowd(square: np.ndarray) -> float:
     return len(square) / max(len(np.unique(square)), 1)
 
 
-def _film(reading: Reading, points: np.ndarray) -> np.ndarray:
+def _film(reading: PaperReading, points: np.ndarray) -> np.ndarray:
     """Share (n,) of the white light at ``points`` (n, 3) that may be a film's, by the nearest squares' black print."""
     ratios, _, places = square_ratios(reading)
     if len(ratios) < _SQUARES:
@@ -76,7 +76,7 @@ def _film(reading: Reading, points: np.ndarray) -> np.ndarray:
     return np.maximum(ratios - np.quantile(ratios, _QUANTILES[0]), 0.0)[nearest]
 
 
-def _white_close(reading: Reading, close: Close) -> Close | None:
+def _white_close(reading: PaperReading, close: Close) -> Close | None:
     close = close.keep(close.white > _WHITE)
     if len(close.level) < _CLOSE:
         return None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.terms import BEAM_HELD
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 
 _TOLD = 0.2  # power of the cosine that changes a patch's light by half a per cent, and
 _SURE = 5.0  # standard errors, at which a beam is told
@@ -41,16 +41,16 @@ def beam_of(settled: Settled) -> Beam | None:
     return Beam(float(found / variance / told), float(told**-0.5)) if told > 0 else None
 
 
-def note_beam(settled: Settled, beam: Beam | None, notes: Notes) -> None:
+def note_beam(settled: Settled, beam: Beam | None, remarks: Remarks) -> None:
     """What was found, and a warning if the lamps' light was taken as narrow."""
     if beam is None:
         return
     if not beam.told:
-        notes.residuals["lamp_beam"] = {"power": beam.narrow, "error": beam.error}
+        remarks.residuals["lamp_beam"] = {"power": beam.narrow, "error": beam.error}
         return
     power, error = settled.values["lamp"][2], np.sqrt(settled.covariance["lamp"][2, 2])
-    notes.residuals["lamp_beam"] = {"power": float(power), "error": float(error)}
-    notes.warnings.append(
+    remarks.residuals["lamp_beam"] = {"power": float(power), "error": float(error)}
+    remarks.warnings.append(
         f"the lamps do not shine alike in all directions: beside the way to the sample their light falls off as the "
         f"cosine to the power {power:.2f}, allowed for where patch and paper tell how strong they are"
     )

@@ -12,13 +12,14 @@ import numpy as np
 from photogonio.calib.adjust.alternate import start_sample, start_scene
 from photogonio.calib.adjust.lamps import middle_of, sight_rays
 from photogonio.calib.detect.mirror_rays import MirroredRay
-from photogonio.calib.detect.observation import Sight, light_entry
+from photogonio.calib.detect.observation import Observation, light_entry
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera
-from photogonio.calib.remarks import Notes
-from photogonio.calib.shading.fit import Scene, ShadingFit, fit_shading
+from photogonio.calib.remarks import Remarks
+from photogonio.calib.shading.fit import ShadingFit, fit_shading
 from photogonio.calib.shading.initial import first_fit
+from photogonio.calib.shading.model import ShadingScene
 from photogonio.capture.photoset import PhotoSet
 
 SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart, and
@@ -33,7 +34,7 @@ _NAMED = 3  # photos named of each place
 class _Told:
     """What one photo says of where its lamp is."""
 
-    sight: Sight
+    observation: Observation
     rays: dict[int, MirroredRay]  # by mirror ball
     fit: ShadingFit | None  # by its paper
 
@@ -47,7 +48,7 @@ class _Told:
         common = self.rays.keys() & other.rays.keys()
         if not common:
             return None
-        still = self.sight.pose_block == other.sight.pose_block
+        still = self.observation.pose_block == other.observation.pose_block
         angle = min(_angle(self.rays[k].direction, other.rays[k].direction) for k in common)
         return angle if angle > (SHARED_APART if still else _BY_BALL) else 0.0
 
@@ -60,12 +61,12 @@ def aside(fit: ShadingFit) -> float:
 
 
 def tell_shared_apart(
-    photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight], notes: Notes
+    photoset: PhotoSet, reader: Reader, camera: Camera, observations: list[Observation], remarks: Remarks
 ) -> None:
-    """Give a light of its own to each place in which photos of one light show it, in ``sights``."""
-    groups: dict[str, list[Sight]] = {}
-    for sight in sights:
-        entry = light_entry(photoset, sight.view)
+    """Give a light of its own to each place in which photos of one light show it, in ``observations``."""
+    groups: dict[str, list[Observation]] = {}
+    for observation in observations:
+        entry = light_entry(photoset, observation.view)
         told = entry is not None and (
             entry.attached_to is not None
             or entry.position is not None
@@ -73,8 +74,8 @@ def tell_shared_apart(
             or bool(entry.marker_ids)
         )
         if not told:
-            groups.setdefault(sight.light, []).append(sight)
-    rays = {s.view.name: {r.ball: r for r in sight_rays(photoset, camera, s)} for s in sights}
+            groups.setdefault(observation.light, []).append(observation)
+    rays = {s.view.name: {r.ball: r for r in sight_rays(photoset, camera, s)} for s in observations}
     doubtful = {
         name: members
         for name, members in groups.items()
@@ -82,17 +83,17 @@ def tell_shared_apart(
     }
     if not doubtful:
         return
-    scene = start_scene(photoset, camera, sights, start_sample(camera, sights, photoset.sample))
+    scene = start_scene(photoset, camera, observations, start_sample(camera, observations, photoset.sample))
     for name, members in doubtful.items():
         found = reader.abreast(
             lambda s: _Told(s, rays[s.view.name], _by_paper(photoset, s, rays, scene)), members
         )
         told = list(found)
         if len(_places(told, SHARED_APART)) > 1:
-            _part(name, _places(told, _FINER), notes)
+            _part(name, _places(told, _FINER), remarks)
 
 
-def _one_place(members: list[Sight], rays: dict[str, dict[int, MirroredRay]]) -> bool:
+def _one_place(members: list[Observation], rays: dict[str, dict[int, MirroredRay]]) -> bool:
     """Whether each mirror ball that shows the lamp shows it alike in all photos of one light."""
     for one in rays[members[0].view.name].items():
         ball, ray = one
@@ -103,13 +104,16 @@ def _one_place(members: list[Sight], rays: dict[str, dict[int, MirroredRay]]) ->
 
 
 def _by_paper(
-    photoset: PhotoSet, sight: Sight, rays: dict[str, dict[int, MirroredRay]], scene: Scene | None
+    photoset: PhotoSet,
+    observation: Observation,
+    rays: dict[str, dict[int, MirroredRay]],
+    scene: ShadingScene | None,
 ) -> ShadingFit | None:
-    reading = sight.reading
+    reading = observation.reading
     if scene is None or reading is None or photoset.board is None:
         return None
     diagonal = float(np.hypot(*board_size(photoset.board)))
-    own = list(rays[sight.view.name].values())
+    own = list(rays[observation.view.name].values())
     local = first_fit(reading, scene, own, middle_of(photoset), diagonal)
     return fit_shading(reading, scene, local, _STEPS)
 
@@ -129,18 +133,18 @@ def _places(told: list[_Told], least: float) -> list[list[_Told]]:
     return groups
 
 
-def _part(name: str, groups: list[list[_Told]], notes: Notes) -> None:
+def _part(name: str, groups: list[list[_Told]], remarks: Remarks) -> None:
     """Lights of their own for all places but the first, and the warning."""
-    wanted = [group for group in groups if any(not t.sight.probe for t in group)]
+    wanted = [group for group in groups if any(not t.observation.probe for t in group)]
     if len(wanted) < 2:
         return
     worst = max(a for g in wanted[1:] if (a := g[0].apart(wanted[0][0])) is not None)
     for number, group in enumerate(groups[1:], 2):
         for told in group:
-            told.sight.light = f"{name} ({number})"
-    lists = [", ".join(t.sight.view.name for t in group[:_NAMED]) for group in wanted[:_NAMED]]
+            told.observation.light = f"{name} ({number})"
+    lists = [", ".join(t.observation.view.name for t in group[:_NAMED]) for group in wanted[:_NAMED]]
     more = ", and so on" if len(wanted) > _NAMED or any(len(g) > _NAMED for g in wanted) else ""
-    notes.warnings.append(
+    remarks.warnings.append(
         f"photos of light {name!r} show it in directions {np.degrees(worst):.0f} degrees apart, in {len(wanted)} "
         f"places ({'; '.join(lists)}{more}): each is taken as a light of its own; give each place of a lamp an id of "
         "its own"

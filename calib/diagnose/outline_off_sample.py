@@ -11,12 +11,11 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from photogonio.calib.detect.gray import without_fireflies
-from photogonio.calib.detect.limb import focal
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
-from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.print_map import Print, draw_print
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MANIFEST, PhotoSet, Plane
 
@@ -30,7 +29,7 @@ _LEFT = 0.25  # of the outline's area that must remain
 
 
 def cut_to_sample(
-    photoset: PhotoSet, reader: Reader, camera: Camera, sights: list[Sight], notes: Notes
+    photoset: PhotoSet, reader: Reader, camera: Camera, observations: list[Observation], remarks: Remarks
 ) -> PhotoSet:
     """The set with a flat sample's outline without the parts in which photos show the board's print.
 
@@ -38,7 +37,7 @@ def cut_to_sample(
         InputError: hardly anything remains.
     """
     plane, board = photoset.sample, photoset.board
-    shown = [s for s in sights if not s.probe]
+    shown = [s for s in observations if not s.probe]
     if not isinstance(plane, Plane) or board is None or board.kind == "markers" or not shown:
         return photoset
     pattern = draw_print(board)
@@ -63,7 +62,7 @@ def cut_to_sample(
         where = f"{photoset.folder / MANIFEST}: sample.outline"
         raise InputError(where, "the board's print is seen in most of it: the flat sample lies elsewhere")
     corners = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y in kept)
-    notes.warnings.append(
+    remarks.warnings.append(
         f"the board's print is seen within the flat sample's outline, up to {deepest:.2g} {photoset.length_unit} from "
         f"its border: the sample is taken to be within [{corners}]; correct sample.outline"
     )
@@ -145,17 +144,17 @@ def _clipped(outline: np.ndarray, start: np.ndarray, inward: np.ndarray) -> np.n
 
 
 def _contrast(
-    reader: Reader, camera: Camera, sight: Sight, white: np.ndarray, black: np.ndarray
+    reader: Reader, camera: Camera, observation: Observation, white: np.ndarray, black: np.ndarray
 ) -> np.ndarray | None:
     """White less black over their sum (n,) as a photo shows them; NaN outside; None if it shows none of them."""
-    pixels = [_pixels(camera, sight.pose, flat) for flat in (white, black)]
+    pixels = [_pixels(camera, observation.pose, flat) for flat in (white, black)]
     size = np.array(camera.size)
     inside = np.logical_and(*(((p >= 1) & (p <= size - 2)).all(axis=1) for p in pixels))
     if not inside.any():
         return None
     within = np.concatenate([p[inside] for p in pixels])
     low, high = np.floor(within.min(axis=0)).astype(int) - 1, np.ceil(within.max(axis=0)).astype(int) + 2
-    shown = reader.level(sight.view, (int(low[0]), int(low[1]), int(high[0]), int(high[1])))
+    shown = reader.level(observation.view, (int(low[0]), int(low[1]), int(high[0]), int(high[1])))
     if shown is None:
         return None
     level = np.nan_to_num(without_fireflies(shown[0])).astype(np.float32)

@@ -10,10 +10,10 @@ import numba
 import numpy as np
 from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.lamps import block_name, place_in_world
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.visibility import direct
-from photogonio.calib.shading.fit import Reading
 from photogonio.capture.photoset import Board, Plane, Sphere
 
 THICK = 1 / 40  # of the board's larger side: a thinner sample's shadow is a line beside its edge
@@ -31,22 +31,22 @@ def is_thick(board: Board | None, sample: Sphere | Plane) -> bool:
     return sample.height > THICK * float(board_size(board).max())
 
 
-def clear_of_slab(sample: Plane, settled: Settled, sights: Sequence[Sight]) -> None:
-    """Take the sample's shadow and the light of its sides out of the sights' paper, with the lamps where they
+def clear_of_slab(sample: Plane, settled: Settled, observations: Sequence[Observation]) -> None:
+    """Take the sample's shadow and the light of its sides out of the observations' paper, with the lamps where they
     settled."""
-    for sight in sights:
-        lamp = settled.lamps.get(sight.light)
-        reading = sight.reading
+    for observation in observations:
+        lamp = settled.lamps.get(observation.light)
+        reading = observation.reading
         if reading is None or lamp is None or lamp.kind != "point":
             continue
-        place = place_in_world(lamp, settled.values[block_name(lamp.name)], sight.pose)
+        place = place_in_world(lamp, settled.values[block_name(lamp.name)], observation.pose)
         if place[2] <= sample.height:
             continue
         points = reading.samples.points
         thrown = side_light(points, place, sample) / direct(points, place)
         clear = ~shaded(points, place, sample) & (thrown < MOST)
         if clear.sum() >= FEWEST:
-            sight.reading = _cleared(reading, clear, thrown)
+            observation.reading = _cleared(reading, clear, thrown)
 
 
 def shaded(points: np.ndarray, lamp: np.ndarray, sample: Plane) -> np.ndarray:
@@ -97,7 +97,7 @@ def _thrown(points, pieces, normal, height, sent, total):
                     total[k] += facing * height / (x * x + y * y + height * height) ** 2 * sent[j]
 
 
-def _cleared(reading: Reading, keep: np.ndarray, thrown: np.ndarray) -> Reading:
+def _cleared(reading: PaperReading, keep: np.ndarray, thrown: np.ndarray) -> PaperReading:
     """Samples to ``keep``, less what sides of middling albedo throw on them, and that much less sure."""
     thrown = thrown[keep]
     level = reading.level[keep] / (1.0 + ALBEDO * thrown)

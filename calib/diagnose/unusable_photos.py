@@ -12,9 +12,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.lamps import expected_pixel
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
 from photogonio.calib.radiometry.patch import UNEVEN
-from photogonio.calib.radiometry.scale import Reading
+from photogonio.calib.radiometry.readings import StrengthReadings
 from photogonio.calib.shading.initial import Shares
 
 _FARTHEST = 1.5  # pixels by which highlights of one lamp may miss
@@ -59,7 +59,7 @@ def _washed(ratio: float, usual: float, lit: float) -> str:
     )
 
 
-def contradiction(settled: Settled, members: list[Sight]) -> str | None:
+def contradiction(settled: Settled, members: list[Observation]) -> str | None:
     """Why the highlights of one lamp (its views are ``members``) are not believed; None if they may be."""
     name = members[0].light
     lamp = settled.lamps[name]
@@ -81,11 +81,13 @@ def contradiction(settled: Settled, members: list[Sight]) -> str | None:
     return None
 
 
-def denied_by_patch(settled: Settled, sights: list[Sight], readings: dict[str, Reading]) -> list[str]:
+def denied_by_patch(
+    settled: Settled, observations: list[Observation], readings: dict[str, StrengthReadings]
+) -> list[str]:
     """Views whose white patch shows a falloff that is not their lamp's, where most patches agree with theirs."""
     mirrored = [
         s.view.name
-        for s in sights
+        for s in observations
         if s.view.name in readings
         and s.view.name not in settled.shading
         and not settled.lamps[s.light].fixed

@@ -11,12 +11,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.paper import PaperSamples
-from photogonio.calib.detect.parallel import abreast
-from photogonio.calib.remarks import Notes
+from photogonio.calib.detect.paper_reading import PaperReading
+from photogonio.calib.parallel import abreast
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import ViewSetup
-from photogonio.calib.shading.fit import Reading
 from photogonio.capture.radiance import RadianceImage
 from scipy.spatial import cKDTree
 
@@ -43,7 +43,7 @@ class Veil:
     told: bool = False  # whether there surely is any; else its level is 0
 
 
-def find_veils(readings: Iterable[tuple[str, Reading]], workers: int = 1) -> dict[str, Veil]:
+def find_veils(readings: Iterable[tuple[str, PaperReading]], workers: int = 1) -> dict[str, Veil]:
     """By photo, as the photos together tell it; where they tell none, what there may be unseen is its error.
 
     It is as white as the paper, as far as can be told: compression mixes the colours of black print and white. Photos
@@ -170,23 +170,23 @@ def _line(x: np.ndarray, y: np.ndarray, cluster: np.ndarray) -> tuple[float, flo
     return float(found[0]), float(found[1]), float(np.sqrt((normal @ pulls.T @ pulls @ normal)[1, 1]))
 
 
-def lift(sights: Sequence[Sight], veils: Mapping[str, Veil]) -> None:
-    """Take it off the paper of all sights, and give them its error: to black print that is much, to white next to
+def lift(observations: Sequence[Observation], veils: Mapping[str, Veil]) -> None:
+    """Take it off the paper of all observations, and give them its error: to black print that is much, to white next to
     nothing."""
-    for sight in sights:
-        veil, reading = veils.get(sight.view.name), sight.reading
+    for observation in observations:
+        veil, reading = veils.get(observation.view.name), observation.reading
         if veil is None or reading is None:
             continue
         reading, doubt = lifted(reading, veil), float(veil.error.mean()) ** 2
         close = reading.close
-        sight.reading = replace(
+        observation.reading = replace(
             reading,
             noise=reading.noise + doubt,
             close=None if close is None else replace(close, noise=close.noise + doubt),
         )
 
 
-def lifted(reading: Reading, veil: Veil | None) -> Reading:
+def lifted(reading: PaperReading, veil: Veil | None) -> PaperReading:
     """A photo's paper without it."""
     if veil is None or not veil.told:
         return reading
@@ -211,20 +211,20 @@ def lifted_view(view: ViewSetup, veil: Veil | None) -> ViewSetup:
     return view if veil is None or not veil.told else replace(view, veil=veil.level, veil_error=veil.error)
 
 
-def note_veil(veils: Mapping[str, Veil], notes: Notes) -> None:
+def note_veil(veils: Mapping[str, Veil], remarks: Remarks) -> None:
     """What was found, and a warning."""
     told = [one for one in veils.values() if one.told]
     if not told:
         return
     share = float(np.median([(one.level / one.white).mean() for one in told]))
     error = float(np.median([(one.error / one.white).mean() for one in told]))
-    notes.residuals["veil"] = {"share_of_white": share, "error": error}
+    remarks.residuals["veil"] = {"share_of_white": share, "error": error}
     what = (
         "light lies over the pictures, as much on black print as on white"
         if share > 0
         else "the pictures' black is too low"
     )
-    notes.warnings.append(
+    remarks.warnings.append(
         f"{what}: {share:+.2%} (+- {error:.2%}) of white paper. It is taken off: a lens that spreads light (glare; "
         "keep lamps off it, and clean it) does it, and a wrong [radiometry] black_level"
     )

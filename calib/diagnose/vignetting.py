@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.terms import FALLOFF, FALLOFF_HELD
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.camera import Camera
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import Falloff, ViewSetup
-from photogonio.calib.shading.fit import Reading
 from photogonio.calib.shading.kernel import lens
 from photogonio.capture.photoset import PhotoSet, Plane
 from photogonio.capture.radiance import RadianceImage
@@ -67,15 +67,15 @@ def fits_closer(settled: Settled, other: Settled) -> bool:
     return first < second
 
 
-def brighten(sights: Sequence[Sight], falloff: Falloff) -> None:
-    """Let the paper of all sights be as a lens that darkens nothing would show it."""
-    for sight in sights:
-        reading = sight.reading
+def brighten(observations: Sequence[Observation], falloff: Falloff) -> None:
+    """Let the paper of all observations be as a lens that darkens nothing would show it."""
+    for observation in observations:
+        reading = observation.reading
         if reading is not None:
-            sight.reading = _brightened(reading, falloff.terms)
+            observation.reading = _brightened(reading, falloff.terms)
 
 
-def _brightened(reading: Reading, terms: np.ndarray) -> Reading:
+def _brightened(reading: PaperReading, terms: np.ndarray) -> PaperReading:
     samples, close = reading.samples, reading.close
     if samples.aside is None:
         return reading
@@ -145,24 +145,24 @@ def _apart(photoset: PhotoSet, camera: Camera, view: ViewSetup) -> np.ndarray:
     return both[0] - both[1:][shown[1:]].mean(0) if shown[1:].any() else np.zeros(2)
 
 
-def note_falloff(falloff: Falloff | None, notes: Notes) -> None:
+def note_falloff(falloff: Falloff | None, remarks: Remarks) -> None:
     """What was found, and a warning if it is allowed for."""
     if falloff is None:
         return
     darker, error = falloff.corner
-    notes.residuals["lens_falloff"] = {
+    remarks.residuals["lens_falloff"] = {
         "corner": darker,
         "error": error,
         "terms": falloff.terms.tolist(),
         "allowed_for": falloff.allowed,
     }
     if falloff.allowed:
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the lens darkens the corners of its pictures by {-darker:.1%} (+- {error:.1%}): the paper of all photos "
             'tells it, and it is allowed for; stop down, or take flat photos and say vignetting = "flat"'
         )
     elif told(falloff):
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the paper of all photos is darker toward the pictures' corners, by {-darker:.1%} (+- {error:.1%}), but a "
             "lens that darkens them does not explain it: not allowed for; take flat photos"
         )

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from photogonio.calib.adjust.terms import Posed
 from photogonio.calib.detect.gray import detection_image, without_fireflies
+from photogonio.calib.detect.observation import Posed
 from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.geometry.board import Corners, dictionary, marker_middles, opencv_board
 from photogonio.calib.geometry.camera import Camera

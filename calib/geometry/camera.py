@@ -78,3 +78,28 @@ class Camera:
     def world_rays(self, pose: Pose, pixels: np.ndarray) -> np.ndarray:
         """Unit directions (n, 3) in the world frame of pixels (n, 2) seen from ``pose.center``."""
         return self.rays(pixels) @ pose.rotation
+
+
+def focal(camera: Camera) -> float:
+    """Geometric mean of both focal lengths, pixels."""
+    return float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
+
+
+def project_with_scale(camera: Camera, pose: Pose, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels (n, 2) of board points and pixels per length in the most foreshortened direction (n,)."""
+    pixels, right, up = projected_with_axes(camera, pose, points)
+    total = (right**2).sum(1) + (up**2).sum(1)
+    area = right[:, 0] * up[:, 1] - right[:, 1] * up[:, 0]
+    least = total / 2 - np.sqrt(np.maximum(total**2 / 4 - area**2, 0.0))
+    return pixels, np.sqrt(np.maximum(least, 0.0))
+
+
+def projected_with_axes(
+    camera: Camera, pose: Pose, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pixels (n, 2) of board points and how they move with the point along x and along y, pixels per length."""
+    step = 1e-3 * float(np.ptp(points[:, :2], axis=0).max())
+    pixels = camera.project(pose, points)
+    right = (camera.project(pose, points + np.array([step, 0, 0])) - pixels) / step
+    up = (camera.project(pose, points + np.array([0, step, 0])) - pixels) / step
+    return pixels, right, up

@@ -112,3 +112,20 @@ def log_cosine(points: np.ndarray, light: np.ndarray, aim: np.ndarray) -> np.nda
         cosine = (x * ax + y * ay + z * az) / (axis * np.sqrt(x * x + y * y + z * z))
         result[k] = np.log(max(cosine, DIMMEST))
     return result
+
+
+def behind_ball(points: np.ndarray, eye: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
+    """Whether a ball stands on the straight line between ``eye`` and each point, (n,) bool."""
+    behind = np.empty(len(points), bool)
+    _behind(*(np.ascontiguousarray(one, float) for one in (points, eye, center)), float(radius), behind)
+    return behind
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _behind(points, eye, center, radius, behind):
+    u, v, w = center[0] - eye[0], center[1] - eye[1], center[2] - eye[2]
+    for k in range(len(points)):
+        x, y, z = points[k, 0] - eye[0], points[k, 1] - eye[1], points[k, 2] - eye[2]
+        along = min(max((x * u + y * v + z * w) / (x * x + y * y + z * z), 0.0), 1.0)
+        x, y, z = along * x - u, along * y - v, along * z - w
+        behind[k] = x * x + y * y + z * z < radius * radius

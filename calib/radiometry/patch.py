@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from photogonio.calib.detect.masks import fill
-from photogonio.calib.detect.paper import behind_ball
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.geometry.visibility import direct, lit_fraction, log_cosine
+from photogonio.calib.geometry.visibility import behind_ball, direct, lit_fraction, log_cosine
 from photogonio.calib.setup import Light
-from photogonio.calib.shading.fit import Reading, Scene
 from photogonio.calib.shading.interreflection import bounce_on_patch
+from photogonio.calib.shading.model import ShadingScene
 from photogonio.capture.photoset import WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
@@ -52,7 +52,7 @@ class Strength:
 class Stray:
     """Light beside the direct one, by the shading fit: amounts of diffuse and glossy bounce and of even light."""
 
-    scene: Scene
+    scene: ShadingScene
     amounts: np.ndarray  # (3,) diffuse, glossy, even, or (3, c)
     even: float  # unit of the even light
     tilt: tuple[float, float, float] = (1.0, 0.0, 0.0)  # of the direct light: constant, by x and by y
@@ -222,7 +222,7 @@ def _pull(points: np.ndarray, light: Light) -> np.ndarray:
 
 
 def read_paper(
-    reading: Reading,
+    reading: PaperReading,
     light: Light,
     stray: Stray | None,
     *,

@@ -11,12 +11,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from photogonio.calib.detect.paper import behind_ball
 from photogonio.calib.geometry.camera import Camera
-from photogonio.calib.geometry.visibility import direct, lit_fraction
+from photogonio.calib.geometry.visibility import behind_ball, direct, lit_fraction
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.photoset import MirrorBall, Sphere
 from photogonio.capture.radiance import RadianceImage
+
+ACROSS = 64  # points along the picture's longer side that are read
+LEAST_SEEN = 0.5  # share of the points that must be readable: what is clipped is the brightest
+FEWEST = 100  # points
 
 # sizes of cells near the sample and farther off, of its radius; and how far they reach from its foot, each a whole
 # number of its own and of the next ones' size
@@ -205,3 +208,24 @@ def _read(
     count = usable.reshape(SUBCELLS**2, len(points)).sum(0)
     enough = count >= LEAST_READ * SUBCELLS**2
     return np.where(enough[:, None], value / np.maximum(count, 1)[:, None], np.nan)
+
+
+def backdrop(
+    setup: Setup, view: ViewSetup, read_at: ReadAt, bounds: Bounds, mirror_balls: tuple[MirrorBall, ...] = ()
+) -> np.ndarray:
+    """Mean radiance (c,) of the picture beside a ball and the mirror balls; NaN where too little of it can be read."""
+    x0, y0, x1, y1 = bounds
+    step = max(1, max(setup.camera.size) // ACROSS)
+    pixels = np.stack(np.meshgrid(np.arange(x0, x1, step), np.arange(y0, y1, step)), axis=-1).reshape(-1, 2)
+    rays = setup.camera.world_rays(view.pose, pixels.astype(float))
+    beside = np.ones(len(pixels), bool)
+    for ball in (setup.sample, *mirror_balls):
+        offset = ball.center - view.pose.center
+        passing = np.linalg.norm(np.cross(rays, offset), axis=1)
+        beside &= (passing > MARGIN * ball.radius) | (rays @ offset < 0.0)
+    if beside.sum() < FEWEST:
+        return np.full(len(view.strength), np.nan)
+    value, valid = read_at(pixels[beside])
+    if valid.mean() < LEAST_SEEN:
+        return np.full(value.shape[1], np.nan)
+    return value[valid].mean(0, dtype=float)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from photogonio.calib.detect.gray import gray
-from photogonio.calib.detect.highlights import outline
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.cones import outline
 from photogonio.calib.setup import Marks, Setup, ViewSetup
 from photogonio.capture.photoset import Plane, Sphere
 from photogonio.capture.radiance import RadianceImage

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.bundle import pose_block, project
+from photogonio.calib.adjust.flat_sample import PlaneMove
 from photogonio.calib.adjust.lamps import expected_pixel
 from photogonio.calib.adjust.terms import BALL_PLACE, SAMPLE_PLACE
-from photogonio.calib.detect.edges import PlaneMove
-from photogonio.calib.detect.observation import Sight
+from photogonio.calib.detect.observation import Observation
 from photogonio.calib.diagnose.moved_lamp import SHARED_APART, SURE_APART, aside
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import Marks
 from photogonio.capture.photoset import PhotoSet, Plane, Sphere
 
@@ -24,30 +24,30 @@ _CONTRADICTED = 3.0  # times their errors, by which highlights miss all lamps; p
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
-def account(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: Notes) -> None:
+def account(photoset: PhotoSet, settled: Settled, observations: list[Observation], remarks: Remarks) -> None:
     """Fill in residuals, standard errors and warnings."""
-    _camera(settled, notes)
-    _sample(photoset, settled, notes)
-    _balls(photoset, settled, sights, notes)
-    notes.residuals["corner_residual_sigmas"] = settled.corner_rms
+    _camera(settled, remarks)
+    _sample(photoset, settled, remarks)
+    _balls(photoset, settled, observations, remarks)
+    remarks.residuals["corner_residual_sigmas"] = settled.corner_rms
     lonely = [lamp.name for lamp in settled.lamps.values() if lamp.one_ray and lamp.kind == "point"]
     if lonely:
-        notes.warnings.append(
+        remarks.warnings.append(
             f"seen in one mirror ball only, so put as far away as the other lights: {', '.join(lonely)}"
         )
-    _shared_lights(settled, sights, notes)
+    _shared_lights(settled, observations, remarks)
     if settled.scene is not None and settled.shading:
         error = float(np.sqrt(settled.covariance["lamp"][0, 0])) * settled.scene.lamp_radius
-        notes.residuals["lamp_radius"] = settled.scene.lamp_radius
-        notes.residuals["lamp_radius_error"] = error
+        remarks.residuals["lamp_radius"] = settled.scene.lamp_radius
+        remarks.residuals["lamp_radius_error"] = error
         rms = [f.rms for f in settled.shading.values()]
-        notes.residuals["shading_rms"] = float(np.median(rms))
+        remarks.residuals["shading_rms"] = float(np.median(rms))
 
 
-def _shared_lights(settled: Settled, sights: list[Sight], notes: Notes) -> None:
+def _shared_lights(settled: Settled, observations: list[Observation], remarks: Remarks) -> None:
     """Lights that stood in several places under one name: each photo's paper tells its own, if it shows enough."""
     for lamp in settled.lamps.values():
-        found = [settled.shading.get(s.view.name) for s in sights if s.light == lamp.name]
+        found = [settled.shading.get(s.view.name) for s in observations if s.light == lamp.name]
         fits = [fit for fit in found if fit is not None]
         if lamp.attached or len(fits) < 2:
             continue
@@ -56,17 +56,17 @@ def _shared_lights(settled: Settled, sights: list[Sight], notes: Notes) -> None:
         sure = apart > SURE_APART * np.array([aside(fit) for fit in fits])
         worst = apart[sure].max(initial=0.0)
         if worst > SHARED_APART:
-            notes.warnings.append(
+            remarks.warnings.append(
                 f"photos of light {lamp.name!r} show it in directions {np.degrees(worst):.0f} degrees apart: give each "
                 "place of a lamp an id of its own"
             )
 
 
-def _camera(settled: Settled, notes: Notes) -> None:
+def _camera(settled: Settled, remarks: Remarks) -> None:
     covariance = settled.covariance.get("camera")
     if covariance is None:
         return
-    told = notes.residuals.setdefault("camera", {})
+    told = remarks.residuals.setdefault("camera", {})
     if isinstance(told, dict):
         names = ["fx", "fy", "cx", "cy", *(f"distortion[{k}]" for k in settled.model.free)]
         told["standard_errors"] = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
@@ -84,14 +84,14 @@ def corner_error(settled: Settled, covariance: np.ndarray) -> float:
     return float(np.sqrt(np.trace(spread) / 2))
 
 
-def _sample(photoset: PhotoSet, settled: Settled, notes: Notes) -> None:
+def _sample(photoset: PhotoSet, settled: Settled, remarks: Remarks) -> None:
     sample = photoset.sample
     if not isinstance(sample, Sphere) or "sample" not in settled.values:
         return
     block = settled.values["sample"]
     shift = block[:3] - sample.center
     error = np.sqrt(np.diag(settled.covariance["sample"]))
-    notes.residuals["sample"] = {
+    remarks.residuals["sample"] = {
         "shift": shift.tolist(),
         "shift_error": error[:3].tolist(),
         "radius_change": float(block[3] - sample.radius),
@@ -99,24 +99,24 @@ def _sample(photoset: PhotoSet, settled: Settled, notes: Notes) -> None:
     }
     moved = float(np.linalg.norm(shift))
     if not believed(photoset, settled):
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the sample ball seems to stand {moved:.3g} {photoset.length_unit} off the manifest's center: "
             "not believed, the manifest's is kept; check sample.center, sample.radius, and with a ruler whether the "
             "board's squares are as long as the manifest says"
         )
     elif moved > SAMPLE_PLACE * sample.radius:
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the sample ball stands {moved:.3g} {photoset.length_unit} off the manifest's center; this is allowed for"
         )
 
 
-def account_plane(photoset: PhotoSet, move: PlaneMove | None, notes: Notes) -> None:
+def account_plane(photoset: PhotoSet, move: PlaneMove | None, remarks: Remarks) -> None:
     """How a flat sample lies, and what of it a person should look at."""
     if move is None:
         return
     x, y, turn, height, *slopes, wider, deeper = move.values.tolist()
     error = move.errors.tolist()
-    notes.residuals["sample"] = {
+    remarks.residuals["sample"] = {
         "shift": [x, y, height],
         "shift_error": [error[0], error[1], error[3]],
         "turn": turn,
@@ -127,27 +127,27 @@ def account_plane(photoset: PhotoSet, move: PlaneMove | None, notes: Notes) -> N
         "growth_error": error[6:],
     }
     if not move.plausible:
-        notes.warnings.append(
+        remarks.warnings.append(
             "the flat sample's edges are not where the manifest puts them: not believed, the manifest's are kept; "
             "check sample.outline and sample.height"
         )
         return
     tilt, sure = move.tilt
     if tilt > max(_SURE_TILT * sure, _TILTED):
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the flat sample is tilted by {np.degrees(tilt):.1f} degrees against the board, "
             "and is taken as level: lay it flat"
         )
     far = np.abs(move.values[:4]) > np.maximum(_SURE_TILT * move.errors[:4], move.expected[:4])
     if far.any():
         unit = photoset.length_unit
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the flat sample lies {x:+.2g}, {y:+.2g} {unit} beside its outline and {height:+.2g} {unit} higher "
             "than in the manifest; this is allowed for"
         )
     grown = np.abs(move.values[6:]) > np.maximum(_SURE_TILT * move.errors[6:], move.expected[6:])
     if grown.any():
-        notes.warnings.append(
+        remarks.warnings.append(
             f"the flat sample is {wider:+.1%} larger along x and {deeper:+.1%} along y than its outline in the "
             "manifest; this is allowed for"
         )
@@ -163,9 +163,9 @@ def believed(photoset: PhotoSet, settled: Settled) -> bool:
     return off < _IMPLAUSIBLE * SAMPLE_PLACE and abs(block[3] / sample.radius - 1) < SAMPLE_PLACE
 
 
-def _balls(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: Notes) -> None:
+def _balls(photoset: PhotoSet, settled: Settled, observations: list[Observation], remarks: Remarks) -> None:
     told: list[dict[str, object]] = []
-    rms = _ball_misses(photoset, settled, sights)
+    rms = _ball_misses(photoset, settled, observations)
     for k, ball in enumerate(photoset.mirror_balls):
         shift = settled.values[f"ball {k}"][:3] - ball.center
         others = [r for n, r in enumerate(rms) if n != k and np.isfinite(r)]
@@ -173,56 +173,56 @@ def _balls(photoset: PhotoSet, settled: Settled, sights: list[Sight], notes: Not
         place = ", ".join(f"{v:g}" for v in ball.center)
         moved = float(np.linalg.norm(shift))
         if moved > _BALL_ASTRAY * BALL_PLACE * ball.radius:
-            notes.warnings.append(
+            remarks.warnings.append(
                 f"mirror ball {k + 1} (at {place}) seems to stand {moved:.3g} {photoset.length_unit} elsewhere: "
                 "check its center and radius"
             )
         elif others and rms[k] > _BALL_MISSES * max(min(others), 0.25):
-            notes.warnings.append(
+            remarks.warnings.append(
                 f"mirror ball {k + 1} (at {place}) contradicts the others: its highlights miss by {rms[k]:.1f} px"
             )
     if settled.highlight_scale > _CONTRADICTED:
-        notes.warnings.append(
+        remarks.warnings.append(
             "what the mirror balls show and how the paper is lit contradict each other, by "
             f"{settled.highlight_scale:.0f} times what their errors allow: lights are uncertain. A lens that darkens "
             "the corners does it (vignetting), and so do mirror balls that are not where the manifest says"
         )
     if told:
-        notes.residuals["mirror_balls"] = told
-        notes.residuals["highlight_error_scale"] = settled.highlight_scale
+        remarks.residuals["mirror_balls"] = told
+        remarks.residuals["highlight_error_scale"] = settled.highlight_scale
 
 
-def _ball_misses(photoset: PhotoSet, settled: Settled, sights: list[Sight]) -> list[float]:
+def _ball_misses(photoset: PhotoSet, settled: Settled, observations: list[Observation]) -> list[float]:
     """Rms (pixels) of each ball's highlights against where the lamps settled."""
     misses: list[list[float]] = [[] for _ in photoset.mirror_balls]
-    for sight in sights:
-        lamp = settled.lamps.get(sight.light)
+    for observation in observations:
+        lamp = settled.lamps.get(observation.light)
         if lamp is not None:
-            for h in sight.highlights:
-                expected = expected_pixel(settled.camera, sight, lamp, settled.values, h.ball)
+            for h in observation.highlights:
+                expected = expected_pixel(settled.camera, observation, lamp, settled.values, h.ball)
                 misses[h.ball].append(float(np.sum((h.pixel - expected) ** 2)))
     return [float(np.sqrt(np.mean(m))) if m else float("nan") for m in misses]
 
 
-def marks(photoset: PhotoSet, settled: Settled, sight: Sight) -> Marks:
+def marks(photoset: PhotoSet, settled: Settled, observation: Observation) -> Marks:
     """What was found in one photo, for the eye."""
     empty = np.zeros((0, 2))
     corners, misses = empty, empty
-    if sight.corners is not None:
-        corners = sight.corners.pixels
-        misses = settled.camera.project(sight.pose, sight.corners.points) - corners
-    lamp = settled.lamps.get(sight.light)
+    if observation.corners is not None:
+        corners = observation.corners.pixels
+        misses = settled.camera.project(observation.pose, observation.corners.points) - corners
+    lamp = settled.lamps.get(observation.light)
     expected = [
-        expected_pixel(settled.camera, sight, lamp, settled.values, k)
+        expected_pixel(settled.camera, observation, lamp, settled.values, k)
         for k in range(len(photoset.mirror_balls))
         if lamp is not None
     ]
     return Marks(
         corners,
         misses,
-        sight.rejected,
-        empty if sight.limb is None else sight.limb.pixels,
-        np.array([h.pixel for h in sight.highlights]).reshape(-1, 2),
+        observation.rejected,
+        empty if observation.limb is None else observation.limb.pixels,
+        np.array([h.pixel for h in observation.highlights]).reshape(-1, 2),
         np.array([e for e in expected if np.isfinite(e).all()]).reshape(-1, 2),
     )
 

@@ -10,7 +10,7 @@ from photogonio.calib.shading.kernel import lens, slopes_of_shaded
 from photogonio.calib.shading.parameters import BLACK, EVEN, FALLOFF, LOCAL, NARROW, SHARED, THROWN
 
 if TYPE_CHECKING:
-    from photogonio.calib.shading.fit import Scene, _Board, _Light
+    from photogonio.calib.shading.model import LightOnPaper, LitPaper, ShadingScene
 
 _STEP = 1e-4  # for derivatives: of the lamp's distance, in length units of the sample, of the logarithm
 _CLEAR = 4.0  # of such steps, by which a ball that no sample's light touches stays clear of it
@@ -19,7 +19,12 @@ _MOVING = (0, 1, 2, *range(LOCAL, LOCAL + 5))
 
 
 def slopes(
-    board: _Board, values: np.ndarray, scene: Scene, light: _Light, thrown: np.ndarray, count: int
+    board: LitPaper,
+    values: np.ndarray,
+    scene: ShadingScene,
+    light: LightOnPaper,
+    thrown: np.ndarray,
+    count: int,
 ) -> np.ndarray:
     """d radiance / d values, (count, n): by differences where lamp and shadows move, else as the model says."""
     design, now = np.empty((count, len(light.tone))), scene.moved(values[LOCAL:])

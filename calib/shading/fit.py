@@ -6,25 +6,16 @@ tells where the lamp is. Light that the sample throws onto the board is modelled
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from photogonio.calib.detect.paper import PaperSamples
-from photogonio.calib.detect.paper_near_balls import INK, Close
-from photogonio.calib.geometry.visibility import direct, lit_fraction
+from photogonio.calib.detect.paper_reading import PaperReading
+from photogonio.calib.geometry.visibility import direct
 from photogonio.calib.shading.derivatives import slopes
-from photogonio.calib.shading.interreflection import Thrown
-from photogonio.calib.shading.kernel import lens, light_on_board, straight_light
+from photogonio.calib.shading.model import LightOnPaper, LitPaper, ShadingScene, Weighing, lit, median_ratio
 from photogonio.calib.shading.model_error import Shown, shown
-from photogonio.calib.shading.parameters import BALL, EVEN, LOCAL, SHARED, THROWN, TILTS
+from photogonio.calib.shading.parameters import EVEN, LOCAL, THROWN
 
-_FLOOR = 0.003  # relative error of the model at one place
-_SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
-_CLOSE_FLOOR = 0.04  # the same close to a polished ball, whose edge of shadow is small
-_CLOSE_LIT = 0.15  # the same in full light there: a polished ball throws light around it
-# of how uneven a pixel's print is: a shadow's edge may leave its white side or its black one lit
-_UNEVEN = 0.6
-_GLARE = 0.002  # of white print's radiance: what reaches black print among it
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
@@ -40,78 +31,6 @@ _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
 _SLOPE_BEAM = 0.02  # for each power of the cosine: a beam whose axis passes by the sample by some degrees
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
-_MIDDLE = 2000  # samples, about, that tell a median
-
-
-@dataclass(frozen=True, slots=True)
-class Ball:
-    """A ball that throws a shadow."""
-
-    center: np.ndarray  # (3,)
-    radius: float
-
-
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """What stands on the board, as far as it changes the board's light."""
-
-    polished: tuple[Ball, ...]
-    sample: Ball | None  # a plane sample throws no light and no shadow on the board
-    lamp_radius: float
-    black: float  # radiance of black print over white
-    blur: float  # of a shadow's edge by lens and pixels, length on the board, where no sample tells its own
-    soft: float = 0.0  # by which fits widen it besides
-    narrow: float = 0.0  # power of the cosine with which the lamp's light falls off beside its axis
-    aim: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where that axis points
-    error: float = 1.0  # of the model's expected error in shadows, what the set shows
-    falloff: tuple[float, float] = (0.0, 0.0)  # of the lens: logarithm's terms in aside and its square
-
-    def moved(self, shared: np.ndarray) -> Scene:
-        """The scene with ``shared`` (SHARED + BALL k,) in place of its own values."""
-        sample = None if self.sample is None else Ball(shared[:3], float(shared[3]))
-        return replace(
-            self,
-            polished=tuple(Ball(b[:3], float(b[3])) for b in shared[SHARED:].reshape(-1, BALL)),
-            sample=sample,
-            lamp_radius=float(np.exp(shared[4])),
-            black=float(np.exp(shared[5])),
-            narrow=float(shared[6]),
-            falloff=(float(shared[7]), float(shared[8])),
-        )
-
-    @property
-    def shared(self) -> np.ndarray:
-        """(SHARED + BALL k,) values that all views have in common, of k polished balls; inverse of :meth:`moved`."""
-        sphere = [0.0, 0.0, 0.0, 1.0] if self.sample is None else [*self.sample.center, self.sample.radius]
-        polished = [value for b in self.polished for value in (*b.center, b.radius)]
-        own = [np.log(self.lamp_radius), np.log(self.black), self.narrow, *self.falloff]
-        return np.array([*sphere, *own, *polished])
-
-    @property
-    def table(self) -> np.ndarray:
-        """(k, 4) centres and radii of all balls, the polished ones first."""
-        balls = self.polished + (() if self.sample is None else (self.sample,))
-        return np.array([[*b.center, b.radius] for b in balls], float).reshape(-1, 4)
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """One view's paper in gray."""
-
-    samples: PaperSamples
-    level: np.ndarray  # (n,) radiance
-    noise: np.ndarray  # (n,) its variance
-    beside: tuple[float, float] = (
-        0.0,
-        0.0,
-    )  # white paper's radiance without the lamp, where known, and its error
-    close: Close | None = None  # paper close to polished balls
-
-    @property
-    def span(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest x and y, (2,) each, of the paper that is seen: from -1 to 1 go the tilts of its light."""
-        flat = self.samples.points[:, :2]
-        return flat.min(0), flat.max(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,156 +56,13 @@ class ShadingFit:
         return np.linalg.inv(self.normal[:LOCAL, :LOCAL])[:3, :3]
 
 
-@dataclass(frozen=True, slots=True)
-class _Weighing:
-    """Errors expected at the present values, held while a step is tried, so that costs compare."""
-
-    sigma: np.ndarray  # (n,)
-    bound: np.ndarray  # (n,) Tukey's, in sigmas
-    share: (
-        np.ndarray
-    )  # (n,) variance of the model's expected error over sigma's, where shadows tell it; else 0
-    thrown: np.ndarray  # (n, 3) the balls' bounce; so smooth in the values that it is held
-    place: np.ndarray  # (3,) of the lamp that it was worked out for
-    expected: np.ndarray  # (LOCAL - 4,) the local values after the first four, where nothing tells them
-    prior: np.ndarray  # (LOCAL - 4,) their standard errors
-
-
-def lit(points: np.ndarray, light: np.ndarray, scene: Scene) -> np.ndarray:
-    """Share of the lamp visible from board points (n, 3), (n,)."""
-    blur = float(np.hypot(scene.blur, scene.soft))
-    return lit_fraction(points, np.asarray(light, float), scene.lamp_radius, scene.table, blur)
-
-
-@dataclass(frozen=True, slots=True)
-class _Board:
-    """What of a view's paper stays while its lamp is sought; what is close to polished balls comes last."""
-
-    reading: Reading
-    points: np.ndarray  # (n, 3)
-    white: np.ndarray  # (n,) share of white print
-    level: np.ndarray  # (n,) radiance
-    noise: np.ndarray  # (n,) its variance
-    square: np.ndarray  # (n,) int
-    spread: np.ndarray  # (n, 3) covariance xx, xy, yy of what a sample stands for on the board
-    aside: np.ndarray  # (n,) how far from the middle of the picture, squared
-    floor: np.ndarray  # (2, n) relative error of the model in full light and in shadow
-    across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
-    crowd: float  # samples of a square
-    known: dict[bytes, Thrown] = field(default_factory=dict)  # what balls throw, by their table
-
-    @classmethod
-    def of(cls, reading: Reading) -> _Board:
-        samples, close = reading.samples, reading.close
-        low, high = (end[:, None] for end in reading.span)
-        crowd = len(reading.level) / max(len(np.unique(samples.square)), 1)
-        spread = np.zeros((len(samples), 3)) if samples.spread is None else samples.spread
-        white = samples.white.astype(float)
-        aside = np.zeros(len(samples)) if samples.aside is None else samples.aside
-        own = [samples.points, white, reading.level, reading.noise, samples.square, spread, aside]
-        floor = np.repeat([[_FLOOR], [_SHADOW_FLOOR]], len(reading.level), axis=1)
-        if close is not None:
-            more = [close.points, close.white, close.level, close.noise, close.square, close.spread]
-            more.append(np.zeros(len(close.level)) if close.aside is None else close.aside)
-            own = [np.concatenate(both) for both in zip(own, more, strict=True)]
-            floor = np.concatenate([floor, _close_floor(close)], axis=1)
-        across = (2 * np.ascontiguousarray(own[0][:, :2].T) - low - high) / (high - low)
-        return cls(reading, *own, floor, across, crowd)
-
-    def light(self, values: np.ndarray, scene: Scene) -> _Light:
-        """At ``values`` (LOCAL + shared,)."""
-        scene, found = scene.moved(values[LOCAL:]), np.empty((4, len(self.level)))
-        lamp = values[:3].copy(), float(np.exp(values[3])), scene.black, scene.lamp_radius
-        beam, tilts = (scene.narrow, np.array(scene.aim)), values[TILTS].copy()
-        light_on_board(
-            self.points,
-            self.white,
-            self.spread,
-            self.across,
-            *lamp,
-            *beam,
-            tilts,
-            scene.soft**2 / 4,
-            scene.table,
-            found,
-        )
-        if any(scene.falloff):
-            found[:3] *= lens(self.aside, scene.falloff)
-        own = slice(len(self.reading.level))
-        return _Light(found, _middle(found[1, own], found[0, own]))
-
-    def even(self, place: np.ndarray, scene: Scene) -> float:
-        """Direct light in the middle of the samples of a lamp at ``place`` (3,)."""
-        own = self.points[: len(self.reading.level)]
-        return float(
-            np.median(straight_light(own[:: _thin(len(own))], place, scene.narrow, np.array(scene.aim)))
-        )
-
-    def thrown(self, scene: Scene) -> Thrown:
-        """What the scene's balls throw, worked out once for all places of the lamp."""
-        balls = scene.table
-        key = balls.tobytes()
-        if key not in self.known:
-            split = len(scene.polished)
-            sample = None if scene.sample is None else balls[split]
-            self.known[key] = Thrown.onto(self.points, sample, balls[:split])
-        return self.known[key]
-
-    def residual(self, light: _Light, values: np.ndarray, weighing: _Weighing) -> np.ndarray:
-        """(n,) in standard errors."""
-        return (self.level - light.radiance(values, weighing.thrown)) / weighing.sigma
-
-
-def _close_floor(close: Close) -> np.ndarray:
-    """Relative error (2, n) of the model in full light and in shadow, close to polished balls."""
-    glare = _GLARE * (1.0 - close.white) / np.maximum(close.white, INK)
-    return np.stack([_CLOSE_LIT + glare, _CLOSE_FLOOR + glare + _UNEVEN * close.uneven])
-
-
-@dataclass(frozen=True, slots=True)
-class _Light:
-    """The model's factors at some values; radiance = shaded tilt + tone (thrown b + even e)."""
-
-    parts: np.ndarray  # (4, n) the four that follow
-    even: float  # direct light in the middle of the samples, before the print
-
-    @property
-    def tone(self) -> np.ndarray:
-        """(n,) strength, and black print's share of it."""
-        return self.parts[0]
-
-    @property
-    def bare(self) -> np.ndarray:
-        """(n,) direct light, as the print sends it on."""
-        return self.parts[1]
-
-    @property
-    def shaded(self) -> np.ndarray:
-        """(n,) what shadows leave of it."""
-        return self.parts[2]
-
-    @property
-    def tilt(self) -> np.ndarray:
-        return self.parts[3]
-
-    def radiance(self, values: np.ndarray, thrown: np.ndarray) -> np.ndarray:
-        return self.shaded * self.tilt + self.tone * (thrown @ values[THROWN] + values[EVEN] * self.even)
-
-
-def _middle(above: np.ndarray, below: np.ndarray) -> float:
-    """Median of a ratio, of enough samples to tell it."""
-    step = _thin(len(above))
-    return float(np.median(above[::step] / below[::step]))
-
-
-def _thin(count: int) -> int:
-    """Of how many samples one tells a median."""
-    return max(1, count // _MIDDLE)
-
-
 def _weigh(
-    board: _Board, values: np.ndarray, scene: Scene, light: _Light, last: _Weighing | None = None
-) -> tuple[_Weighing, np.ndarray]:
+    board: LitPaper,
+    values: np.ndarray,
+    scene: ShadingScene,
+    light: LightOnPaper,
+    last: Weighing | None = None,
+) -> tuple[Weighing, np.ndarray]:
     """The errors, and the residual (n,) in them. ``last``, of the same shared values, has the bounce where the lamp
     has hardly moved since."""
     reading, now = board.reading, scene.moved(values[LOCAL:])
@@ -299,7 +75,7 @@ def _weigh(
     sigma, most, share = _errors(board, light, indirect, scene.error)
     own = slice(len(reading.level))
     slope = _SLOPE + _SLOPE_BEAM * max(now.narrow, 0.0)
-    bounced = _middle(indirect[own], np.maximum(light.bare[own], 1e-300))
+    bounced = median_ratio(indirect[own], np.maximum(light.bare[own], 1e-300))
     slope = float(np.hypot(slope, _SLOPE_BOUNCE * bounced))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])
     if now.sample is None:
@@ -308,11 +84,11 @@ def _weigh(
     expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
     residual = (board.level - light.radiance(values, thrown)) / sigma
     bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0) * most
-    return _Weighing(sigma, bound, share, thrown, place, expected, prior), residual
+    return Weighing(sigma, bound, share, thrown, place, expected, prior), residual
 
 
 def _errors(
-    board: _Board, light: _Light, indirect: np.ndarray, factor: float
+    board: LitPaper, light: LightOnPaper, indirect: np.ndarray, factor: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Standard errors (n,) where the model's in shadows is ``factor`` of what is expected; how many times larger they
     may be at most, which tells what is no error but dirt; and the share of the expected one, where that is much."""
@@ -325,7 +101,7 @@ def _errors(
     return np.sqrt(variance), least, np.where(told > most / 2, told / variance, 0.0)
 
 
-def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> float:
+def _cost(residual: np.ndarray, values: np.ndarray, weighing: Weighing) -> float:
     """Half the sum of Tukey's loss and of the priors."""
     outside = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
     prior = (values[4:LOCAL] - weighing.expected) / weighing.prior
@@ -333,22 +109,26 @@ def _cost(residual: np.ndarray, values: np.ndarray, weighing: _Weighing) -> floa
     return lost + 0.5 * float(prior @ prior)
 
 
-def fit_shading(reading: Reading, scene: Scene, start: np.ndarray, steps: int = _STEPS) -> ShadingFit:
+def fit_shading(
+    reading: PaperReading, scene: ShadingScene, start: np.ndarray, steps: int = _STEPS
+) -> ShadingFit:
     """Fit one view's lamp from ``start``: a place (3,), or the local values (LOCAL,) of an earlier fit.
 
     Levenberg-Marquardt with Tukey's weights on the local values; the shared ones stay and get derivatives.
     """
-    board = _Board.of(reading)
+    board = LitPaper.of(reading)
     values, light = _fitted(board, scene, start, steps)
     return _finish(board, values, scene, light)
 
 
-def fit_local(reading: Reading, scene: Scene, start: np.ndarray) -> np.ndarray:
+def fit_local(reading: PaperReading, scene: ShadingScene, start: np.ndarray) -> np.ndarray:
     """The local values (LOCAL,) of :func:`fit_shading` alone."""
-    return _fitted(_Board.of(reading), scene, start, _STEPS)[0][:LOCAL]
+    return _fitted(LitPaper.of(reading), scene, start, _STEPS)[0][:LOCAL]
 
 
-def _fitted(board: _Board, scene: Scene, start: np.ndarray, steps: int) -> tuple[np.ndarray, _Light]:
+def _fitted(
+    board: LitPaper, scene: ShadingScene, start: np.ndarray, steps: int
+) -> tuple[np.ndarray, LightOnPaper]:
     """All values where the fit ends, and the light there."""
     local = start if len(start) == LOCAL else start_values(board.reading, scene, start)
     values = np.concatenate([local, scene.shared])
@@ -367,11 +147,11 @@ def _fitted(board: _Board, scene: Scene, start: np.ndarray, steps: int) -> tuple
     return values, light
 
 
-def fits_better(reading: Reading, scene: Scene, one: ShadingFit, other: ShadingFit) -> bool:
+def fits_better(reading: PaperReading, scene: ShadingScene, one: ShadingFit, other: ShadingFit) -> bool:
     """Whether ``one`` explains the reading better than ``other``, under errors that are the same for both: each fit's
     own grow with the bounce that it supposes, which makes a wrong place with much of it look good."""
     values = [np.concatenate([fit.local, scene.shared]) for fit in (one, other)]
-    board = _Board.of(reading)
+    board = LitPaper.of(reading)
     lights = [board.light(each, scene) for each in values]
     own = [_weigh(board, each, scene, light)[0] for each, light in zip(values, lights, strict=True)]
     sigma, bound = np.sqrt(own[0].sigma * own[1].sigma), np.maximum(own[0].bound, own[1].bound)
@@ -384,15 +164,15 @@ def fits_better(reading: Reading, scene: Scene, one: ShadingFit, other: ShadingF
 
 
 def _step(
-    board: _Board,
+    board: LitPaper,
     values: np.ndarray,
-    scene: Scene,
-    weighing: _Weighing,
+    scene: ShadingScene,
+    weighing: Weighing,
     normal: np.ndarray,
     slope: np.ndarray,
     residual: np.ndarray,
     damping: float,
-) -> tuple[np.ndarray, _Light, float] | None:
+) -> tuple[np.ndarray, LightOnPaper, float] | None:
     """A damped step (LOCAL,) that lowers the cost, the light after it, and the next damping; None if there is none."""
     cost = _cost(residual, values, weighing)
     while damping < 1e8:
@@ -407,7 +187,7 @@ def _step(
     return None
 
 
-def start_values(reading: Reading, scene: Scene, place: np.ndarray) -> np.ndarray:
+def start_values(reading: PaperReading, scene: ShadingScene, place: np.ndarray) -> np.ndarray:
     """(LOCAL,) values at a light's place: the strength as the median over what is lit."""
     values = np.concatenate([place, [0.0], _PRIOR, scene.shared])
     points = reading.samples.points
@@ -419,11 +199,11 @@ def start_values(reading: Reading, scene: Scene, place: np.ndarray) -> np.ndarra
 
 
 def _normal(
-    board: _Board,
+    board: LitPaper,
     values: np.ndarray,
-    scene: Scene,
-    light: _Light,
-    weighing: _Weighing,
+    scene: ShadingScene,
+    light: LightOnPaper,
+    weighing: Weighing,
     residual: np.ndarray,
     count: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -440,7 +220,7 @@ def _normal(
     return normal, slope, score
 
 
-def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> ShadingFit:
+def _finish(board: LitPaper, values: np.ndarray, scene: ShadingScene, light: LightOnPaper) -> ShadingFit:
     weighing, residual = _weigh(board, values, scene, light)
     normal, slope, score = _normal(board, values, scene, light, weighing, residual, len(values))
     inflation = _inflation(normal[:4, :4], score[:4] * residual, board.square)
@@ -467,7 +247,7 @@ def _finish(board: _Board, values: np.ndarray, scene: Scene, light: _Light) -> S
     )
 
 
-def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, weighing: _Weighing) -> np.ndarray:
+def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, weighing: Weighing) -> np.ndarray:
     """(2,) even light as it would be without its narrow prior, and its standard error: one more step."""
     freed, pulled = normal.copy(), slope.copy()
     held = weighing.prior[2] ** -2.0

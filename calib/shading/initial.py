@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 from photogonio.calib.detect.mirror_rays import MirroredRay, meet
-from photogonio.calib.detect.paper import PaperSamples
-from photogonio.calib.shading.fit import Reading, Scene, fit_local
+from photogonio.calib.detect.paper_reading import PaperReading
+from photogonio.calib.shading.fit import fit_local
 from photogonio.calib.shading.kernel import misfits
+from photogonio.calib.shading.model import ShadingScene
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
 _HEIGHTS = (12.0, 25.0, 40.0, 58.0, 78.0)  # degrees above the board
@@ -22,19 +23,14 @@ _DOUBTFUL = 0.15  # mean misfit beyond which the rays are not trusted alone
 _ON_RAY = 5.0  # standard errors by which a ray may pass the lamp
 _ELSEWHERE = 0.1  # of a lamp's distance
 _FEW = 2  # samples of a tone in a square that say too little
-_BRIGHT = (
-    0.3  # of the tone's median radiance: what is brighter is lit, and shows more than the sensor's noise
-)
-_UNKNOWN_NOISE = 0.01  # relative, where too little is seen to tell
 _EVEN = 0.7  # of a square's bright white, that its dark white is where no shadow's edge crosses it
 _OF_MEDIAN = 1.2533  # standard error of a median over that of a mean
-DIMMEST = 1e-300  # radiance below which there is none
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
 Shares = tuple[np.ndarray, np.ndarray, np.ndarray]  # of :func:`square_ratios`
 
 
-def thinned(reading: Reading, count: int) -> Reading:
+def thinned(reading: PaperReading, count: int) -> PaperReading:
     """About ``count`` of the samples, evenly taken."""
     step = max(1, len(reading.level) // count)
     mask = np.zeros(len(reading.level), bool)
@@ -43,32 +39,13 @@ def thinned(reading: Reading, count: int) -> Reading:
     return replace(reading, samples=samples, level=reading.level[mask], noise=reading.noise[mask], close=None)
 
 
-def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
-    """Relative noise (n,) from one sample to the next of the same square and tone: what the stated variance may miss.
-
-    White and black apart: light that spreads over the print's edges is much to black and little to white.
-    """
-    close = (np.diff(samples.square) == 0) & (np.diff(samples.white.astype(int)) == 0)
-    close &= np.abs(np.diff(samples.points[:, 1])) < 1e-9
-    pair = np.maximum(level[1:] + level[:-1], DIMMEST) / 2
-    relative = np.abs(np.diff(level)) / pair
-    noise = np.empty(len(level))
-    for white in (True, False):
-        here = close & (samples.white[1:] == white)
-        middle = float(np.median(pair[here])) if here.any() else 0.0
-        bright = here & (pair > _BRIGHT * middle) & (middle > DIMMEST)
-        spread = 1.4826 * np.median(relative[bright]) / np.sqrt(2) if bright.any() else _UNKNOWN_NOISE
-        noise[samples.white == white] = spread
-    return noise
-
-
-def black_over_white(readings: Iterable[Reading]) -> float:
+def black_over_white(readings: Iterable[PaperReading]) -> float:
     """Radiance of black print over white, from evenly lit squares that show both; the median over squares and views."""
     ratios = np.concatenate([square_ratios(reading)[0] for reading in readings])
     return float(np.clip(np.median(ratios), 1e-3, 0.9)) if len(ratios) else 0.05
 
 
-def square_ratios(reading: Reading) -> Shares:
+def square_ratios(reading: PaperReading) -> Shares:
     """The same of each square (k,), its standard error by noise (k,), and the square's place (k, 2): no shadow's edge
     runs through its white, so that both tones are lit alike."""
     ratios, errors, places = [], [], []
@@ -87,14 +64,14 @@ def square_ratios(reading: Reading) -> Shares:
     return np.array(ratios, float), np.array(errors, float), np.array(places, float).reshape(-1, 2)
 
 
-def white_level(reading: Reading) -> float:
+def white_level(reading: PaperReading) -> float:
     """Radiance of the white print, in the middle; 0 if none is seen."""
     white = reading.level[reading.samples.white]
     return float(np.median(white)) if len(white) else 0.0
 
 
 def first_fit(
-    reading: Reading, scene: Scene, rays: list[MirroredRay], middle: np.ndarray, diagonal: float
+    reading: PaperReading, scene: ShadingScene, rays: list[MirroredRay], middle: np.ndarray, diagonal: float
 ) -> np.ndarray:
     """Local values (LOCAL,) of the fit started where the rays make the shading agree; if that is not good, of the best
     of further starts, also from a scan of the sky. Where it ends on the rays of several balls, a rough fit from the
@@ -121,7 +98,7 @@ def first_fit(
     return min(found, key=lambda one: one[0])[1]
 
 
-def _by_lamp_alone(reading: Reading, scene: Scene) -> Reading:
+def _by_lamp_alone(reading: PaperReading, scene: ShadingScene) -> PaperReading:
     """Without the light that is there anyway, where that is known."""
     beside, error = reading.beside
     room = beside * np.where(reading.samples.white, 1.0, scene.black)
@@ -138,7 +115,7 @@ def _on_rays(place: np.ndarray, rays: list[MirroredRay]) -> bool:
     )
 
 
-def _beaten(place: np.ndarray, reading: Reading, scene: Scene, start: np.ndarray) -> bool:
+def _beaten(place: np.ndarray, reading: PaperReading, scene: ShadingScene, start: np.ndarray) -> bool:
     """Whether a fit from ``start`` ends far from ``place``, where the light agrees better."""
     other = fit_local(reading, scene, start)[:3]
     far = np.linalg.norm(other - place) > _ELSEWHERE * np.linalg.norm(place)
@@ -164,12 +141,12 @@ def sky_places(middle: np.ndarray, diagonal: float) -> list[np.ndarray]:
     return places
 
 
-def misfit(reading: Reading, scene: Scene, place: np.ndarray) -> float:
+def misfit(reading: PaperReading, scene: ShadingScene, place: np.ndarray) -> float:
     """Between 0 and 1: how badly falloff and shadows agree with a lamp at ``place``, its strength fitted."""
     return float(_misfits([place], reading, scene)[0])
 
 
-def _misfits(places: list[np.ndarray], reading: Reading, scene: Scene) -> np.ndarray:
+def _misfits(places: list[np.ndarray], reading: PaperReading, scene: ShadingScene) -> np.ndarray:
     tone = np.where(reading.samples.white, 1.0, scene.black)
     result, blur = np.empty(len(places)), scene.blur**2 + scene.soft**2
     level, points = np.ascontiguousarray(reading.level, float), np.ascontiguousarray(reading.samples.points)
@@ -187,6 +164,8 @@ def _misfits(places: list[np.ndarray], reading: Reading, scene: Scene) -> np.nda
     return result
 
 
-def _best(places: list[np.ndarray], reading: Reading, scene: Scene, count: int) -> list[np.ndarray]:
+def _best(
+    places: list[np.ndarray], reading: PaperReading, scene: ShadingScene, count: int
+) -> list[np.ndarray]:
     scores = _misfits(places, reading, scene) if places else []
     return [places[k] for k in np.argsort(scores)[:count]]

@@ -54,7 +54,7 @@ class Dark:
         return cut(self.bias, region) + np.float32(time) * cut(self.rate, region)
 
 
-class Measured(Protocol):
+class MeasuredLight(Protocol):
     """A signal, or a radiance."""
 
     @property
@@ -64,7 +64,7 @@ class Measured(Protocol):
     def variance(self) -> np.ndarray: ...
 
 
-def mean_signal(signals: Sequence[Measured]) -> tuple[np.ndarray, np.ndarray]:
+def mean_signal(signals: Sequence[MeasuredLight]) -> tuple[np.ndarray, np.ndarray]:
     """Mean and variance of the mean, (h, w, c) float32 each."""
     value = np.mean([signal.value for signal in signals], axis=0, dtype=np.float32)
     variance = np.sum([signal.variance for signal in signals], axis=0, dtype=np.float32)

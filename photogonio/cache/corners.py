@@ -13,7 +13,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from photogonio.cache.store import Store, code_key, key_of
+from photogonio.cache.kept import code_key, key_of
+from photogonio.cache.store import Store
 from photogonio.calib.detect.photo_reader import Seen
 from photogonio.calib.detect.subpixel import Around
 from photogonio.calib.geometry.board import Corners

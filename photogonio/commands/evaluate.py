@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from photogonio import __version__
-from photogonio.cache.store import code_key
+from photogonio.cache.kept import code_key
 from photogonio.capture.errors import InputError
 from photogonio.evaluate.hard_cases import Outcome, run_battery
 from photogonio.evaluate.history import load_scores, regressions
@@ -23,7 +23,7 @@ from photogonio.evaluate.tradeoff import (
     tradeoffs,
 )
 from photogonio.report.html import picture_bytes
-from photogonio.synthetic.scene.scene import Scene
+from photogonio.synthetic.scene.model import Scene
 from photogonio.system.outputs import staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import canonical_command

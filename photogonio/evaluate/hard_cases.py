@@ -17,11 +17,12 @@ from photogonio.evaluate.hard_tables import TABLE_CASES
 from photogonio.evaluate.scenes import INNER, against, rendered, spread_over_processes
 from photogonio.evaluate.truth import TRUTH
 from photogonio.options import Options
-from photogonio.pipeline import Result, process
+from photogonio.pipeline import process
 from photogonio.reconstruct.fit import FitResult
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.report.summary import rescaled
+from photogonio.result import Result
 from photogonio.synthetic.scene.hard_cases import (
     ACCURATE,
     NAMED,
@@ -39,7 +40,7 @@ _SLACK = 1.25  # of the plain set's error, for a case that must not harm
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class HardResult:
     """What processing one hard set gave, as plain values that can pass between processes."""
 
     refused: str = ""  # the line it was refused with
@@ -64,7 +65,7 @@ class Outcome:
     must: str
     passed: bool
     said: str  # what happened, in words
-    error: float = math.nan  # as in Measured
+    error: float = math.nan  # as in HardResult
     stated: float = math.nan
     error_70: float = math.nan
 
@@ -110,23 +111,23 @@ def outcome_line(outcome: Outcome) -> str:
     return f"{'pass' if outcome.passed else 'FAIL'}  {outcome.name:22} {outcome.said}"
 
 
-def _measured(job: tuple[str, Path]) -> Measured:
+def _measured(job: tuple[str, Path]) -> HardResult:
     name, sets = job
     return measure(hard_case(name), sets)
 
 
-def measure(case: HardCase, sets: Path) -> Measured:
+def measure(case: HardCase, sets: Path) -> HardResult:
     """Render one hard set (or take it from ``sets``) and process it with everything automatic."""
     folder = rendered(case.scene, sets, workers=1, reporter=Reporter(quiet=True))
     try:
         result = process(folder, None, Options(workers=1))
     except InputError as error:
-        return Measured(refused=str(error))
+        return HardResult(refused=str(error))
     truth = load_known(folder / TRUTH)
     error, stated = error_and_interval(result, truth)
     told = [f"{photo.name}: left out, {photo.reason}" for photo in result.left_out]
     told += [f"{name}: scale off by {factor - 1:+.1%}" for name, factor in rescaled(result.fit)]
-    return Measured(
+    return HardResult(
         error=error,
         stated=stated,
         error_70=float(against(result.brdf, truth, INNER).measures["relative_l2"].max()),
@@ -136,7 +137,7 @@ def measure(case: HardCase, sets: Path) -> Measured:
     )
 
 
-def judged(case: HardCase, found: Measured, plain: float) -> Outcome:
+def judged(case: HardCase, found: HardResult, plain: float) -> Outcome:
     """What was measured, held against what must happen. ``plain``: the plain set's error below 70 degrees."""
     if found.refused:
         return Outcome(case.name, case.must, case.must != ACCURATE, f"refused: {found.refused}")

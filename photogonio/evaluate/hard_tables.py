@@ -12,7 +12,7 @@ from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.facet_table import FacetTable, accumulate, add_tables
 from photogonio.reconstruct.table.facets import facet_index
-from photogonio.reconstruct.table.goniometer_csv import Samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 
 # A sum of n numbers in turn errs by at most n / 2 ulp of the largest partial sum, and by chance by sqrt(n) of it
 # (Higham, Accuracy and Stability of Numerical Algorithms, 4.2): a block of a million by 1e-13 of itself.
@@ -28,7 +28,7 @@ def spread_of_weights() -> tuple[bool, str]:
     theta, phi = np.arccos(rng.uniform(0.2, 1.0, (2, 3000))), rng.uniform(0.0, 2 * np.pi, (2, 3000))
     sigma = 10.0 ** rng.uniform(-8.0, -2.0, (3000, 1))
     value = 0.5 / np.pi + sigma * rng.standard_normal((3000, 1))
-    table = samples_table(Samples(theta[0], phi[0], theta[1], phi[1], value, sigma, ("Y",)))
+    table = samples_table(GoniometerSamples(theta[0], phi[0], theta[1], phi[1], value, sigma, ("Y",)))
     fit = fit_table(table, FitOptions(order=4, lobes=0))
     off = np.abs(fit.brdf(unit_vectors(theta[0], phi[0]), unit_vectors(theta[1], phi[1])) * np.pi / 0.5 - 1)
     said = f"sums off by {lost:.1e}; of a fit of standard errors from 1e-8 to 1e-2 the largest error {off.max():.1e}"

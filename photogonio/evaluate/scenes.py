@@ -14,18 +14,21 @@ from typing import TypeVar
 import numpy as np
 
 from photogonio import synthetic
-from photogonio.cache.store import VARIABLE, key_of, text_key
+from photogonio.cache.kept import key_of, text_key
+from photogonio.cache.store import VARIABLE
 from photogonio.capture.errors import InputError
 from photogonio.compare.compare import Comparison, compare
 from photogonio.compare.reflectances import Known, load_known
 from photogonio.evaluate.truth import TRUTH, CalibrationError, calibration_error, load_truth
 from photogonio.options import Options
-from photogonio.pipeline import Result, process
+from photogonio.pipeline import process
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.report.summary import photos_used
+from photogonio.result import Result
 from photogonio.synthetic.scene import hard_cases as hard
 from photogonio.synthetic.scene.hard_cases import changed
-from photogonio.synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.scene.model import Scene
+from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.photoset import synthesize
 from photogonio.system.memory import peak_megabytes, reset_peak
 from photogonio.system.progress import Reporter, Stopwatch

@@ -37,8 +37,8 @@ from photogonio.report.summary import (
 )
 
 if TYPE_CHECKING:
-    from photogonio.pipeline import Result
     from photogonio.reconstruct.fit import FitResult
+    from photogonio.result import Result
     from photogonio.run.surroundings import LightAround
 
 _LEADING = 12  # modes shown before the fold

@@ -18,11 +18,11 @@ from photogonio.report.plots import correlation
 LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
 if TYPE_CHECKING:
-    from photogonio.pipeline import Result
     from photogonio.reconstruct.brdf.brdf import Brdf
     from photogonio.reconstruct.fit import FitResult
     from photogonio.reconstruct.lighting.lamp_directions import TurnedLight
     from photogonio.reconstruct.table.facet_table import FacetTable
+    from photogonio.result import Result
     from photogonio.run.surroundings import LightAround
 
 

@@ -16,7 +16,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from photogonio.cache.store import Store, code_key, key_of
+from photogonio.cache.kept import code_key, key_of
+from photogonio.cache.store import Store
 from photogonio.calib.setup import LeftOut, Setup, ViewSetup
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Image

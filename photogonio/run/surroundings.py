@@ -7,8 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from photogonio.calib.backdrop import backdrop
-from photogonio.calib.radiometry.surround import Surround, completed, near_shown, radiance_around, surround_of
+from photogonio.calib.radiometry.surround import (
+    Surround,
+    backdrop,
+    completed,
+    near_shown,
+    radiance_around,
+    surround_of,
+)
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.linear.signal import MIDDLE

@@ -1,6 +1,6 @@
 """From the pixels of a view to (incident, exit) directions: the clear, vectorised form.
 
-Everything here is geometry of one view, gathered in a :class:`Scene`; :mod:`reconstruct.reduce.fused` does the same
+Everything here is geometry of one view, gathered in a :class:`ViewScene`; :mod:`reconstruct.reduce.fused` does the same
 sums, fused, and is tested against this. Angles between rays stand for distances in the picture: a margin of m
 pixels is m / (pixels per radian), which is true on the axis and errs to the wide side elsewhere.
 """
@@ -45,7 +45,7 @@ class ReduceOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ViewScene:
     """One view as the reduction sees it: world frame, lengths in the set's unit, unit rays."""
 
     eye: np.ndarray  # (3,) camera centre
@@ -79,7 +79,7 @@ class Pairs:
     irradiance: np.ndarray  # (n,) cos * falloff; times strength it is the irradiance
 
 
-def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> Scene:
+def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> ViewScene:
     """Everything about one view that the reduction needs."""
     eye, light = view.pose.center, view.light
     sample = setup.sample
@@ -89,7 +89,7 @@ def scene_of(setup: Setup, view: ViewSetup, options: ReduceOptions) -> Scene:
         sphere, height, outline = np.zeros(4), sample.height, cone_of(eye, _corners(sample))
     balls, bounds = balls_beside(options.mirror_balls, sample), bounding_ball(sample)
     margin = options.margin / float(min(setup.camera.matrix[0, 0], setup.camera.matrix[1, 1]))
-    return Scene(
+    return ViewScene(
         eye=eye,
         rotation=view.pose.rotation,
         sphere=sphere,
@@ -157,13 +157,13 @@ def region_pixels(region: tuple[int, int, int, int]) -> np.ndarray:
     return np.column_stack([x.ravel(), y.ravel()]).astype(float)
 
 
-def pairs_at(scene: Scene, camera: Camera, pixels: np.ndarray) -> Pairs:
+def pairs_at(scene: ViewScene, camera: Camera, pixels: np.ndarray) -> Pairs:
     """Directions seen at pixels (n, 2), and the geometric reason, if any, why one is left out."""
     rays = camera.rays(pixels) @ scene.rotation
     return pairs_along(scene, rays)
 
 
-def pairs_along(scene: Scene, rays: np.ndarray) -> Pairs:
+def pairs_along(scene: ViewScene, rays: np.ndarray) -> Pairs:
     """Directions seen along unit world rays (n, 3) from the eye, and the reason why one is left out."""
     depth, inner = _meet(scene, rays)
     reason = np.full(len(rays), USED, np.int8)
@@ -212,7 +212,7 @@ def canonical(toward: np.ndarray, back: np.ndarray, normal: np.ndarray) -> tuple
     return incident, np.column_stack([c * along - s * across, s * along + c * across, cos_r])
 
 
-def _meet(scene: Scene, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _meet(scene: ViewScene, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Depth (n,) along each ray at which it meets the sample (NaN: it does not), and whether well inside."""
     if scene.sphere[3] > 0.0:
         axis = scene.sphere[:3] - scene.eye
@@ -228,13 +228,13 @@ def _meet(scene: Scene, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where((side > 0) & (depth > 0), depth, np.nan), side > np.sin(scene.margin)
 
 
-def _normals(scene: Scene, point: np.ndarray) -> np.ndarray:
+def _normals(scene: ViewScene, point: np.ndarray) -> np.ndarray:
     if scene.sphere[3] > 0.0:
         return (point - scene.sphere[:3]) / scene.sphere[3]
     return np.broadcast_to(np.array([0.0, 0.0, 1.0]), point.shape)
 
 
-def _covered(scene: Scene, rays: np.ndarray, depth: np.ndarray) -> np.ndarray:
+def _covered(scene: ViewScene, rays: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """Whether a mirror ball or a white patch stands before the sample, or within the margin of it."""
     out = np.zeros(len(rays), bool)
     for ball in scene.covering:
@@ -249,13 +249,13 @@ def _covered(scene: Scene, rays: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return out
 
 
-def _lamp_sine(scene: Scene, falloff: np.ndarray) -> np.ndarray:
+def _lamp_sine(scene: ViewScene, falloff: np.ndarray) -> np.ndarray:
     """Sine of the lamp's angular radius at each point: below it the lamp is partly under the horizon."""
     known = scene.lamp_radius * np.sqrt(falloff) if scene.near else scene.lamp_radius * 0.0
     return np.maximum(known, np.sin(scene.lamp_angle))
 
 
-def _shadowed(scene: Scene, point: np.ndarray, toward: np.ndarray, falloff: np.ndarray) -> np.ndarray:
+def _shadowed(scene: ViewScene, point: np.ndarray, toward: np.ndarray, falloff: np.ndarray) -> np.ndarray:
     """Whether some of the lamp is hidden from each point by a mirror ball."""
     out = np.zeros(len(point), bool)
     lamp = _lamp_sine(scene, falloff)

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from photogonio.reconstruct.reduce.directions import Scene
-from photogonio.reconstruct.reduce.kernel import Cells, reduce_rows
+from photogonio.reconstruct.reduce.directions import ViewScene
+from photogonio.reconstruct.reduce.kernel import SumTable, reduce_rows
 from photogonio.reconstruct.reduce.ray_grid import Lens
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 from photogonio.reconstruct.table.facets import vertices
@@ -82,7 +82,7 @@ class Row(NamedTuple):
     key: np.ndarray  # (w,) int64 of the facet pair, -1 for a pixel left out
 
 
-def rig_of(scene: Scene, *, omega: float) -> Rig:
+def rig_of(scene: ViewScene, *, omega: float) -> Rig:
     """``omega`` is the weight of a pixel whose cos * falloff is 1."""
     axis = scene.sphere[:3] - scene.eye
     distance = float(np.sqrt(axis @ axis))
@@ -155,7 +155,7 @@ def _band(
     depth, side, falloff, geometry, inverse = np.zeros((5, wide))
     reason, key = np.zeros(wide, np.int8), np.zeros(wide, np.int64)
     row = Row(reason, ray, point, normal, incident, exit_, depth, side, falloff, geometry, inverse, key)
-    room = Cells(
+    room = SumTable(
         np.full(4 * FIRST_ROOM, -1, np.int32),
         np.zeros(FIRST_ROOM, np.int64),
         np.zeros((FIRST_ROOM, 11 + 3 * c)),

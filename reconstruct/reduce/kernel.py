@@ -25,7 +25,7 @@ _COS, _SIN = float(np.cos(CANONICAL_AZIMUTH)), float(np.sin(CANONICAL_AZIMUTH))
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
-class Cells(NamedTuple):
+class SumTable(NamedTuple):
     """A table that grows: an open hash of indices in ``keys``, and the sums of each."""
 
     slots: np.ndarray  # (4 n,) int32, -1: free
@@ -368,4 +368,4 @@ def _grown(cells):
         for m in range(columns):
             sums[k, m] = cells.sums[k, m]
         slots[_slot(slots, keys, keys[k])] = k
-    return Cells(slots, keys, sums)
+    return SumTable(slots, keys, sums)

@@ -11,7 +11,7 @@ from photogonio.reconstruct.reduce.directions import (
     USED,
     Pairs,
     ReduceOptions,
-    Scene,
+    ViewScene,
     pairs_along,
     pairs_at,
     region_of,
@@ -87,7 +87,7 @@ def reduce_view_plainly(
 
 
 @dataclass(frozen=True, slots=True)
-class Samples:
+class BrdfSamples:
     """BRDF values of the pixels of a region."""
 
     reason: np.ndarray  # (n,) int8: USED, OUTSIDE, or an index in LEFT_OUT
@@ -96,7 +96,7 @@ class Samples:
     omega: np.ndarray  # (n,) weight, see photogonio.reconstruct.table.facet_table
 
 
-def samples_of(scene: Scene, pairs: Pairs, radiance: RadianceImage, *, omega: float) -> Samples:
+def samples_of(scene: ViewScene, pairs: Pairs, radiance: RadianceImage, *, omega: float) -> BrdfSamples:
     """BRDF, variance and weight of each pixel of a region, ``radiance`` being cut to the same region.
 
     ``omega`` is the weight of a pixel of unit cos * falloff, see :func:`unit_weight`.
@@ -111,10 +111,10 @@ def samples_of(scene: Scene, pairs: Pairs, radiance: RadianceImage, *, omega: fl
     with np.errstate(divide="ignore", invalid="ignore"):
         irradiance = pairs.irradiance[:, None] * scene.strength
         f, var_f = value / irradiance, variance / irradiance**2
-    return Samples(reason, f, var_f, omega * pairs.irradiance)
+    return BrdfSamples(reason, f, var_f, omega * pairs.irradiance)
 
 
-def unit_weight(scene: Scene, lens: Lens, region: Region, radiance: RadianceImage) -> float:
+def unit_weight(scene: ViewScene, lens: Lens, region: Region, radiance: RadianceImage) -> float:
     """Weight of a pixel whose cos * falloff is 1: mean strength over the median of E var(f), see the table.
 
     The median is over the usable pixels of a lattice of about SAMPLED of the region; 1 stands for var if there

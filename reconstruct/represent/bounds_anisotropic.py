@@ -27,7 +27,7 @@ from photogonio.reconstruct.represent.bounds import (
     root_of,
 )
 from photogonio.reconstruct.represent.minima import (
-    Directions,
+    DirectionGrid,
     Surface,
     directions,
     expansion,
@@ -185,7 +185,7 @@ class _Channel:
         return rows, self.brdf.evaluate(*where.T)[:, 0], least
 
     def _valleys(
-        self, grid: Directions, value: np.ndarray, moved: Brdf, change: np.ndarray
+        self, grid: DirectionGrid, value: np.ndarray, moved: Brdf, change: np.ndarray
     ) -> tuple[np.ndarray, float]:
         """The deepest valleys (n, 4) of f with ``change``, and the least f; ``value`` (d, d) is without it."""
         if change.any():
@@ -259,16 +259,16 @@ def _only(brdf: Brdf, c: int) -> Brdf:
     )
 
 
-def _grid(order: int) -> Directions:
+def _grid(order: int) -> DirectionGrid:
     return directions(HIGHEST, POLAR, _azimuths(order))
 
 
-def _grids(order: int) -> list[Directions]:
+def _grids(order: int) -> list[DirectionGrid]:
     """The grid and others whose directions lie between its own: a narrow valley may show on one alone."""
     return [directions(HIGHEST, POLAR + more, _azimuths(order) + 4 * k) for k, more in enumerate(MORE_POLAR)]
 
 
-def _albedo_grid(order: int) -> Directions:
+def _albedo_grid(order: int) -> DirectionGrid:
     return directions(HIGHEST, ALBEDO_POLAR, _azimuths(order))
 
 
@@ -276,7 +276,7 @@ def _azimuths(order: int) -> int:
     return int(np.clip(4 * (A_WAVE * order // 4), *AZIMUTHS))
 
 
-def _sizes(value: np.ndarray, grid: Directions) -> np.ndarray:
+def _sizes(value: np.ndarray, grid: DirectionGrid) -> np.ndarray:
     """(c,) mean size of f (c, d, d), cosine weighted."""
     weight = np.sin(2.0 * grid.theta) / np.sin(2.0 * grid.theta).sum()
     return weight @ (np.abs(value) @ weight).T

@@ -27,7 +27,7 @@ SLANT = 64.0  # of a valley's curvature, that may hide between the grid's lines
 
 
 @dataclass(frozen=True, slots=True)
-class Directions:
+class DirectionGrid:
     """A grid over the hemisphere; d = polar angles times azimuths, the azimuth running faster."""
 
     theta: np.ndarray  # (d,) radians
@@ -56,18 +56,18 @@ class Directions:
 
 
 @lru_cache(maxsize=8)
-def directions(highest: float, polar: int, azimuths: int) -> Directions:
+def directions(highest: float, polar: int, azimuths: int) -> DirectionGrid:
     """Equally spaced, polar angles from 0 to ``highest``; ``azimuths`` is a multiple of 4."""
     theta = np.repeat(np.linspace(0.0, highest, polar), azimuths)
-    return Directions(theta, np.tile(2.0 * np.pi * np.arange(azimuths) / azimuths, polar), polar, azimuths)
+    return DirectionGrid(theta, np.tile(2.0 * np.pi * np.arange(azimuths) / azimuths, polar), polar, azimuths)
 
 
-def pairs(grid: Directions, i: np.ndarray, r: np.ndarray) -> Cells:
+def pairs(grid: DirectionGrid, i: np.ndarray, r: np.ndarray) -> Cells:
     """The pairs of directions ``i`` and ``r`` (n,) of a grid."""
     return Cells.of_directions(grid.theta[i], grid.phi[i], grid.theta[r], grid.phi[r])
 
 
-def values(brdf: Brdf, grid: Directions) -> np.ndarray:
+def values(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
     """f (c, d, d), 1/sr, at all pairs of a grid, as :meth:`Brdf.evaluate` gives it for the quantity ``brdf``."""
     result = expansion(brdf.symmetry, brdf.modes, brdf.coefficients, grid)
     theta, azimuth = grid.theta[:: grid.azimuths], grid.phi[: grid.azimuths]
@@ -79,14 +79,14 @@ def values(brdf: Brdf, grid: Directions) -> np.ndarray:
     return result
 
 
-def expansion(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, grid: Directions) -> np.ndarray:
+def expansion(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, grid: DirectionGrid) -> np.ndarray:
     """Sums (c, d, d) of modes (m, 4), reciprocal or general, at all pairs of a grid."""
     order = int(modes[:, [0, 2]].max(initial=0))
     sequence = np.ascontiguousarray(zernike_sequence(order, grid.theta, grid.phi).T)
     return sequence @ pair_matrix(symmetry, modes, coefficients) @ sequence.T
 
 
-def lowest_pairs(value: np.ndarray, grid: Directions, limit: float, symmetric: bool) -> np.ndarray:
+def lowest_pairs(value: np.ndarray, grid: DirectionGrid, limit: float, symmetric: bool) -> np.ndarray:
     """(n, 4) theta_i, phi_i, theta_r, phi_r of the grid's valleys of f (d, d) that may lead below ``limit``.
 
     They are sought among the lowest :data:`LOWEST` pairs; pairs exchanged are one if ``symmetric``.
@@ -140,7 +140,7 @@ def _count(value, distinct, symmetric, most):
     return count
 
 
-def lowest_directions(value: np.ndarray, grid: Directions, limit: float) -> np.ndarray:
+def lowest_directions(value: np.ndarray, grid: DirectionGrid, limit: float) -> np.ndarray:
     """(n, 2) theta and phi of the grid's valleys of ``value`` (d,) that may lead below ``limit``."""
     place = _lowest(value, grid.distinct)
     place = place[_valleys(value[place], value[grid.neighbours(place)], limit)]

@@ -24,7 +24,7 @@ _FLOOR = 1e-3  # of the median value: equal relative errors stop here, so that a
 
 
 @dataclass(frozen=True, slots=True)
-class Samples:
+class GoniometerSamples:
     """Measured values of a BRDF, one row a pair of directions."""
 
     theta_i: np.ndarray  # (n,) radians, 0 to pi/2
@@ -52,7 +52,7 @@ def read_samples(
     *,
     columns: Mapping[str, str] | None = None,
     where: Sequence[tuple[str, str]] = (),
-) -> Samples:
+) -> GoniometerSamples:
     """Read a table of measurements: a header line, then angles in degrees and one column a channel.
 
     ``columns`` maps theta_i, phi_i, theta_r, phi_r, value and sigma to the file's headers; several values or
@@ -77,7 +77,7 @@ def read_samples(
         raise InputError(path, "no row has a value and both directions above the surface")
     if sigma is not None and (sigma[keep] <= 0).any():
         raise InputError(f"{path}: {names['sigma']}", "standard errors must be above zero")
-    return Samples(
+    return GoniometerSamples(
         theta_i=theta_i[keep],
         phi_i=phi_i[keep],
         theta_r=theta_r[keep],
@@ -89,7 +89,7 @@ def read_samples(
     )
 
 
-def samples_table(samples: Samples) -> FacetTable:
+def samples_table(samples: GoniometerSamples) -> FacetTable:
     """The samples as a table with one cell a row: level :data:`UNBINNED`, both facets the row's number.
 
     ``variance`` is sigma squared where sigma is given, else value squared (floored) and, where values

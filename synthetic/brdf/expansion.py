@@ -8,7 +8,7 @@ from math import factorial
 
 import numpy as np
 from photogonio.synthetic.brdf.glossy import ggx, schlick
-from photogonio.synthetic.brdf.reflectance import Pairs, Reflectance
+from photogonio.synthetic.brdf.reflectance import PairAngles, Reflectance
 
 COSINES = {"brdf": (0, 0), "brdf_cos": (1, 0), "brdf_cos_cos": (1, 1)}
 
@@ -37,7 +37,7 @@ def hemisphere_mode(n: int, az: int, directions: np.ndarray) -> np.ndarray:
     return np.sqrt(2.0 if az else 1.0) * elevation(n, az, directions[:, 2]) * turn
 
 
-def isotropic_mode(n: int, m: int, az: int, pairs: Pairs) -> np.ndarray:
+def isotropic_mode(n: int, m: int, az: int, pairs: PairAngles) -> np.ndarray:
     """S_nm^az (n,), orthonormal over both hemispheres."""
     both = elevation(n, az, pairs.cos_i) * elevation(m, az, pairs.cos_r)
     both += elevation(m, az, pairs.cos_i) * elevation(n, az, pairs.cos_r)
@@ -45,7 +45,7 @@ def isotropic_mode(n: int, m: int, az: int, pairs: Pairs) -> np.ndarray:
     return both * np.cos(az * np.arccos(pairs.cos_dphi)) / np.sqrt(c2)
 
 
-def general_mode(mode: tuple[int, ...], pairs: Pairs, *, reciprocal: bool) -> np.ndarray:
+def general_mode(mode: tuple[int, ...], pairs: PairAngles, *, reciprocal: bool) -> np.ndarray:
     """Z_j(i) Z_k(r), (n,), and made symmetric with its mirror image if ``reciprocal`` and j != k."""
     n, az, n2, az2 = mode
     value = hemisphere_mode(n, az, pairs.incident) * hemisphere_mode(n2, az2, pairs.exit)
@@ -73,7 +73,7 @@ class Expansion(Reflectance):
     def reciprocal(self) -> bool:  # type: ignore[override]
         return self.symmetry != "general" and self.quantity != "brdf_cos"
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         total = np.zeros((len(pairs.cos_i), self.coefficients.shape[1]))
         for mode, coefficient in zip(self.modes, self.coefficients, strict=True):
             total += self.mode(mode, pairs)[:, None] * coefficient
@@ -88,7 +88,7 @@ class Expansion(Reflectance):
             )
         return total
 
-    def mode(self, mode: tuple[int, ...], pairs: Pairs) -> np.ndarray:
+    def mode(self, mode: tuple[int, ...], pairs: PairAngles) -> np.ndarray:
         if self.symmetry == "isotropic":
             n, m, az = mode
             return isotropic_mode(n, m, az, pairs)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.synthetic.brdf.expansion import COSINES, Expansion
-from photogonio.synthetic.brdf.measured import MERL_SCALE, MERL_SHAPE, Merl, Tabulated
+from photogonio.synthetic.brdf.measured import MERL_SCALE, MERL_SHAPE, MerlCube, Tabulated
 from photogonio.synthetic.brdf.reflectance import Reflectance
 
 SYMMETRIES = ("isotropic", "reciprocal", "general")
@@ -53,7 +53,7 @@ def read_expansion(path: Path) -> Expansion:
     return found
 
 
-def read_merl(path: Path) -> Merl:
+def read_merl(path: Path) -> MerlCube:
     raw = path.read_bytes()
     count = int(np.prod(MERL_SHAPE))
     if len(raw) != 12 + 24 * count or tuple(np.frombuffer(raw, "<i4", 3)) != MERL_SHAPE:
@@ -61,7 +61,7 @@ def read_merl(path: Path) -> Merl:
             path, f"not a MERL file of {' x '.join(map(str, MERL_SHAPE))} cells and three channels"
         )
     cube = np.frombuffer(raw, "<f8", offset=12).reshape(3, *MERL_SHAPE)
-    return Merl(cube * np.array(MERL_SCALE)[:, None, None, None])
+    return MerlCube(cube * np.array(MERL_SCALE)[:, None, None, None])
 
 
 def read_grid(path: Path) -> Tabulated:

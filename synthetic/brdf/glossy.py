@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from photogonio.synthetic.brdf.reflectance import Channels, Pairs, Reflectance, spread
+from photogonio.synthetic.brdf.reflectance import Channels, PairAngles, Reflectance, spread
 from scipy.interpolate import CubicSpline
 
 
@@ -28,7 +28,7 @@ def normal_reflectance(ior: float) -> float:
     return ((ior - 1.0) / (ior + 1.0)) ** 2
 
 
-def ggx(pairs: Pairs, alpha_x: float, alpha_y: float) -> np.ndarray:
+def ggx(pairs: PairAngles, alpha_x: float, alpha_y: float) -> np.ndarray:
     """D G2 / (4 cos_i cos_r), (n,): GGX slopes, height-correlated Smith masking (Walter 2007; Heitz 2014)."""
     x, y, cos = pairs.half[:, 0] / alpha_x, pairs.half[:, 1] / alpha_y, pairs.cos_h
     density = 1.0 / (np.pi * alpha_x * alpha_y * (x * x + y * y + cos * cos) ** 2)
@@ -72,7 +72,7 @@ def _reflected(light, half, part, roughness, ior, approximate) -> float:
     up = (cos_d > 0.0) & (exit[:, 2] > 0.0) & (light[2] > 1e-9)
     if not up.any():
         return 1.0
-    pairs = Pairs(np.broadcast_to(light, (int(up.sum()), 3)), exit[up])
+    pairs = PairAngles(np.broadcast_to(light, (int(up.sum()), 3)), exit[up])
     density = roughness**2 / (np.pi * (1.0 + (roughness**2 - 1.0) * pairs.cos_h**2) ** 2)
     reflectance = (
         schlick(cos_d[up], (normal_reflectance(ior),))[:, 0] if approximate else fresnel(cos_d[up], ior)
@@ -92,7 +92,7 @@ class Phong(Reflectance):
     specular: float = 0.2
     power: float = 20.0
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         cos = np.clip(2.0 * pairs.cos_i * pairs.cos_r - pairs.cos_phase, 0.0, 1.0)
         lobe = self.specular * (self.power + 2.0) / (2.0 * np.pi) * cos**self.power
         return spread(np.full_like(lobe, 1.0 / np.pi), self.albedo) + lobe[:, None]
@@ -109,14 +109,14 @@ class BlinnPhong(Reflectance):
     specular: float = 0.2
     power: float = 40.0
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         p = self.power
         norm = (p + 2.0) * (p + 4.0) / (8.0 * np.pi * (2.0 ** (-0.5 * p) + p))
         lobe = self.specular * norm * pairs.cos_h**p
         return spread(np.full_like(lobe, 1.0 / np.pi), self.albedo) + lobe[:, None]
 
 
-def v_cavity(pairs: Pairs) -> np.ndarray:
+def v_cavity(pairs: PairAngles) -> np.ndarray:
     """Shadowing and masking of long V-grooves, (n,) (Torrance & Sparrow 1967; Blinn 1977)."""
     edge = 2.0 * pairs.cos_h * np.minimum(pairs.cos_i, pairs.cos_r) / np.maximum(pairs.cos_d, 1e-300)
     return np.minimum(edge, 1.0)
@@ -144,7 +144,7 @@ class TorranceSparrow(Reflectance):
     width: float = 0.25
     ior: float = 1.5
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         density = np.exp(-((np.arccos(pairs.cos_h) / self.width) ** 2)) / gaussian_norm(self.width)
         mirror = (
             density * v_cavity(pairs) * fresnel(pairs.cos_d, self.ior) / (4.0 * pairs.cos_i * pairs.cos_r)
@@ -163,7 +163,7 @@ class Blinn(Reflectance):
     c3: float = 0.3
     ior: float = 1.5
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         density = self.c3**2 / (np.pi * (pairs.cos_h**2 * (self.c3**2 - 1.0) + 1.0) ** 2)
         mirror = (
             density * v_cavity(pairs) * fresnel(pairs.cos_d, self.ior) / (4.0 * pairs.cos_i * pairs.cos_r)
@@ -178,7 +178,7 @@ class Conductor(Reflectance):
     f0: Channels = (0.9, 0.8, 0.6)
     roughness: float = 0.3
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         return ggx(pairs, self.roughness, self.roughness)[:, None] * schlick(pairs.cos_d, self.f0)
 
 
@@ -191,7 +191,7 @@ class AnisotropicConductor(Reflectance):
     roughness_x: float = 0.15
     roughness_y: float = 0.4
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         return ggx(pairs, self.roughness_x, self.roughness_y)[:, None] * schlick(pairs.cos_d, self.f0)
 
 
@@ -223,7 +223,7 @@ class Plastic(Reflectance):
             return schlick(cos, (normal_reflectance(self.ior),))[:, 0]
         return fresnel(cos, self.ior)
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         albedo = np.asarray(self.albedo, float)
         back = coat_albedo(self.roughness, self.ior, self.approximate)
         node, weight = np.polynomial.legendre.leggauss(64)
@@ -264,6 +264,6 @@ class GlossyPaint(Reflectance):
     mirror: float = 0.02
     roughness: float = 0.03
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         lobe = self.mirror * ggx(pairs, self.roughness, self.roughness)
         return spread(np.full_like(lobe, 1.0 / np.pi), self.albedo) + lobe[:, None]

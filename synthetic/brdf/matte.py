@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from photogonio.synthetic.brdf.reflectance import Channels, Pairs, Reflectance, spread
+from photogonio.synthetic.brdf.reflectance import Channels, PairAngles, Reflectance, spread
 
 
 @dataclass(frozen=True)
@@ -14,7 +14,7 @@ class Lambert(Reflectance):
 
     albedo: Channels = (0.5, 0.5, 0.5)
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         return spread(np.full_like(pairs.cos_i, 1.0 / np.pi), self.albedo)
 
 
@@ -29,7 +29,7 @@ class Minnaert(Reflectance):
     albedo: Channels = (0.5, 0.5, 0.5)
     k: float = 0.7
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         power = (pairs.cos_i * pairs.cos_r) ** (self.k - 1.0)
         return spread((self.k + 1.0) / (2.0 * np.pi) * power, self.albedo)
 
@@ -46,7 +46,7 @@ class Oepik(Reflectance):
     albedo: Channels = (0.5, 0.5, 0.5)
     k: float = 1.4
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         return spread(pairs.cos_i ** (self.k - 1.0) / np.pi, self.albedo)
 
 
@@ -60,7 +60,7 @@ class OrenNayar(Reflectance):
     albedo: Channels = (0.5, 0.5, 0.5)
     sigma: float = 0.5
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         albedo, s2 = np.asarray(self.albedo, float), self.sigma**2
         theta_i, theta_r = np.arccos(np.minimum(pairs.cos_i, 1.0)), np.arccos(np.minimum(pairs.cos_r, 1.0))
         alpha, beta, cos_dphi = np.maximum(theta_i, theta_r), np.minimum(theta_i, theta_r), pairs.cos_dphi
@@ -82,7 +82,7 @@ class OrenNayarQualitative(Reflectance):
     albedo: Channels = (0.5, 0.5, 0.5)
     sigma: float = 0.5
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         s2 = self.sigma**2
         low, high = np.minimum(pairs.cos_i, pairs.cos_r), np.maximum(pairs.cos_i, pairs.cos_r)
         sin_tan = np.sqrt(np.maximum(1.0 - low**2, 0.0)) * np.sqrt(np.maximum(1.0 - high**2, 0.0)) / high
@@ -101,6 +101,6 @@ class RetroReflector(Reflectance):
     retro: float = 0.3
     power: float = 40.0
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         lobe = (self.power + 2.0) / (2.0 * np.pi) * np.maximum(pairs.cos_phase, 0.0) ** self.power
         return spread(np.full_like(lobe, 1.0 / np.pi), self.albedo) + self.retro * lobe[:, None]

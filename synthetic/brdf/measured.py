@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from photogonio.synthetic.brdf.reflectance import Pairs, Reflectance
+from photogonio.synthetic.brdf.reflectance import PairAngles, Reflectance
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
 from scipy.ndimage import map_coordinates
 
@@ -15,7 +15,7 @@ MERL_SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Merl(Reflectance):
+class MerlCube(Reflectance):
     """A MERL cube, trilinear in Rusinkiewicz's angles (Matusik et al. 2003; Rusinkiewicz 1998).
 
     ``cube`` (3, 90, 90, 180) in 1/sr, negative where not measured; theta_h in steps of its root. MERL's own
@@ -24,7 +24,7 @@ class Merl(Reflectance):
 
     cube: np.ndarray
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         theta_h = np.sqrt(np.arccos(pairs.cos_h) / (0.5 * np.pi)) * MERL_SHAPE[0]
         theta_d = np.arccos(pairs.cos_d) / (0.5 * np.pi) * MERL_SHAPE[1]
         phi_d = np.mod(difference_azimuth(pairs), np.pi) / np.pi * MERL_SHAPE[2]
@@ -36,7 +36,7 @@ class Merl(Reflectance):
         return np.maximum(np.stack(channels, axis=-1), 0.0)
 
 
-def difference_azimuth(pairs: Pairs) -> np.ndarray:
+def difference_azimuth(pairs: PairAngles) -> np.ndarray:
     """phi_d (n,): azimuth of the incident direction in the frame that has the half vector for its pole."""
     phi = np.arctan2(pairs.half[:, 1], pairs.half[:, 0])
     cos, sin = np.cos(phi), np.sin(phi)
@@ -88,7 +88,7 @@ class Tabulated(Reflectance):
 
         return lookup
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         cos = np.minimum(np.stack([pairs.cos_i, pairs.cos_r]), 1.0)
         return self.lookup(np.stack([*np.arccos(cos), np.arccos(pairs.cos_dphi)], axis=-1))
 

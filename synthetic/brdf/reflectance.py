@@ -10,7 +10,7 @@ import numpy as np
 Channels = tuple[float, ...]
 
 
-class Pairs:
+class PairAngles:
     """Direction pairs above the horizon, (n, 3) each, and their angles: (n,), cosines unless said."""
 
     def __init__(self, incident: np.ndarray, exit: np.ndarray):
@@ -59,12 +59,12 @@ class Reflectance:
         """BRDF in 1/sr, (..., c), for unit vectors (..., 3) in the tangent frame (x, y, n)."""
         incident, exit = np.broadcast_arrays(np.asarray(incident, float), np.asarray(exit, float))
         above = (incident[..., 2] > 0) & (exit[..., 2] > 0)
-        value = self.above(Pairs(incident[above], exit[above]))
+        value = self.above(PairAngles(incident[above], exit[above]))
         out = np.zeros((*above.shape, value.shape[-1]))
         out[above] = value
         return out
 
-    def above(self, pairs: Pairs) -> np.ndarray:
+    def above(self, pairs: PairAngles) -> np.ndarray:
         """BRDF (n, c) of pairs that are both above the horizon."""
         raise NotImplementedError
 

@@ -20,7 +20,7 @@ RIM = np.radians(100.0)  # the map reaches beyond the half of the ball that a vi
 
 
 @dataclass(frozen=True, slots=True)
-class Cells:
+class SurroundingCells:
     """The surroundings in pieces."""
 
     place: np.ndarray  # (n, 3)
@@ -28,7 +28,7 @@ class Cells:
     radiance: np.ndarray  # (n, c)
 
 
-def surroundings(world: World, *, rings: int = 32, spokes: int = 56, fine: int = 3) -> Cells:
+def surroundings(world: World, *, rings: int = 32, spokes: int = 56, fine: int = 3) -> SurroundingCells:
     """Board, sheets and table around the sample's foot, in rings that widen outward.
 
     Each cell's radiance is the mean over ``fine`` x ``fine`` places in it.
@@ -45,10 +45,10 @@ def surroundings(world: World, *, rings: int = 32, spokes: int = 56, fine: int =
     points = place.reshape(-1, 3)
     radiance = floor_radiance(world, points).reshape(rings * spokes, fine * fine, -1).mean(axis=1)
     size = np.repeat(np.pi * np.diff(edge**2) / spokes, spokes)
-    return Cells(place.reshape(rings * spokes, fine * fine, 3).mean(axis=1), size, radiance)
+    return SurroundingCells(place.reshape(rings * spokes, fine * fine, 3).mean(axis=1), size, radiance)
 
 
-def bounced(cells: Cells, brdf: Reflectance, points, normals, exits) -> np.ndarray:
+def bounced(cells: SurroundingCells, brdf: Reflectance, points, normals, exits) -> np.ndarray:
     """Radiance (n, c) that points of a ball send along ``exits`` from the light of all cells, one by one."""
     frame = tangent_frames(normals)
     total = np.zeros((len(points), cells.radiance.shape[1]))

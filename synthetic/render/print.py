@@ -16,7 +16,7 @@ from photogonio.capture.photoset import Board
 PER_BIN = 6  # markers that may touch one bin of the lookup
 
 
-class Print(NamedTuple):
+class PrintedPage(NamedTuple):
     """A printed page in the plane z = 0, lengths in true units."""
 
     extent: np.ndarray  # (4,) x0, y0, x1, y1 of the paper
@@ -31,7 +31,7 @@ class Print(NamedTuple):
     bin_size: float
 
 
-def print_of(board: Board | None, *, scale: float = 1.0) -> Print:
+def print_of(board: Board | None, *, scale: float = 1.0) -> PrintedPage:
     """The page of a board, enlarged by ``scale`` about the origin; empty for None. Raises InputError."""
     if board is None:
         return make_print(np.zeros(4), np.zeros(4), np.zeros((0, 4, 2)), np.zeros((0, 3, 3), np.uint8))
@@ -94,10 +94,10 @@ def upright(made: cv2.aruco.Board, size: np.ndarray) -> np.ndarray:
     return corners * [1.0, -1.0] + [0.0, size[1]]
 
 
-def make_print(extent: np.ndarray, squares: np.ndarray, corners: np.ndarray, bits: np.ndarray) -> Print:
+def make_print(extent: np.ndarray, squares: np.ndarray, corners: np.ndarray, bits: np.ndarray) -> PrintedPage:
     right, down = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
     side = float(np.linalg.norm(right, axis=1).mean()) if len(right) else 1.0
-    return Print(
+    return PrintedPage(
         extent=np.asarray(extent, float),
         squares=np.asarray(squares, float),
         origin=np.ascontiguousarray(corners[:, 0]),
@@ -121,7 +121,7 @@ def bin_markers(extent: np.ndarray, corners: np.ndarray, side: float) -> np.ndar
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def paper_at(page: Print, x: float, y: float) -> int:
+def paper_at(page: PrintedPage, x: float, y: float) -> int:
     """1 on white paper, 0 on ink, -1 beyond the page."""
     extent, squares = page.extent, page.squares
     if x < extent[0] or y < extent[1] or x > extent[2] or y > extent[3]:

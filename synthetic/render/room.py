@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from photogonio.synthetic.render.print import Print
+from photogonio.synthetic.render.print import PrintedPage
 
 NOTHING, BOARD, TABLE, SHEET, SAMPLE, BALL, SIDE = range(7)  # what a ray meets
 INK, PAPER, TABLETOP, WALL, FIRST_SHEET = range(5)  # rows of World.colors
@@ -15,7 +15,7 @@ FAR = 1e30
 class World(NamedTuple):
     """The room in the world frame."""
 
-    page: Print
+    page: PrintedPage
     colors: np.ndarray  # (4 + p, c) reflectances: ink, paper, table, walls of sheets, each sheet
     table_radius: float  # of the table, the plane z = 0 about the origin; 0: none
     balls: (

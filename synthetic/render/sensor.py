@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from photogonio.calib.geometry.camera import Camera
 from photogonio.synthetic.render.picture import pixel_middles, plane_corners
-from photogonio.synthetic.scene.scene import Scene
+from photogonio.synthetic.scene.model import Scene
 
 HOT_SEED = 7919  # hot pixels stay where they are from photo to photo
 

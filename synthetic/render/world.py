@@ -13,9 +13,9 @@ from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.print import print_of
 from photogonio.synthetic.render.room import World
+from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import PatchScene
-from photogonio.synthetic.scene.plan import Lamp, Shot, exposure_factor
-from photogonio.synthetic.scene.scene import Scene
+from photogonio.synthetic.scene.plan import PlannedLamp, Shot, exposure_factor
 
 CHANNELS = 3
 
@@ -72,7 +72,7 @@ def world_of(scene: Scene, shot: Shot) -> World:
     )
 
 
-def lamp_row(lamp: Lamp) -> list[float]:
+def lamp_row(lamp: PlannedLamp) -> list[float]:
     return [float(lamp.kind == "directional"), *lamp.place, lamp.radius]
 
 

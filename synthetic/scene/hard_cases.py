@@ -8,7 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from photogonio.synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.scene.model import Scene
+from photogonio.synthetic.scene.scene import load_scene
 
 
 @dataclass(frozen=True, slots=True)

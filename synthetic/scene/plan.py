@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.synthetic.scene.scene import Scene
+from photogonio.synthetic.scene.model import Scene
 
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # azimuth step that spreads any number of places evenly
 
 
 @dataclass(frozen=True, slots=True)
-class Lamp:
+class PlannedLamp:
     """A lamp that shines in a photo, in the world frame."""
 
     id: str
@@ -29,7 +29,7 @@ class Shot:
     file: str
     role: str
     pose: Pose
-    lamps: tuple[Lamp, ...]
+    lamps: tuple[PlannedLamp, ...]
     exposure_time: float
     light: str | None = None  # id that the manifest gives it
     bracket: int | None = None
@@ -153,14 +153,14 @@ def views(scene: Scene) -> list[list[Shot]]:
         else [f"L{k:03d}" for k in range(len(poses))]
     )
     strength = lamp_intensity(scene)
-    lamps = [Lamp(i, scene.lamp.kind, p, radius, strength) for i, p in zip(ids, places, strict=True)]
+    lamps = [PlannedLamp(i, scene.lamp.kind, p, radius, strength) for i, p in zip(ids, places, strict=True)]
     named = list(ids)
     for view, claimed in scene.fault.mislabelled:
         named[view] = ids[claimed]
     return [view_shots(scene, k, pose, lamps, named[k]) for k, pose in enumerate(poses)]
 
 
-def view_shots(scene: Scene, k: int, pose: Pose, lamps: list[Lamp], named: str) -> list[Shot]:
+def view_shots(scene: Scene, k: int, pose: Pose, lamps: list[PlannedLamp], named: str) -> list[Shot]:
     sensor, fault = scene.sensor, scene.fault
     lit = (lamps[k], lamps[(k + 1) % len(lamps)]) if k in fault.two_lamps else (lamps[k],)
     moved = fault.moved_after is not None and k > fault.moved_after
@@ -213,10 +213,10 @@ def calibration_shots(scene: Scene) -> list[Shot]:
     middle = sample_center(scene) * [1.0, 1.0, 0.0]
     far = float(np.mean(scene.camera.distance))
     strength = lamp_intensity(scene)
-    lamp = Lamp("calibration", scene.lamp.kind, upward(1.2, 0.7), 0.0, strength)
+    lamp = PlannedLamp("calibration", scene.lamp.kind, upward(1.2, 0.7), 0.0, strength)
     if scene.lamp.kind == "point":
         place = middle + upward(1.2, 0.7) * float(np.mean(scene.lamp.distance))
-        lamp = Lamp("calibration", "point", place, scene.lamp.radius, strength)
+        lamp = PlannedLamp("calibration", "point", place, scene.lamp.radius, strength)
     shots = []
     for k, toward in enumerate(spiral(count, (48.0, 84.0), start=0.9)):
         aside = 0.04 * far * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0.0])

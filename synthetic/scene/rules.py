@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from photogonio.capture.errors import InputError
 
 if TYPE_CHECKING:
-    from photogonio.synthetic.scene.scene import Scene
+    from photogonio.synthetic.scene.model import Scene
 
 Rule = tuple[str, Callable[[object], bool]]  # what is expected, whether a value is so
 NEEDED = {  # by a board of each kind

@@ -1,52 +1,19 @@
-"""A scene: everything that decides a rendered photo set, from a small TOML file or a built-in name (docs/scenes.md).
-
-Plain values only, so that a scene can be compared, hashed, changed with ``dataclasses.replace`` and written down whole.
-"""
+"""Scenes from small TOML files or by built-in names (docs/scenes.md)."""
 
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
 from typing import get_args, get_origin, get_type_hints
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.schema import did_you_mean
-from photogonio.synthetic.scene.parts import (
-    BallScene,
-    BoardScene,
-    CameraScene,
-    FaultScene,
-    LampScene,
-    PatchScene,
-    RenderScene,
-    SampleScene,
-    SensorScene,
-)
+from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.rules import check
 
 SCENES = Path(__file__).parent / "scenes"
-
-
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """A photo set before it is rendered. ``brdf``: `model` and its parameters, or `file` (synthetic.brdf.library)."""
-
-    name: str
-    brdf: dict[str, object]
-    seed: int = 1
-    length_unit: str = "mm"
-    sample: SampleScene = field(default_factory=SampleScene)
-    board: BoardScene | None = field(default_factory=BoardScene)
-    mirror_ball: tuple[BallScene, ...] = ()
-    white_patch: tuple[PatchScene, ...] = ()
-    camera: CameraScene = field(default_factory=CameraScene)
-    lamp: LampScene = field(default_factory=LampScene)
-    sensor: SensorScene = field(default_factory=SensorScene)
-    render: RenderScene = field(default_factory=RenderScene)
-    fault: FaultScene = field(default_factory=FaultScene)
-    folder: str = ""  # that paths in ``brdf`` are relative to
 
 
 def built_in() -> tuple[str, ...]:

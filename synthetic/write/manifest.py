@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from photogonio.calib.geometry.camera import Camera
+from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import BoardScene
 from photogonio.synthetic.scene.plan import Shot, lamp_intensity
-from photogonio.synthetic.scene.scene import Scene
 
 
 def manifest_of(scene: Scene, camera: Camera, shots: tuple[Shot, ...]) -> dict[str, object]:

@@ -21,8 +21,8 @@ from photogonio.synthetic.render.bounce import bounce_extra, room_extra
 from photogonio.synthetic.render.picture import Detail, render
 from photogonio.synthetic.render.sensor import expose
 from photogonio.synthetic.render.world import CHANNELS, brdf_of, world_of
+from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
-from photogonio.synthetic.scene.scene import Scene
 from photogonio.synthetic.write.manifest import manifest_of
 from photogonio.synthetic.write.truth import copy_name, truth_of
 

@@ -10,8 +10,8 @@ from photogonio.calib.geometry.camera import Camera
 from photogonio.synthetic.brdf.library import angle_grid, on_grid
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.world import ambient
+from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.plan import Shot, exposure_factor
-from photogonio.synthetic.scene.scene import Scene
 
 FORMAT = "photogonio-truth"
 COPY = "truth-brdf"  # name, before its own ending, of the copy of a BRDF's file that stands beside the truth

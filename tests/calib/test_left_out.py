@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from photogonio.calib.calibrate import usable
 from photogonio.calib.detect.observe import is_dark
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.diagnose.unusable_photos import washed_out
-from photogonio.calib.shading.fit import Reading
 from photogonio.calib.shading.initial import square_ratios, white_level
 from photogonio.capture.errors import InputError
 
@@ -32,7 +32,7 @@ def test_a_lit_photo_of_little_white_is_not_dark(white):
     samples = draw_paper(drawn.world, 0, drawn.rng).samples
     samples = replace(samples, white=np.arange(len(samples)) % 30 == 0)
     level = np.where(samples.white, white, 1.0) + drawn.rng.normal(size=len(samples))
-    assert is_dark(Reading(samples, level, np.ones(len(samples)))) == (white < 3)
+    assert is_dark(PaperReading(samples, level, np.ones(len(samples)))) == (white < 3)
 
 
 def test_a_lit_photo_whose_white_lies_in_shadow_is_not_dark():
@@ -40,20 +40,20 @@ def test_a_lit_photo_whose_white_lies_in_shadow_is_not_dark():
     samples = draw_paper(drawn.world, 0, drawn.rng).samples
     samples = replace(samples, white=np.arange(len(samples)) < 6)
     level = np.where(samples.white, 0.0, 20.0) + drawn.rng.normal(size=len(samples))
-    assert not is_dark(Reading(samples, level, np.ones(len(samples))))
+    assert not is_dark(PaperReading(samples, level, np.ones(len(samples))))
 
 
 def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():
     drawn = Drawn(3, fixed=True)
-    *_, sights = drawn.camera()
-    sights[0].dark, sights[0].limb = True, "of all photos"
-    assert usable(drawn.photoset, sights, drawn.notes)[0] == sights[1:]
-    assert drawn.said(f"{sights[0].view.name}: left out, the photo is dark")
-    assert sights[1].limb == "of all photos"
-    for sight in sights:
-        sight.dark = True
+    *_, observations = drawn.camera()
+    observations[0].dark, observations[0].limb = True, "of all photos"
+    assert usable(drawn.photoset, observations, drawn.remarks)[0] == observations[1:]
+    assert drawn.said(f"{observations[0].view.name}: left out, the photo is dark")
+    assert observations[1].limb == "of all photos"
+    for observation in observations:
+        observation.dark = True
     with pytest.raises(InputError, match="dark"):
-        usable(drawn.photoset, sights, drawn.notes)
+        usable(drawn.photoset, observations, drawn.remarks)
 
 
 @pytest.mark.parametrize(("share", "said"), [(0.15, ["v2"]), (0.01, [])])

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_near_balls import Close
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.visibility import direct
-from photogonio.calib.shading.fit import Ball, Reading, Scene, fit_shading
+from photogonio.calib.shading.fit import fit_shading
 from photogonio.calib.shading.interreflection import glossy_bounce, polished_bounce
 from photogonio.calib.shading.kernel import light_on_board
+from photogonio.calib.shading.model import Ball, ShadingScene
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
 
 BALLS = (Ball(np.array([10.0, 10, 8]), 8.0), Ball(np.array([170.0, 130, 8]), 8.0))
@@ -105,7 +107,7 @@ def test_far_off_a_polished_ball_scatters_alike_in_all_directions():
     np.testing.assert_allclose(polished_bounce(points, lamp, TABLE[:1]), expected, rtol=1.5 * 8 / 230)
 
 
-def paper_about(rng: np.random.Generator, lamp: np.ndarray, mirror: float) -> Reading:
+def paper_about(rng: np.random.Generator, lamp: np.ndarray, mirror: float) -> PaperReading:
     """A board of even white, its paper and what is close to the balls, each by rays; balls reflect ``mirror``."""
     x, y = np.meshgrid(np.arange(2, 180, 4.0), np.arange(2, 140, 4.0))
     points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
@@ -125,7 +127,7 @@ def paper_about(rng: np.random.Generator, lamp: np.ndarray, mirror: float) -> Re
     square = (near[:, 0] // 20 + 9 * (near[:, 1] // 20)).astype(int)
     white, still = np.ones(len(near)), np.zeros((len(near), 3))
     about = Close(near, white, close, 1e-4 * close**2, square, still, np.zeros(len(near)))
-    return Reading(samples, far, 1e-4 * far**2, close=about)
+    return PaperReading(samples, far, 1e-4 * far**2, close=about)
 
 
 @pytest.mark.parametrize("mirror", [0.0, 0.85])
@@ -133,7 +135,7 @@ def paper_about(rng: np.random.Generator, lamp: np.ndarray, mirror: float) -> Re
 def test_shadows_of_small_balls_tell_where_a_lamp_is(lamp, mirror):
     """Several times better than falloff alone, and as well as is stated, whatever light the balls throw."""
     reading = paper_about(np.random.default_rng(3), lamp, mirror)
-    scene = Scene(BALLS, None, LAMP_RADIUS, 0.05, 0.0)
+    scene = ShadingScene(BALLS, None, LAMP_RADIUS, 0.05, 0.0)
     start = lamp + np.array([6.0, -8.0, 5.0])
     found = fit_shading(reading, scene, start, 30)
     alone = fit_shading(replace(reading, close=None), scene, start, 30)
@@ -149,10 +151,10 @@ def test_a_shadow_beside_its_ball_moves_the_ball():
     """With the lamp held where it is, steps on a ball's values take it back to where it stands."""
     lamp = LAMPS[0]
     reading = paper_about(np.random.default_rng(4), lamp, 0.0)
-    local = fit_shading(reading, Scene(BALLS, None, LAMP_RADIUS, 0.05, 0.0), lamp, 30).local
+    local = fit_shading(reading, ShadingScene(BALLS, None, LAMP_RADIUS, 0.05, 0.0), lamp, 30).local
     one, center = LOCAL + SHARED + BALL + np.arange(2), BALLS[1].center + np.array([0.3, -0.2, 0.0])
     for _ in range(6):
-        scene = Scene((BALLS[0], Ball(center, 8.0)), None, LAMP_RADIUS, 0.05, 0.0)
+        scene = ShadingScene((BALLS[0], Ball(center, 8.0)), None, LAMP_RADIUS, 0.05, 0.0)
         held = fit_shading(reading, scene, np.append(lamp, local[3:]), 0)
         assert len(held.normal) == LOCAL + SHARED + 2 * BALL
         inverse = np.linalg.inv(held.normal[np.ix_(one, one)])

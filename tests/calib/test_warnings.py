@@ -23,10 +23,11 @@ from photogonio.calib.diagnose.unusable_photos import contradiction
 from photogonio.calib.diagnose.vignetting import brighten, note_falloff
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.pose import fit_pose
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.report.summary import _shared_lights, account
-from photogonio.calib.shading.fit import Ball, fit_shading
+from photogonio.calib.shading.fit import fit_shading
 from photogonio.calib.shading.kernel import lens
+from photogonio.calib.shading.model import Ball
 
 from benchmarks.coverage import deviations
 from tests.calib.detect.test_mirror_rays import BALLS as MIRRORS
@@ -60,7 +61,7 @@ class Drawn:
         self.photoset = photoset_of(self.world, fixed=fixed)
         self.boards = [draw_corners(self.world, p, self.rng, things=False) for p in self.world.boards]
         self.samples = [draw_corners(self.world, p, self.rng, things=True) for p in self.world.views]
-        self.notes = Notes()
+        self.remarks = Remarks()
 
     def camera(self):
         pairs = (("sample", self.samples), ("calibration", self.boards))
@@ -68,24 +69,24 @@ class Drawn:
             [Seen(v, c, SIZE) for v, c in zip(self.photoset.views(role), corners, strict=False)]
             for role, corners in pairs
         ]
-        camera, model, photos = fitted_camera(Photos(seen[0], [], seen[1]), SIZE, self.notes)
-        boards, sights = find_poses(self.photoset, camera, photos, self.notes)
-        scale_corners(camera, boards, sights)
-        check_camera(self.photoset, camera, model, boards, sights, self.notes)
-        return camera, model, boards, sights
+        camera, model, photos = fitted_camera(Photos(seen[0], [], seen[1]), SIZE, self.remarks)
+        boards, observations = find_poses(self.photoset, camera, photos, self.remarks)
+        scale_corners(camera, boards, observations)
+        check_camera(self.photoset, camera, model, boards, observations, self.remarks)
+        return camera, model, boards, observations
 
     def settled(self, *, balls: tuple[int, ...] = (0, 1), paper: bool = False):
-        camera, model, boards, sights = self.camera()
-        for sight in sights:
-            observe(self.world, sight, int(sight.view.name[1:]), 0.0, self.rng, paper=paper)
-            sight.highlights = [h for h in sight.highlights if h.ball in balls]
+        camera, model, boards, observations = self.camera()
+        for observation in observations:
+            observe(self.world, observation, int(observation.view.name[1:]), 0.0, self.rng, paper=paper)
+            observation.highlights = [h for h in observation.highlights if h.ball in balls]
         reader = Reader(self.photoset, lambda _, view: draw_patch(self.world, int(view.name[1:]), self.rng))
-        found = settled_from(self.photoset, reader, model, camera, boards, sights, quiet)
-        account(self.photoset, found, sights, self.notes)
-        return found, sights
+        found = settled_from(self.photoset, reader, model, camera, boards, observations, quiet)
+        account(self.photoset, found, observations, self.remarks)
+        return found, observations
 
     def said(self, text: str) -> bool:
-        return any(text in warning for warning in self.notes.warnings)
+        return any(text in warning for warning in self.remarks.warnings)
 
 
 def posed(drawn: Drawn, chosen: list[int] | None = None):
@@ -98,8 +99,8 @@ def test_a_good_set_is_not_complained_of():
     drawn = Drawn(3)
     drawn.settled()
     # the drawn photos of the board do leave the pictures' corners empty
-    assert [w for w in drawn.notes.warnings if "outer third" not in w] == []
-    assert drawn.notes.left_out == []
+    assert [w for w in drawn.remarks.warnings if "outer third" not in w] == []
+    assert drawn.remarks.left_out == []
 
 
 def test_frontal_photos():
@@ -141,8 +142,8 @@ def test_a_print_of_unequal_scales():
     )
     drawn.camera()
     assert drawn.said("taller than the manifest says")
-    stretch = drawn.notes.residuals["board"]["stretch"]
-    assert stretch == pytest.approx(0.006, abs=6 * drawn.notes.residuals["board"]["stretch_error"])
+    stretch = drawn.remarks.residuals["board"]["stretch"]
+    assert stretch == pytest.approx(0.006, abs=6 * drawn.remarks.residuals["board"]["stretch_error"])
 
 
 def test_a_board_that_is_not_flat():
@@ -167,8 +168,8 @@ def test_a_photo_whose_corners_do_not_fit():
     noise = 1.5 * drawn.rng.normal(size=blurred.pixels.shape)
     drawn.boards[2] = replace(blurred, pixels=blurred.pixels + noise)
     drawn.camera()
-    assert [o.name for o in drawn.notes.left_out] == ["c2"]
-    assert "its corners miss by" in drawn.notes.left_out[0].reason
+    assert [o.name for o in drawn.remarks.left_out] == ["c2"]
+    assert "its corners miss by" in drawn.remarks.left_out[0].reason
     boards = [(n, c, fit_pose(drawn.world.camera, c).pose) for n, c, _ in posed(drawn)]
     assert [k for k, _ in bad_photos(drawn.world.camera, boards)] == [2]
 
@@ -177,21 +178,23 @@ def test_too_few_corners():
     drawn = Drawn(8)
     drawn.samples[1] = drawn.samples[1].keep(np.arange(len(drawn.samples[1])) < 4)
     drawn.camera()
-    assert [o.name for o in drawn.notes.left_out] == ["s1"]
-    assert "board corners agree" in drawn.notes.left_out[0].reason
+    assert [o.name for o in drawn.remarks.left_out] == ["s1"]
+    assert "board corners agree" in drawn.remarks.left_out[0].reason
 
 
 def test_a_still_camera_that_moved():
     drawn = Drawn(9, fixed=True)
     assert drawn.world.views[0] is drawn.world.views[1]
     drawn.samples[4] = replace(drawn.samples[4], pixels=drawn.samples[4].pixels + np.array([5.0, 0]))
-    camera, _, _, sights = drawn.camera()
+    camera, _, _, observations = drawn.camera()
     assert drawn.said("s4: the board is 5.0 px off")
-    moved = [s.view.name for s in sights if s.pose_block != FIXED_POSE]
+    moved = [s.view.name for s in observations if s.pose_block != FIXED_POSE]
     assert moved == ["s4"]
-    corners = sights[4].corners
+    corners = observations[4].corners
     assert corners is not None
-    shift = camera.project(sights[4].pose, corners.points) - camera.project(sights[0].pose, corners.points)
+    shift = camera.project(observations[4].pose, corners.points) - camera.project(
+        observations[0].pose, corners.points
+    )
     # both poses are fitted to two dozen corners or more, drawn to tenths of a pixel
     np.testing.assert_allclose(shift.mean(0), [5.0, 0.0], atol=0.3)
 
@@ -199,10 +202,10 @@ def test_a_still_camera_that_moved():
 @pytest.mark.parametrize(("times", "said"), [(1.2, False), (8.5, True)])
 def test_mirror_balls_and_paper_that_contradict_each_other_are_told(times, said):
     drawn = Drawn(12)
-    found, sights = drawn.settled()
-    drawn.notes.warnings.clear()
-    account(drawn.photoset, replace(found, highlight_scale=times), sights, drawn.notes)
-    assert any("contradict each other" in w for w in drawn.notes.warnings) == said
+    found, observations = drawn.settled()
+    drawn.remarks.warnings.clear()
+    account(drawn.photoset, replace(found, highlight_scale=times), observations, drawn.remarks)
+    assert any("contradict each other" in w for w in drawn.remarks.warnings) == said
 
 
 def test_a_sample_ball_that_stands_elsewhere():
@@ -230,19 +233,19 @@ def test_a_mirror_ball_that_stands_elsewhere_is_named():
         drawn.world, balls=(Ball(first.center + np.array([0, 3.0, 0]), first.radius), drawn.world.balls[1])
     )
     drawn.settled()
-    assert any("mirror ball 1 (at 10, 10, 8)" in w for w in drawn.notes.warnings)
+    assert any("mirror ball 1 (at 10, 10, 8)" in w for w in drawn.remarks.warnings)
     assert not drawn.said("mirror ball 2")
 
 
 def test_a_lamp_seen_in_one_ball_only():
     drawn = Drawn(12)
-    camera, model, boards, sights = drawn.camera()
-    for sight in sights:
-        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=False)
-    sights[2].highlights = sights[2].highlights[:1]
+    camera, model, boards, observations = drawn.camera()
+    for observation in observations:
+        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=False)
+    observations[2].highlights = observations[2].highlights[:1]
     reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, sights, quiet)
-    account(drawn.photoset, found, sights, drawn.notes)
+    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
+    account(drawn.photoset, found, observations, drawn.remarks)
     assert drawn.said("seen in one mirror ball only, so put as far away as the other lights: s2")
     # its distance is as unknown as is said
     covariance = found.covariance["light s2"]
@@ -262,11 +265,11 @@ def test_one_light_in_two_places_is_told(apart, error, said):
     shading = {
         n: SimpleNamespace(place=p, covariance=lambda: spread) for n, p in zip("ab", places, strict=True)
     }
-    sights = [SimpleNamespace(view=SimpleNamespace(name=name), light="one") for name in "ab"]
+    observations = [SimpleNamespace(view=SimpleNamespace(name=name), light="one") for name in "ab"]
     settled = SimpleNamespace(lamps={"one": Lamp("one", None, "point", places[0], "board")}, shading=shading)
-    notes = Notes()
-    _shared_lights(settled, sights, notes)
-    assert any("id of its own" in w for w in notes.warnings) == said
+    remarks = Remarks()
+    _shared_lights(settled, observations, remarks)
+    assert any("id of its own" in w for w in remarks.warnings) == said
 
 
 @pytest.mark.parametrize("share", [0.0, 0.06])
@@ -281,12 +284,12 @@ def test_a_room_that_is_not_dark_is_told(share):
         lit = replace(reading, level=reading.level + room)
         fits[f"v{k}"] = fit_shading(lit, scene, drawn.world.lamps[k])
     beside = light_beside(fits)
-    note_beside(beside, None, drawn.notes)
+    note_beside(beside, None, drawn.remarks)
     less = replace(beside, level=0.01 * beside.bright)  # too little to be allowed for, and sure
     assert not less.told
     assert less.doubt == pytest.approx(0.01, rel=0.1)
     assert (beside.doubt < 0.005) == (share == 0.0 or beside.told)
-    found = drawn.notes.residuals["light_beside_lamps"]
+    found = drawn.remarks.residuals["light_beside_lamps"]
     # squares are uneven by 0.002, as one part of what shadows leave, and some of a shadow is penumbra
     assert found["share"] == pytest.approx(share, abs=5 * found["error"] + 0.1 * share)
     assert found["error"] < 0.004
@@ -298,39 +301,39 @@ def test_lamps_that_do_not_shine_alike_to_all_sides_are_told(power):
     """A panel's light goes with the cosine beside its axis: the board's edges, some 15 degrees off, are 3 % darker.
     Falloff alone would have it stand a tenth nearer; the ball's shadow knows better."""
     drawn = Drawn(3)
-    camera, model, boards, sights = drawn.camera()
-    for sight in sights:
-        k = int(sight.view.name[1:])
-        observe(drawn.world, sight, k, 0.0, drawn.rng, paper=True)
+    camera, model, boards, observations = drawn.camera()
+    for observation in observations:
+        k = int(observation.view.name[1:])
+        observe(drawn.world, observation, k, 0.0, drawn.rng, paper=True)
         axis = drawn.world.sample.center - drawn.world.lamps[k]
-        ray = sight.reading.samples.points - drawn.world.lamps[k]
+        ray = observation.reading.samples.points - drawn.world.lamps[k]
         cosine = ray @ axis / np.linalg.norm(axis) / np.linalg.norm(ray, axis=1)
-        sight.reading = replace(sight.reading, level=sight.reading.level * cosine**power)
-    seen = [list(sight.highlights) for sight in sights]
+        observation.reading = replace(observation.reading, level=observation.reading.level * cosine**power)
+    seen = [list(observation.highlights) for observation in observations]
     reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, sights, quiet)
+    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
     beam = beam_of(found)
     assert found.scene.narrow == 0.0
     assert beam.told == (power > 0)
     assert beam.narrow == pytest.approx(power, abs=4 * beam.error + 0.1 * power)
     if beam.told:
-        start_over(sights, seen)
-        found = settled_from(drawn.photoset, reader, model, camera, boards, sights, quiet, beam.narrow)
+        start_over(observations, seen)
+        found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet, beam.narrow)
         assert found.scene.narrow == pytest.approx(power, abs=4 * beam.error)
-    note_beam(found, beam, drawn.notes)
+    note_beam(found, beam, drawn.remarks)
     assert drawn.said("do not shine alike") == (power > 0)
 
 
 def test_highlights_of_two_things_are_not_one_lamp():
     drawn = Drawn(13)
-    camera, model, boards, sights = drawn.camera()
-    for sight in sights:
-        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=False)
-    wrong = sights[3].highlights[1]
-    sights[3].highlights[1] = replace(wrong, pixel=wrong.pixel + np.array([6.0, -6.0]))
+    camera, model, boards, observations = drawn.camera()
+    for observation in observations:
+        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=False)
+    wrong = observations[3].highlights[1]
+    observations[3].highlights[1] = replace(wrong, pixel=wrong.pixel + np.array([6.0, -6.0]))
     reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, sights, quiet)
-    said = {s.light: contradiction(found, [s]) for s in sights}
+    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
+    said = {s.light: contradiction(found, [s]) for s in observations}
     assert said.pop("s3") is not None
     assert set(said.values()) == {None}
 
@@ -355,25 +358,29 @@ def test_a_lamp_that_was_thrown_under_the_board_comes_back():
     """What contradicts itself may throw it there in a round, as two lamps under one name do: nothing is lit from there,
     and nothing would tell the way back."""
     drawn = Drawn(3)
-    found, sights = drawn.settled(paper=True)
-    true = {s.view.name: s.shading[:3].copy() for s in sights}
+    found, observations = drawn.settled(paper=True)
+    true = {s.view.name: s.shading[:3].copy() for s in observations}
     reader = Reader(drawn.photoset, lambda _, view: None)
     values = dict(found.values)
     for name in found.lamps:
         values[block_name(name)] = values[block_name(name)] * [1.0, 1.0, -0.1]
-    fits, _ = _shade(reader, sights, values, found.lamps, found.scene, 3, {})
+    fits, _ = _shade(reader, observations, values, found.lamps, found.scene, 3, {})
     assert fits
     for name, fit in fits.items():
         assert np.linalg.norm(fit.place - true[name]) < 0.05 * np.linalg.norm(true[name])
 
 
-def dimmed(drawn: Drawn, boards, sights, corner: float):
+def dimmed(drawn: Drawn, boards, observations, corner: float):
     """Paper, lamps and balls of all photos, through a lens that leaves ``1 + corner`` of the light in the corners."""
-    for sight in sights:
-        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=True)
-        lens = 1 + corner * sight.reading.samples.aside
-        samples = replace(sight.reading.samples, value=sight.reading.samples.value * lens[:, None])
-        sight.reading = replace(sight.reading, samples=samples, level=sight.reading.level * lens)
+    for observation in observations:
+        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=True)
+        lens = 1 + corner * observation.reading.samples.aside
+        samples = replace(
+            observation.reading.samples, value=observation.reading.samples.value * lens[:, None]
+        )
+        observation.reading = replace(
+            observation.reading, samples=samples, level=observation.reading.level * lens
+        )
 
 
 @pytest.mark.parametrize("fixed", [False, True])
@@ -382,57 +389,60 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
     """The same in all photos, each under its own lamp: falloff of the lamp alone would have it stand elsewhere, against
     its shadows, and otherwise in every photo."""
     drawn = Drawn(4, fixed=fixed)
-    camera, model, boards, sights = drawn.camera()
-    dimmed(drawn, boards, sights, corner)
+    camera, model, boards, observations = drawn.camera()
+    dimmed(drawn, boards, observations, corner)
     reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
 
     def settle(narrow, falloff):
-        return settled_from(drawn.photoset, reader, model, camera, boards, sights, quiet, narrow, falloff)
+        return settled_from(
+            drawn.photoset, reader, model, camera, boards, observations, quiet, narrow, falloff
+        )
 
-    seen = [list(sight.highlights) for sight in sights]
-    settled, beam, found = settle_allowing(settle, settle(0.0, NO_FALLOFF), sights, seen, lens=True)
+    seen = [list(observation.highlights) for observation in observations]
+    settled, beam, found = settle_allowing(settle, settle(0.0, NO_FALLOFF), observations, seen, lens=True)
     assert found.allowed == (corner < 0)
     assert not beam.told
-    aside = np.linspace(0.05, max(s.reading.samples.aside.max() for s in sights), 20)
+    aside = np.linspace(0.05, max(s.reading.samples.aside.max() for s in observations), 20)
     both = np.column_stack([aside, aside**2])
     error = np.sqrt(np.einsum("ni,ij,nj->n", both, found.covariance, both))
     # of the paper of each photo 0.2 % and more is uneven, which no number of its places lessens
     assert error.max() < 0.02
     assert (np.abs(both @ found.terms - np.log(1 + corner * aside)) < 4 * error + 0.002).all()
-    lights = [(light_of(settled, s), drawn.world.lamps[int(s.view.name[1:])]) for s in sights]
+    lights = [(light_of(settled, s), drawn.world.lamps[int(s.view.name[1:])]) for s in observations]
     off = [(light.place - lamp, light.covariance) for light, lamp in lights]
     assert np.median([d @ np.linalg.solve(cov, d) / 3 for d, cov in off]) < 4  # squares of standard errors
-    before = sights[0].reading.level
-    brighten(sights, found)
-    left = lens(sights[0].reading.samples.aside, found.terms)
-    np.testing.assert_allclose(sights[0].reading.level * left, before, rtol=1e-12)
-    note_falloff(found, drawn.notes)
+    before = observations[0].reading.level
+    brighten(observations, found)
+    left = lens(observations[0].reading.samples.aside, found.terms)
+    np.testing.assert_allclose(observations[0].reading.level * left, before, rtol=1e-12)
+    note_falloff(found, drawn.remarks)
     assert drawn.said("darkens the corners") == (corner < 0)
-    assert drawn.notes.residuals["lens_falloff"]["allowed_for"] == (corner < 0)
+    assert drawn.remarks.residuals["lens_falloff"]["allowed_for"] == (corner < 0)
 
 
 def test_a_lens_is_found_in_a_lit_room_which_passed_for_a_beam():
     """Of the room's light, 0.1 of the lamp's, lamps that shine less aside explain a part: known, it is found again."""
     drawn = Drawn(27)
-    camera, model, boards, sights = drawn.camera()
-    for sight in sights:
-        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=True)
-        reading, samples = sight.reading, sight.reading.samples
+    camera, model, boards, observations = drawn.camera()
+    for observation in observations:
+        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=True)
+        reading, samples = observation.reading, observation.reading.samples
         room = 0.1 * np.median(reading.level[samples.white]) * np.where(samples.white, 1.0, BLACK / PAPER)
         level = (reading.level + room) * (1 - 0.12 * samples.aside)
         value = samples.value * (level / reading.level)[:, None]
-        sight.reading = replace(reading, level=level, samples=replace(samples, value=value))
+        observation.reading = replace(reading, level=level, samples=replace(samples, value=value))
     reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
     settled, beam, beside, falloff = settled_at_last(
         drawn.photoset,
-        sights,
-        partial(settled_from, drawn.photoset, reader, model, camera, boards, sights, quiet),
+        observations,
+        partial(settled_from, drawn.photoset, reader, model, camera, boards, observations, quiet),
     )
     assert beside.told
     assert falloff.allowed and not beam.told
     darker, error = falloff.corner
     assert abs(darker + 0.12) < 4 * error
     off = [
-        np.linalg.norm(light_of(settled, s).place - drawn.world.lamps[int(s.view.name[1:])]) for s in sights
+        np.linalg.norm(light_of(settled, s).place - drawn.world.lamps[int(s.view.name[1:])])
+        for s in observations
     ]
     assert np.median(off) < 0.015 * 400

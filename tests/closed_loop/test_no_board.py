@@ -15,7 +15,8 @@ from photogonio import pipeline
 from photogonio.compare.reflectances import load_known
 from photogonio.evaluate.scenes import INNER, against
 from photogonio.evaluate.truth import TRUTH
-from photogonio.pipeline import Result, process
+from photogonio.pipeline import process
+from photogonio.result import Result
 from photogonio.run.surroundings import LightAround
 
 pytestmark = pytest.mark.slow

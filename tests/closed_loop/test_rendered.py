@@ -15,8 +15,9 @@ import tomli_w
 from photogonio.calib.detect import photo_reader as looking
 from photogonio.capture.photoset import MANIFEST
 from photogonio.synthetic.scene.hard_cases import changed
+from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import MarkerScene
-from photogonio.synthetic.scene.scene import Scene, load_scene
+from photogonio.synthetic.scene.scene import load_scene
 
 from photogonio.cache.scratch import Scratch
 from photogonio.evaluate.scenes import Score, evaluate_scene, rendered

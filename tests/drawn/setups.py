@@ -11,17 +11,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from photogonio.calib.detect.highlights import Highlight, outline
+from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.limb import Limb
 from photogonio.calib.detect.masks import fill
-from photogonio.calib.detect.observation import Sight
-from photogonio.calib.detect.paper import PaperSamples, behind_ball, covered, draw_print, spread_of
+from photogonio.calib.detect.observation import Observation
+from photogonio.calib.detect.paper import PaperSamples, covered, draw_print, spread_of
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.board import Corners, board_points, board_size
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.mirror import mirrored_point
-from photogonio.calib.shading.fit import Ball, Reading, Scene, lit
+from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.calib.shading.interreflection import diffuse_bounce, glossy_bounce, polished_bounce
 from photogonio.calib.shading.kernel import light_on_board
+from photogonio.calib.shading.model import Ball, ShadingScene, lit
 from photogonio.capture.photoset import Board, CameraEntry, MirrorBall, Photo, PhotoSet, Sphere, WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
@@ -147,7 +150,7 @@ def draw_corners(world: World, pose: Pose, rng: np.random.Generator, *, things: 
 
 
 def observe(
-    world: World, sight: Sight, number: int, bias: float, rng: np.random.Generator, *, paper: bool
+    world: World, observation: Observation, number: int, bias: float, rng: np.random.Generator, *, paper: bool
 ) -> None:
     """Fill in what one photo shows beside the corners."""
     pose, lamp = world.views[number], world.lamps[number]
@@ -155,10 +158,10 @@ def observe(
         point = mirrored_point(ball.center, ball.radius, pose.center, lamp)
         sigma = float(rng.uniform(0.08, 0.2))
         pixel = world.camera.project(pose, point[None])[0] + sigma * rng.normal(size=2)
-        sight.highlights.append(Highlight(k, pixel, sigma, 1.0, 4.0, False))
-    sight.limb = _limb(world, pose, bias, rng)
+        observation.highlights.append(Highlight(k, pixel, sigma, 1.0, 4.0, False))
+    observation.limb = _limb(world, pose, bias, rng)
     if paper:
-        sight.reading = draw_paper(world, number, rng)
+        observation.reading = draw_paper(world, number, rng)
 
 
 def _limb(world: World, pose: Pose, bias: float, rng: np.random.Generator) -> Limb:
@@ -170,8 +173,8 @@ def _limb(world: World, pose: Pose, bias: float, rng: np.random.Generator) -> Li
     return Limb(edge + off[:, None] * normal, sigma)
 
 
-def scene_of(world: World) -> Scene:
-    return Scene(world.balls, world.sample, world.lamp_radius, BLACK / PAPER, 0.0)
+def scene_of(world: World) -> ShadingScene:
+    return ShadingScene(world.balls, world.sample, world.lamp_radius, BLACK / PAPER, 0.0)
 
 
 def thrown_light(world: World, points: np.ndarray, lamp: np.ndarray) -> np.ndarray:
@@ -192,7 +195,7 @@ def thrown_light(world: World, points: np.ndarray, lamp: np.ndarray) -> np.ndarr
     )
 
 
-def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
+def draw_paper(world: World, number: int, rng: np.random.Generator) -> PaperReading:
     """The paper's radiance in one photo: direct light, shadows as lens and pixels blur them, what balls throw onto it,
     unevenness of paper, lens and squares."""
     size = board_size(BOARD)
@@ -217,7 +220,7 @@ def draw_paper(world: World, number: int, rng: np.random.Generator) -> Reading:
     spread = spread_of(world.camera, world.views[number], points, BLUR)
     aside = world.camera.aside(world.camera.project(world.views[number], points))
     samples = PaperSamples(points, white, level[:, None], noise[:, None], square, spread, aside)
-    return Reading(samples, level, noise)
+    return PaperReading(samples, level, noise)
 
 
 def _on_board(world: World, number: int, points: np.ndarray, across: np.ndarray) -> np.ndarray:

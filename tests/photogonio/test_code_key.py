@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from photogonio import calib, capture, reconstruct, synthetic
-from photogonio.cache import store
+from photogonio.cache import kept, store
 from photogonio.evaluate import scenes as evaluate
 
 PACKAGES = {
@@ -18,23 +18,23 @@ PACKAGES = {
 def test_any_changed_byte_changes_the_key(tmp_path, name):
     copy = tmp_path / name
     shutil.copytree(Path(PACKAGES[name].__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before = store.text_key(copy)
+    before = kept.text_key(copy)
     for path in sorted(copy.rglob("*.py")):
         text = path.read_bytes()
         path.write_bytes(text + b"#")
-        assert store.text_key(copy) != before, path
+        assert kept.text_key(copy) != before, path
         path.write_bytes(text)
-    assert store.text_key(copy) == before
+    assert kept.text_key(copy) == before
 
 
 def test_a_moved_or_new_file_changes_the_key(tmp_path):
     (tmp_path / "a.py").write_text("x = 1\n")
-    keys = {store.text_key(tmp_path)}
+    keys = {kept.text_key(tmp_path)}
     (tmp_path / "inner").mkdir()
     (tmp_path / "a.py").rename(tmp_path / "inner" / "a.py")
-    keys.add(store.text_key(tmp_path))
+    keys.add(kept.text_key(tmp_path))
     (tmp_path / "inner" / "b.py").write_text("")
-    keys.add(store.text_key(tmp_path))
+    keys.add(kept.text_key(tmp_path))
     assert len(keys) == 3
 
 
@@ -42,7 +42,7 @@ def test_a_moved_or_new_file_changes_the_key(tmp_path):
 def test_the_key_of_results_holds_each_package(monkeypatch, package):
     asked = []
     monkeypatch.setattr(store, "text_key", lambda folder, leaving_out=(): asked.append(folder) or "key")
-    store.code_key.__wrapped__()
+    kept.code_key.__wrapped__()
     assert Path(PACKAGES[package].__file__).parent in asked
 
 

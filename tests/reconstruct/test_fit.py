@@ -12,7 +12,7 @@ from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, lobe_colum
 from photogonio.reconstruct.modes.angles import pair_angles
 from photogonio.reconstruct.represent.bounds import held_pairs
 from photogonio.reconstruct.table.cells import Cells, cells_of
-from photogonio.reconstruct.table.goniometer_csv import Samples, read_samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, read_samples, samples_table
 from photogonio.synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
 
 from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
@@ -164,7 +164,7 @@ def test_a_goniometer_s_gloss_that_is_no_lobe_of_ours_gets_the_modes_it_needs():
     truth = make_brdf("phong", {"power": 20.0})
     true = truth(incident, exit)
     noisy = true * (1.0 + 0.01 * np.random.default_rng(0).normal(size=true.shape))
-    rows = Samples(theta_i, np.zeros_like(phi_r), theta_r, phi_r, noisy, None, ("R", "G", "B"))
+    rows = GoniometerSamples(theta_i, np.zeros_like(phi_r), theta_r, phi_r, noisy, None, ("R", "G", "B"))
     auto, twelve = (fit_table(samples_table(rows), FitOptions(order=order)).brdf for order in (None, 12))
     assert auto.order > 12
     assert relative_error(auto, truth).max() <= 0.3 * relative_error(twelve, truth).min()
@@ -178,7 +178,9 @@ def test_cells_without_a_number_are_refused_in_words():
 
 def rows_of(value, theta_i, theta_r, phi_r):
     return samples_table(
-        Samples(theta_i, np.zeros_like(theta_i), theta_r, phi_r, value, None, ("R", "G")[: value.shape[1]])
+        GoniometerSamples(
+            theta_i, np.zeros_like(theta_i), theta_r, phi_r, value, None, ("R", "G")[: value.shape[1]]
+        )
     )
 
 

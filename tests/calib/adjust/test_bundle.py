@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from photogonio.calib.adjust.bundle import (
-    Model,
+    CameraModel,
     Part,
     Sighting,
     adjust,
@@ -15,13 +15,13 @@ from photogonio.calib.adjust.bundle import (
     prior_term,
     quadratic_term,
 )
-from photogonio.calib.detect.highlights import outline
 from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.mirror import mirrored_point
 
 from tests.drawn.boards import CAMERA, SIZE, looking_at
 
-MODEL = Model(SIZE, CAMERA.distortion, (0, 1, 2, 3), 5e-4, 5.0, ((1, 0.1), (2, 5e-4)))
+MODEL = CameraModel(SIZE, CAMERA.distortion, (0, 1, 2, 3), 5e-4, 5.0, ((1, 0.1), (2, 5e-4)))
 TARGET = np.array([48.0, 36, 0])
 POSE = looking_at(np.array([60.0, -70, 160]), TARGET, 0.3)
 BALL = np.array([30.0, 50, 9, 9.0])

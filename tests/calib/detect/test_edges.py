@@ -3,10 +3,11 @@
 import cv2
 import numpy as np
 import pytest
-from photogonio.calib.detect.edges import PlaneMove, lying, moved_points, place_plane, plane_edges
+from photogonio.calib.adjust.flat_sample import PlaneMove, lying, moved_points, place_plane
+from photogonio.calib.detect.edges import plane_edges
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.print_map import draw_print
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.report.summary import account_plane
 from photogonio.capture.photoset import PhotoSet, Plane
 
@@ -72,26 +73,26 @@ def test_what_is_sure_is_applied_but_the_tilt(move):
 
 
 def test_a_tilt_is_told(move):
-    notes = Notes()
-    account_plane(SET, move, notes)
-    assert any("tilted by 0.8 degrees" in w for w in notes.warnings)
-    np.testing.assert_allclose(notes.residuals["sample"]["tilt"], move.values[4:6])
+    remarks = Remarks()
+    account_plane(SET, move, remarks)
+    assert any("tilted by 0.8 degrees" in w for w in remarks.warnings)
+    np.testing.assert_allclose(remarks.residuals["sample"]["tilt"], move.values[4:6])
 
 
 def test_an_outline_of_the_wrong_size_is_told(move):
-    notes = Notes()
-    account_plane(SET, move, notes)
-    assert any("-4." in w and "+3." in w and "its outline" in w for w in notes.warnings)
+    remarks = Remarks()
+    account_plane(SET, move, remarks)
+    assert any("-4." in w and "+3." in w and "its outline" in w for w in remarks.warnings)
 
 
 def test_a_true_manifest_is_left_alone():
     found = lying(CAMERA, seen(np.zeros(8)), PLANE, False)
     assert found is not None
-    plane, notes = found.applied(PLANE), Notes()
+    plane, remarks = found.applied(PLANE), Remarks()
     np.testing.assert_array_equal(plane.outline, PLANE.outline)
     assert plane.height == PLANE.height
-    account_plane(SET, found, notes)
-    assert notes.warnings == []
+    account_plane(SET, found, remarks)
+    assert remarks.warnings == []
 
 
 def test_one_photo_does_not_tell_height_from_place():
@@ -103,9 +104,9 @@ def test_one_photo_does_not_tell_height_from_place():
 
 def test_what_cannot_be_is_not_believed():
     wild = PlaneMove(np.array([9.0, 0, 0, 0, 0, 0, 0, 0]), np.full(8, 0.01), 35.0)
-    notes = Notes()
-    account_plane(SET, wild, notes)
-    assert any("not believed" in w for w in notes.warnings)
+    remarks = Remarks()
+    account_plane(SET, wild, remarks)
+    assert any("not believed" in w for w in remarks.warnings)
     assert wild.applied(PLANE) is PLANE
 
 
@@ -113,9 +114,9 @@ def test_no_edges_no_move():
     assert place_plane(CAMERA, [], [], PLANE) is None
     usable, dark = np.ones(SIZE[::-1], bool), np.full(SIZE[::-1], 0.1, np.float32)
     assert plane_edges(dark, usable, CAMERA, POSES[0], PLANE, 8.0) is None
-    notes = Notes()
-    account_plane(SET, None, notes)
-    assert notes.residuals == {}
+    remarks = Remarks()
+    account_plane(SET, None, remarks)
+    assert remarks.residuals == {}
     assert isinstance(SET, PhotoSet)
 
 

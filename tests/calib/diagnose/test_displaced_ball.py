@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from photogonio.calib.detect.highlights import outline
-from photogonio.calib.detect.limb import focal, settled_limb
-from photogonio.calib.detect.observation import FIXED_POSE, Sight
+from photogonio.calib.detect.limb import settled_limb
+from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader, look
 from photogonio.calib.diagnose import displaced_ball as astray
 from photogonio.calib.diagnose.displaced_ball import ball_elsewhere
-from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.geometry.camera import Camera, focal
+from photogonio.calib.geometry.cones import outline
 from photogonio.capture.photoset import Photo, PhotoSet, Sphere
 
 from tests.calib.geometry.test_board import MIDDLE, NOISE, quiet
@@ -46,12 +46,12 @@ def looked_for(levels, told: Sphere):
     photoset = PhotoSet(Path("."), "drawn", "mm", told, "auto", photos, BOARD)
     reader = Reader(photoset, lambda _, view: radiance(levels[view.name], NOISE))
     seen = look(reader, photoset.views("sample"), quiet, "")
-    sights = [Sight(s.view, s.view.name, s.corners, POSE, FIXED_POSE) for s in seen]
+    observations = [Observation(s.view, s.view.name, s.corners, POSE, FIXED_POSE) for s in seen]
     brightest = np.max(list(levels.values()), axis=0).astype(np.float32)
     within = 2.0 + 0.04 * told.radius * focal(CAMERA) / 190.0
     usable = np.ones(brightest.shape, bool)
-    sights[0].limb = settled_limb(brightest, usable, CAMERA, POSE, told.center, told.radius, within)
-    return ball_elsewhere(photoset, reader, CAMERA, sights)
+    observations[0].limb = settled_limb(brightest, usable, CAMERA, POSE, told.center, told.radius, within)
+    return ball_elsewhere(photoset, reader, CAMERA, observations)
 
 
 @pytest.mark.parametrize("off", [(5.0, 0.0, 0.0), (-9.0, 6.0, 0.0), (0.0, 0.0, -12.0)])
@@ -84,8 +84,8 @@ def test_in_a_large_picture_a_limb_is_looked_for_in_a_smaller_one():
     limb = outline(large, POSE, BALL.center, BALL.radius, 400)
     level = np.zeros(large.size[::-1], np.float32)
     cv2.fillPoly(level, [np.round(limb).astype(np.int32)], 1.0)
-    sight = SimpleNamespace(pose=POSE, corners=None)
-    shown = astray._picture(large, sight, level, (0, 0, *large.size), BALL)
+    observation = SimpleNamespace(pose=POSE, corners=None)
+    shown = astray._picture(large, observation, level, (0, 0, *large.size), BALL)
     off = BALL.radius * np.array([[0.0, 0, 0], [0.2, 0, 0], [0, -0.2, 0], [0.5, 0.5, 0]])
     share = astray._shares([shown], large, BALL.center + off, BALL.radius)
     assert shown.shrunk == 4

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from photogonio.calib.detect.observation import POSE, Sight
+from photogonio.calib.detect.observation import POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.diagnose.ghosting import ghost_warnings
 from photogonio.calib.geometry.camera import Camera, Pose
@@ -29,8 +29,8 @@ def warnings(sample: Sphere | Plane, ghost: np.ndarray, exposures: int = 3) -> l
         return RadianceImage(value, value, ~ghost, np.zeros_like(ghost), ghost=ghost)
 
     reader = Reader(PhotoSet(Path("."), "drawn", "mm", sample, "auto", photos), read)
-    sight = Sight(view, "L", None, ABOVE, f"{POSE}s0", 0.0)
-    return ghost_warnings(reader, CAMERA, sample, [sight], {"s0"})
+    observation = Observation(view, "L", None, ABOVE, f"{POSE}s0", 0.0)
+    return ghost_warnings(reader, CAMERA, sample, [observation], {"s0"})
 
 
 @pytest.mark.parametrize("sample", [BALL, FLAT])

@@ -129,18 +129,18 @@ def test_white_is_unsure_where_a_film_over_the_sheet_may_shine_and_nowhere_else(
 @pytest.mark.parametrize("f0", [0.0, 0.04])
 def test_lamps_over_a_shining_print_are_found_by_its_white(f0):
     drawn = Drawn(3)
-    camera, model, boards, sights = drawn.camera()
-    for sight in sights:
-        number = int(sight.view.name[1:])
-        observe(drawn.world, sight, number, 0.0, drawn.rng, paper=True)
-        sight.reading = shone_on(drawn, sight.reading, number, f0)
-    sights, _ = usable(drawn.photoset, sights, drawn.notes)
-    assert len(sights) == 6
+    camera, model, boards, observations = drawn.camera()
+    for observation in observations:
+        number = int(observation.view.name[1:])
+        observe(drawn.world, observation, number, 0.0, drawn.rng, paper=True)
+        observation.reading = shone_on(drawn, observation.reading, number, f0)
+    observations, _ = usable(drawn.photoset, observations, drawn.remarks)
+    assert len(observations) == 6
     assert drawn.said("no even share of the white") == (f0 > 0)
-    assert all(s.reading.samples.white.all() for s in sights) == (f0 > 0)
+    assert all(s.reading.samples.white.all() for s in observations) == (f0 > 0)
     reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, sights, quiet)
-    lights = [(light_of(found, s), drawn.world.lamps[int(s.view.name[1:])]) for s in sights]
+    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
+    lights = [(light_of(found, s), drawn.world.lamps[int(s.view.name[1:])]) for s in observations]
     off = [(light.place - lamp, light.covariance) for light, lamp in lights]
     # squares of standard errors of three numbers: a mean of 18 is beyond 4 once in 10^8
     assert np.mean([d @ np.linalg.solve(cov, d) / 3 for d, cov in off]) < 4
@@ -149,12 +149,12 @@ def test_lamps_over_a_shining_print_are_found_by_its_white(f0):
 def test_highlights_that_were_dropped_still_show_a_lamp():
     """A lamp that went astray drops the right highlights of its photo, and has nothing else to lead it back."""
     drawn = Drawn(13)
-    found, sights = drawn.settled(paper=True)
-    first = {s.view.name: tuple(s.highlights) for s in sights}
-    none, name = dict.fromkeys(first, ()), sights[2].view.name
-    kept = _by_highlights(drawn.photoset, found.camera, found.values, sights, none)
-    sights[2].highlights = []
-    shown = _by_highlights(drawn.photoset, found.camera, found.values, sights, first)
-    assert len(kept) == len(sights)
+    found, observations = drawn.settled(paper=True)
+    first = {s.view.name: tuple(s.highlights) for s in observations}
+    none, name = dict.fromkeys(first, ()), observations[2].view.name
+    kept = _by_highlights(drawn.photoset, found.camera, found.values, observations, none)
+    observations[2].highlights = []
+    shown = _by_highlights(drawn.photoset, found.camera, found.values, observations, first)
+    assert len(kept) == len(observations)
     np.testing.assert_array_equal([shown[k] for k in kept], list(kept.values()))
-    assert name not in _by_highlights(drawn.photoset, found.camera, found.values, sights, none)
+    assert name not in _by_highlights(drawn.photoset, found.camera, found.values, observations, none)

@@ -16,14 +16,14 @@ def under_one_name(lamps: list[int], *, paper: bool):
     drawn = Drawn(3, fixed=True)
     places = tuple(drawn.world.lamps[k] for k in lamps)
     drawn.world = replace(drawn.world, lamps=places)
-    camera, _, _, sights = drawn.camera()
-    for k, sight in enumerate(sights):
-        observe(drawn.world, sight, k, 0.0, drawn.rng, paper=paper)
-        sight.light = "lamp"
+    camera, _, _, observations = drawn.camera()
+    for k, observation in enumerate(observations):
+        observe(drawn.world, observation, k, 0.0, drawn.rng, paper=paper)
+        observation.light = "lamp"
     tell_shared_apart(
-        drawn.photoset, Reader(drawn.photoset, lambda _, view: None), camera, sights, drawn.notes
+        drawn.photoset, Reader(drawn.photoset, lambda _, view: None), camera, observations, drawn.remarks
     )
-    return [s.light for s in sights], drawn
+    return [s.light for s in observations], drawn
 
 
 @pytest.mark.parametrize("paper", [False, True])
@@ -43,11 +43,11 @@ def test_a_lamp_that_stood_still_stays_one_light(paper):
 
 def test_photos_without_balls_are_told_apart_by_their_paper():
     drawn = Drawn(3, fixed=True)
-    camera, _, _, sights = drawn.camera()
-    for k, sight in enumerate(sights):
-        observe(drawn.world, sight, k, 0.0, drawn.rng, paper=True)
-        sight.light, sight.highlights = "lamp", []
+    camera, _, _, observations = drawn.camera()
+    for k, observation in enumerate(observations):
+        observe(drawn.world, observation, k, 0.0, drawn.rng, paper=True)
+        observation.light, observation.highlights = "lamp", []
     tell_shared_apart(
-        drawn.photoset, Reader(drawn.photoset, lambda _, view: None), camera, sights, drawn.notes
+        drawn.photoset, Reader(drawn.photoset, lambda _, view: None), camera, observations, drawn.remarks
     )
-    assert len({s.light for s in sights}) == len(sights)
+    assert len({s.light for s in observations}) == len(observations)

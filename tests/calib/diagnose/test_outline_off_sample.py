@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from photogonio.calib.detect.observation import FIXED_POSE, Sight
+from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.diagnose.outline_off_sample import cut_to_sample
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Photo, PhotoSet, Plane
 
@@ -34,10 +34,10 @@ def told(level, outline) -> tuple[np.ndarray, list[str]]:
     plane = Plane(np.asarray(outline, float), 0.0)
     photos = (Photo("s.png", "sample"),)
     photoset = PhotoSet(Path("."), "drawn", "mm", plane, "auto", photos, BOARD)
-    reader, notes = Reader(photoset, lambda _, view: radiance(level, NOISE)), Notes()
-    sights = [Sight(view, view.name, None, POSE, FIXED_POSE) for view in photoset.views("sample")]
-    found = cut_to_sample(photoset, reader, CAMERA, sights, notes)
-    return found.sample.outline, notes.warnings
+    reader, remarks = Reader(photoset, lambda _, view: radiance(level, NOISE)), Remarks()
+    observations = [Observation(view, view.name, None, POSE, FIXED_POSE) for view in photoset.views("sample")]
+    found = cut_to_sample(photoset, reader, CAMERA, observations, remarks)
+    return found.sample.outline, remarks.warnings
 
 
 @pytest.mark.parametrize("turn", [1, -1])

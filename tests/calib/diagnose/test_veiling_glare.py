@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from photogonio.calib.calibrate import usable
+from photogonio.calib.detect.paper_reading import PaperReading, local_noise
 from photogonio.calib.diagnose.glossy_print import shining
 from photogonio.calib.diagnose.veiling_glare import find_veils, lift, lifted_image, lifted_view, note_veil
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import ViewSetup
-from photogonio.calib.shading.fit import Reading
-from photogonio.calib.shading.initial import local_noise, square_ratios
+from photogonio.calib.shading.initial import square_ratios
 
 from tests.calib.test_warnings import Drawn
 from tests.drawn.boards import radiance
@@ -24,28 +24,28 @@ WIDEST = 5.0  # standard errors
 
 
 @pytest.fixture(scope="module")
-def readings() -> list[Reading]:
+def readings() -> list[PaperReading]:
     rng = np.random.default_rng(11)
     world = draw_world(rng, fixed=True, views=VIEWS)
     return [draw_paper(world, k, rng) for k in range(VIEWS)]
 
 
-def named(readings: list[Reading]) -> list[tuple[str, Reading]]:
+def named(readings: list[PaperReading]) -> list[tuple[str, PaperReading]]:
     return [(f"v{k}", reading) for k, reading in enumerate(readings)]
 
 
-def with_values(reading: Reading, value: np.ndarray) -> Reading:
+def with_values(reading: PaperReading, value: np.ndarray) -> PaperReading:
     samples = replace(
         reading.samples, value=value, variance=np.broadcast_to(reading.noise[:, None], value.shape)
     )
     return replace(reading, samples=samples, level=value.mean(1))
 
 
-def white_of(reading: Reading) -> np.ndarray:
+def white_of(reading: PaperReading) -> np.ndarray:
     return np.median(reading.samples.value[reading.samples.white], axis=0)
 
 
-def veiled(reading: Reading, share: float) -> tuple[Reading, np.ndarray]:
+def veiled(reading: PaperReading, share: float) -> tuple[PaperReading, np.ndarray]:
     veil = share * white_of(reading)
     return with_values(reading, reading.samples.value + veil), veil
 
@@ -70,19 +70,23 @@ def test_light_on_the_board_is_none(readings, share):
 def test_it_is_found_to_within_its_error_and_taken_off(readings, share):
     both = [veiled(reading, share) for reading in readings]
     found = find_veils(named([reading for reading, _ in both]))
-    sights = [
+    observations = [
         SimpleNamespace(view=SimpleNamespace(name=n), reading=r)
         for n, (r, _) in zip(found, both, strict=True)
     ]
-    lift(sights, found)
-    for (name, one), (_, veil), sight, bare in zip(found.items(), both, sights, readings, strict=True):
-        assert name == sight.view.name
+    lift(observations, found)
+    for (name, one), (_, veil), observation, bare in zip(
+        found.items(), both, observations, readings, strict=True
+    ):
+        assert name == observation.view.name
         assert one.error[0] < 0.2 * abs(veil[0])
         assert abs(one.level[0] - veil[0]) < WIDEST * one.error[0]
-        left = sight.reading.level - bare.level
+        left = observation.reading.level - bare.level
         np.testing.assert_allclose(left, (veil - one.level)[0], rtol=0, atol=1e-9 * white_of(bare)[0])
-        np.testing.assert_allclose(sight.reading.noise, bare.noise + one.error[0] ** 2, rtol=1e-12)
-        np.testing.assert_allclose(sight.reading.samples.value.mean(1), sight.reading.level, rtol=1e-12)
+        np.testing.assert_allclose(observation.reading.noise, bare.noise + one.error[0] ** 2, rtol=1e-12)
+        np.testing.assert_allclose(
+            observation.reading.samples.value.mean(1), observation.reading.level, rtol=1e-12
+        )
 
 
 def test_photos_that_tell_nothing_have_it_as_the_others(readings):
@@ -118,7 +122,7 @@ def test_nothing_is_made_of_a_board_without_black_or_white(readings):
 
 def test_pictures_and_views_are_freed_of_it_and_it_is_told(readings):
     found = find_veils(named([veiled(reading, SHARE)[0] for reading in readings]))
-    one, notes, picture = found["v0"], Notes(), radiance(np.full((4, 5), 2.0), 0.0)
+    one, remarks, picture = found["v0"], Remarks(), radiance(np.full((4, 5), 2.0), 0.0)
     np.testing.assert_allclose(lifted_image(picture, one).value, 2.0 - one.level[0], rtol=1e-6)
     assert lifted_image(picture, None) is picture
     view = ViewSetup("v0", None, None, np.ones(1), np.ones(1), "none")
@@ -126,10 +130,10 @@ def test_pictures_and_views_are_freed_of_it_and_it_is_told(readings):
     none = replace(one, told=False)
     assert lifted_view(view, none) is view and lifted_image(picture, none) is picture
     np.testing.assert_array_equal(lifted_view(view, one).veil, one.level)
-    note_veil(found, notes)
-    assert notes.residuals["veil"]["share_of_white"] == pytest.approx(SHARE, rel=0.2)
-    assert "black_level" in notes.warnings[0]
-    note_veil({}, quiet := Notes())
+    note_veil(found, remarks)
+    assert remarks.residuals["veil"]["share_of_white"] == pytest.approx(SHARE, rel=0.2)
+    assert "black_level" in remarks.warnings[0]
+    note_veil({}, quiet := Remarks())
     assert not quiet.warnings
 
 
@@ -138,17 +142,17 @@ def test_a_veil_is_not_taken_for_a_print_that_shines(share):
     """It makes black print an uneven share of the white too, by as much as white is unevenly lit; less light than none,
     a black level that is too high, as well. Without it the shares are even, and black print may be read."""
     drawn = Drawn(3)
-    _, _, _, sights = drawn.camera()
-    for sight in sights:
-        observe(drawn.world, sight, int(sight.view.name[1:]), 0.0, drawn.rng, paper=True)
-        sight.reading = veiled(sight.reading, share)[0]
-    before = {s.view.name: square_ratios(s.reading) for s in sights}
+    _, _, _, observations = drawn.camera()
+    for observation in observations:
+        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=True)
+        observation.reading = veiled(observation.reading, share)[0]
+    before = {s.view.name: square_ratios(s.reading) for s in observations}
     assert len(shining(before)) >= 2
-    kept, veils = usable(drawn.photoset, sights, drawn.notes)
-    assert kept == sights and not drawn.said("no even share of the white")
-    for sight in sights:
-        found, white = veils[sight.view.name], white_of(sight.reading) / (1 + share)
-        assert found.told and not sight.reading.samples.white.all()
+    kept, veils = usable(drawn.photoset, observations, drawn.remarks)
+    assert kept == observations and not drawn.said("no even share of the white")
+    for observation in observations:
+        found, white = veils[observation.view.name], white_of(observation.reading) / (1 + share)
+        assert found.told and not observation.reading.samples.white.all()
         assert np.abs(found.level - share * white).max() < WIDEST * np.hypot(found.error, LEAST * white).max()
 
 

@@ -8,17 +8,11 @@ import numpy as np
 import pytest
 from photogonio.calib.adjust.intrinsics import fit_camera, quick_camera
 from photogonio.calib.detect import photo_reader as looking
+from photogonio.calib.detect.corners import corners_of_half, find_corners
 from photogonio.calib.detect.gray import detection_image, halved
 from photogonio.calib.detect.photo_reader import look, look_closer
 from photogonio.calib.detect.subpixel import Around
-from photogonio.calib.geometry.board import (
-    board_points,
-    board_size,
-    corners_of_half,
-    dictionary,
-    find_corners,
-    opencv_board,
-)
+from photogonio.calib.geometry.board import board_points, board_size, dictionary, opencv_board
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.capture.errors import InputError

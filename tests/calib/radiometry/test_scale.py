@@ -7,13 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from photogonio.calib.detect.paper import PaperSamples
+from photogonio.calib.detect.paper_reading import PaperReading as Paper
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.radiometry.patch import UNEVEN, Stray, Strength, no_strength, read_paper, read_patch
-from photogonio.calib.radiometry.scale import Reading, _mean, aimed, read_view, tie
-from photogonio.calib.remarks import Notes
+from photogonio.calib.radiometry.readings import StrengthReadings, _mean, aimed, read_view
+from photogonio.calib.radiometry.scale import tie
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import Light
-from photogonio.calib.shading.fit import Ball, Scene
-from photogonio.calib.shading.fit import Reading as Paper
+from photogonio.calib.shading.model import Ball, ShadingScene
 from photogonio.capture.photoset import PhotoSet, Sphere, WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
@@ -76,7 +77,7 @@ def test_strength_is_what_a_narrow_lamp_sends_along_its_axis():
     cosine = (ray @ axis / np.linalg.norm(ray, axis=-1) / np.linalg.norm(axis)).mean(0)
     image = photo(NEAR)
     dimmed = replace(image, value=(image.value * cosine[..., None] ** power).astype(np.float32))
-    stray = Stray(Scene((), None, 1.0, 0.05, 0.0, narrow=power, aim=tuple(aim)), np.zeros(3), 0.0)
+    stray = Stray(ShadingScene((), None, 1.0, 0.05, 0.0, narrow=power, aim=tuple(aim)), np.zeros(3), 0.0)
     expected = STRENGTH * np.array(PATCH.reflectance) / np.pi
     np.testing.assert_allclose(read(dimmed, NEAR, stray).value, expected, rtol=5e-4)
     ignored = read(dimmed, NEAR)
@@ -99,7 +100,7 @@ def test_strength_is_that_toward_the_sample_of_a_lamp_that_points_beside_it():
     image = photo(NEAR)
     points = np.stack([x, y, np.full_like(x, HEIGHT)], axis=-1)
     dimmed = replace(image, value=(image.value * beam(points, beside).mean(0)[..., None]).astype(np.float32))
-    scene = Scene((), None, 1.0, 0.05, 0.0, narrow=power, aim=tuple(aim))
+    scene = ShadingScene((), None, 1.0, 0.05, 0.0, narrow=power, aim=tuple(aim))
     low, high = np.array([-90.0, -70.0]), np.array([90.0, 70.0])
     paper, tilts = SimpleNamespace(span=(low, high)), slope * (high - low) / 2
     tilt = aimed(scene, paper, tilts)
@@ -155,9 +156,12 @@ def test_what_an_uneven_patch_tells_is_not_lost_beside_one_that_is_not_in_the_pi
     image = replace(
         image, value=(image.value * np.linspace(0.2, 1.0, SIZE[0])[None, :, None]).astype(np.float32)
     )
-    settled, sight = SimpleNamespace(camera=CAMERA, scene=None), SimpleNamespace(pose=POSE, reading=None)
+    settled, observation = (
+        SimpleNamespace(camera=CAMERA, scene=None),
+        SimpleNamespace(pose=POSE, reading=None),
+    )
     one, *more = (
-        read_view(replace(SET, white_patches=sheets), image, settled, sight, NEAR).patch
+        read_view(replace(SET, white_patches=sheets), image, settled, observation, NEAR).patch
         for sheets in ((PATCH,), (PATCH, away), (away, PATCH))
     )
     assert one.problem == UNEVEN
@@ -218,7 +222,7 @@ def test_of_two_patches_the_one_in_shadow_is_not_believed():
 def test_a_patch_in_the_samples_shadow_is_not_read():
     foot = np.array([0.0, 0, HEIGHT])
     ball = Ball(foot + 0.6 * (NEAR.place - foot), 30.0)
-    stray = Stray(Scene((), ball, 1.0, 0.05, 0.1), np.zeros(3), 0.0)
+    stray = Stray(ShadingScene((), ball, 1.0, 0.05, 0.1), np.zeros(3), 0.0)
     found = read(photo(NEAR), NEAR, stray)
     assert found.value is None
     assert "shadow" in found.problem
@@ -264,18 +268,19 @@ def strength(value: np.ndarray) -> Strength:
     return Strength(value, 0.003 * value, np.zeros(3))
 
 
-def told(strengths: dict[str, np.ndarray]) -> dict[str, Reading]:
+def told(strengths: dict[str, np.ndarray]) -> dict[str, StrengthReadings]:
     return {
-        n: Reading(strength(s), strength(s * PAPER), strength(0.05 * s * PAPER)) for n, s in strengths.items()
+        n: StrengthReadings(strength(s), strength(s * PAPER), strength(0.05 * s * PAPER))
+        for n, s in strengths.items()
     }
 
 
-def tied(readings: dict[str, Reading], photoset: PhotoSet = SET):
-    notes = Notes()
+def tied(readings: dict[str, StrengthReadings], photoset: PhotoSet = SET):
+    remarks = Remarks()
     lights = dict.fromkeys(readings, FAR)
     given = dict.fromkeys(readings, np.ones(3))
-    values, scale = tie(photoset, readings, lights, given, notes)
-    return values, scale, notes
+    values, scale = tie(photoset, readings, lights, given, remarks)
+    return values, scale, remarks
 
 
 STRENGTHS = {f"{k}.png": STRENGTH * (1 + 0.4 * k) for k in range(6)}
@@ -284,14 +289,14 @@ STRENGTHS = {f"{k}.png": STRENGTH * (1 + 0.4 * k) for k in range(6)}
 def test_paper_stands_in_for_a_patch_that_is_clipped():
     readings = told(STRENGTHS)
     readings["3.png"] = replace(readings["3.png"], patch=no_strength("the patch is clipped"))
-    values, scale, notes = tied(readings)
+    values, scale, remarks = tied(readings)
     assert scale == "absolute"
     for name, true in STRENGTHS.items():
         np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
     assert values["3.png"].source == "board"
     assert values["2.png"].source == "white patch"
     assert values["3.png"].error.min() > 0
-    np.testing.assert_allclose(notes.residuals["paper_reflectance"], PAPER * np.pi, rtol=1e-9)
+    np.testing.assert_allclose(remarks.residuals["paper_reflectance"], PAPER * np.pi, rtol=1e-9)
 
 
 def test_black_print_stands_in_where_the_paper_is_clipped_too():
@@ -306,9 +311,9 @@ def test_black_print_stands_in_where_the_paper_is_clipped_too():
 def test_a_patch_that_contradicts_the_paper_is_not_believed():
     readings = told(STRENGTHS)
     readings["1.png"] = replace(readings["1.png"], patch=strength(0.8 * STRENGTHS["1.png"]))
-    values, _, notes = tied(readings)
+    values, _, remarks = tied(readings)
     np.testing.assert_allclose(values["1.png"].value, STRENGTHS["1.png"], rtol=1e-9)
-    assert any(w.startswith("1.png") and "not believed" in w for w in notes.warnings)
+    assert any(w.startswith("1.png") and "not believed" in w for w in remarks.warnings)
 
 
 @pytest.mark.parametrize(
@@ -321,8 +326,8 @@ def test_where_white_has_spread_over_black_it_is_the_paper_that_is_not_believed(
     readings["1.png"] = replace(
         readings["1.png"], paper=strength(paper), black=strength((0.05 + gained) * paper)
     )
-    values, _, notes = tied(readings)
-    said = [w for w in notes.warnings if w.startswith("1.png") and "not believed" in w]
+    values, _, remarks = tied(readings)
+    said = [w for w in remarks.warnings if w.startswith("1.png") and "not believed" in w]
     assert len(said) == (blamed != "")
     assert all(f"{blamed} is not believed" in w for w in said)
     if blamed == "paper":
@@ -337,10 +342,10 @@ def test_of_three_patches_the_darker_ones_are_not_believed():
     readings = told(dict(list(STRENGTHS.items())[:3]))
     for name in ("0.png", "2.png"):
         readings[name] = replace(readings[name], patch=strength(0.85 * STRENGTHS[name]))
-    values, _, notes = tied(readings)
+    values, _, remarks = tied(readings)
     for name in readings:
         np.testing.assert_allclose(values[name].value, STRENGTHS[name], rtol=1e-9)
-    assert sum("not believed" in w for w in notes.warnings) == 2
+    assert sum("not believed" in w for w in remarks.warnings) == 2
 
 
 @pytest.mark.parametrize("gamma", [1.0, 2.2])
@@ -351,8 +356,8 @@ def test_photos_that_are_not_linear_as_told_show_in_patch_and_paper(gamma):
     for name, aside in zip(STRENGTHS, (0.7, 0.8, 0.9, 1.1, 1.2, 1.4), strict=True):
         patch = STRENGTHS[name] * aside ** (1.0 / gamma - 1.0)
         readings[name] = replace(readings[name], patch=strength(patch))
-    _, _, notes = tied(readings)
-    assert any("encoded" in w for w in notes.warnings) == (gamma != 1.0)
+    _, _, remarks = tied(readings)
+    assert any("encoded" in w for w in remarks.warnings) == (gamma != 1.0)
 
 
 def test_patches_that_contradict_one_another_in_all_photos_are_told():
@@ -362,8 +367,8 @@ def test_patches_that_contradict_one_another_in_all_photos_are_told():
         n: replace(r, patch=_mean([r.patch, strength(0.7 * r.patch.value)])) for n, r in readings.items()
     }
     assert not tied(alike)[2].warnings
-    values, _, notes = tied(wrong)
-    assert any("contradict one another" in w for w in notes.warnings)
+    values, _, remarks = tied(wrong)
+    assert any("contradict one another" in w for w in remarks.warnings)
     for name, true in STRENGTHS.items():
         np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
 
@@ -372,19 +377,19 @@ def test_a_patch_that_makes_the_paper_whiter_than_white_lies_in_shadow():
     readings = told(STRENGTHS)
     for name in list(readings)[:4]:  # most of them: a median would believe these
         readings[name] = replace(readings[name], patch=strength(0.5 * STRENGTHS[name]))
-    values, scale, notes = tied(readings)
+    values, scale, remarks = tied(readings)
     assert scale == "absolute"
     for name, true in STRENGTHS.items():
         np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
-    assert sum("shadow" in w for w in notes.warnings) == 4
+    assert sum("shadow" in w for w in remarks.warnings) == 4
 
 
 def test_clipped_patches_are_named():
     readings = told(STRENGTHS)
     for name in ("1.png", "3.png"):
         readings[name] = replace(readings[name], patch=no_strength("the patch is clipped"))
-    _, _, notes = tied(readings)
-    assert "the patch is clipped, in 2 of 6 photos (1.png, 3.png)" in notes.warnings
+    _, _, remarks = tied(readings)
+    assert "the patch is clipped, in 2 of 6 photos (1.png, 3.png)" in remarks.warnings
 
 
 def test_without_a_patch_the_scale_is_relative_but_the_proportions_hold():
@@ -401,8 +406,8 @@ def test_without_a_patch_the_scale_is_relative_but_the_proportions_hold():
 def test_lamps_that_nothing_read_measures_are_equal_more_or_less_and_that_is_told(patches, board):
     """As surely as the manifest has it, where nothing was laid out to measure them."""
     patch = "the patch is clipped" if patches else "the set has no white patch"
-    blind = Reading(*(no_strength(p) for p in (patch, "too little lit paper is seen", "no print")))
-    values, scale, notes = tied(
+    blind = StrengthReadings(*(no_strength(p) for p in (patch, "too little lit paper is seen", "no print")))
+    values, scale, remarks = tied(
         dict.fromkeys(STRENGTHS, blind), replace(SET, white_patches=patches, board=board)
     )
     measured = bool(patches or board)
@@ -411,8 +416,8 @@ def test_lamps_that_nothing_read_measures_are_equal_more_or_less_and_that_is_tol
         np.testing.assert_array_equal(one.value, 1.0)
         assert (0.01 < (one.error / one.value).max() < 0.05) == measured
         assert one.error.any() == measured
-    assert any("equally strong" in w for w in notes.warnings) == measured
-    assert any("clipped" in w for w in notes.warnings) == bool(patches)
+    assert any("equally strong" in w for w in remarks.warnings) == measured
+    assert any("clipped" in w for w in remarks.warnings) == bool(patches)
 
 
 def test_patches_that_are_unevenly_lit_are_better_than_none():
@@ -421,17 +426,17 @@ def test_patches_that_are_unevenly_lit_are_better_than_none():
         n: replace(r, patch=replace(no_strength(UNEVEN), rough=replace(r.patch, error=0.06 * r.patch.value)))
         for n, r in told(STRENGTHS).items()
     }
-    values, scale, notes = tied(dict(uneven))
-    assert scale == "absolute" and any("no white patch is evenly lit" in w for w in notes.warnings)
-    assert notes.residuals["uneven_patches_error"] == pytest.approx(0.06)
+    values, scale, remarks = tied(dict(uneven))
+    assert scale == "absolute" and any("no white patch is evenly lit" in w for w in remarks.warnings)
+    assert remarks.residuals["uneven_patches_error"] == pytest.approx(0.06)
     for name, true in STRENGTHS.items():
         np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
     wrong = {
         n: replace(r, patch=replace(r.patch, rough=strength(0.7 * STRENGTHS[n]))) for n, r in uneven.items()
     }
-    values, _, notes = tied(wrong | {"2.png": told(STRENGTHS)["2.png"]})
+    values, _, remarks = tied(wrong | {"2.png": told(STRENGTHS)["2.png"]})
     np.testing.assert_allclose(values["4.png"].value, STRENGTHS["4.png"], rtol=1e-9)
-    assert not any("no white patch" in w for w in notes.warnings)
+    assert not any("no white patch" in w for w in remarks.warnings)
 
 
 def test_lamps_of_stated_proportions_are_put_on_the_papers_scale():
@@ -440,7 +445,7 @@ def test_lamps_of_stated_proportions_are_put_on_the_papers_scale():
     readings = {n: replace(r, patch=unknown) for n, r in told(STRENGTHS).items()}
     given = {n: 1e-3 * s for n, s in STRENGTHS.items()}
     lights = dict.fromkeys(readings, FAR)
-    values, scale = tie(replace(SET, white_patches=()), readings, lights, given, Notes())
+    values, scale = tie(replace(SET, white_patches=()), readings, lights, given, Remarks())
     assert scale == "relative"
     for name, true in STRENGTHS.items():  # as of paper that is perfectly white
         np.testing.assert_allclose(values[name].value, true * PAPER * np.pi, rtol=1e-9)
@@ -450,16 +455,16 @@ def test_lamps_of_stated_proportions_are_put_on_the_papers_scale():
 def test_a_lamp_that_nothing_measures_is_taken_as_the_others_and_said_so():
     same = {n: STRENGTH for n in STRENGTHS}
     readings = told(same)
-    readings["5.png"] = Reading(no_strength("clipped"), no_strength("dark"), no_strength("dark"))
-    values, _, notes = tied(readings)
+    readings["5.png"] = StrengthReadings(no_strength("clipped"), no_strength("dark"), no_strength("dark"))
+    values, _, remarks = tied(readings)
     np.testing.assert_allclose(values["5.png"].value, STRENGTH, rtol=1e-9)
-    assert any(w.startswith("5.png") and "taken as the others" in w for w in notes.warnings)
+    assert any(w.startswith("5.png") and "taken as the others" in w for w in remarks.warnings)
 
 
 def test_lamps_that_agree_are_one_lamp_and_surer():
     rng = np.random.default_rng(4)
-    values, _, notes = tied(told({n: STRENGTH * (1 + 0.001 * rng.normal()) for n in STRENGTHS}))
-    assert notes.residuals["lamps_taken_as_equal"]
+    values, _, remarks = tied(told({n: STRENGTH * (1 + 0.001 * rng.normal()) for n in STRENGTHS}))
+    assert remarks.residuals["lamps_taken_as_equal"]
     found = np.array([v.value for v in values.values()])
     alone = [abs(0.001 * z) for z in np.random.default_rng(4).normal(size=6)]
     assert np.mean(np.abs(found / STRENGTH - 1)) < np.mean(alone)
@@ -471,8 +476,8 @@ def test_lamps_that_agree_are_one_lamp_and_surer():
 
 def test_a_lamp_that_differs_from_otherwise_equal_ones_keeps_its_own_strength():
     one_off = {n: STRENGTH * (1.1 if n == "3.png" else 1.0) for n in STRENGTHS}
-    values, _, notes = tied(told(one_off))
-    assert notes.residuals["lamps_taken_as_equal"]
+    values, _, remarks = tied(told(one_off))
+    assert remarks.residuals["lamps_taken_as_equal"]
     np.testing.assert_allclose(values["3.png"].value, 1.1 * STRENGTH, rtol=0.003)
     np.testing.assert_allclose(values["1.png"].value, STRENGTH, rtol=0.003)
 

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photogonio.calib.backdrop import backdrop
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.radiometry.surround import FAR, NEAR, completed, measure_surround, near_shown
+from photogonio.calib.radiometry.surround import FAR, NEAR, backdrop, completed, measure_surround, near_shown
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere
 from photogonio.capture.radiance import RadianceImage

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from photogonio.calib.detect.paper_reading import local_noise
 from photogonio.calib.diagnose.ambient_light import Beside, ambient_irradiance, note_beside
 from photogonio.calib.geometry.camera import Pose
-from photogonio.calib.remarks import Notes
+from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import Light, ViewSetup
 from photogonio.calib.shading.fit import fit_shading, fits_better
-from photogonio.calib.shading.initial import local_noise
 
 from tests.drawn.setups import draw_paper, draw_world, scene_of
 
@@ -72,7 +72,7 @@ def test_a_room_that_is_known_leaves_the_lamp_where_it_is(drawn, k):
 def test_the_room_is_as_bright_as_its_share_of_a_lamp(drawn):
     """E = share E_lamp in the middle of the paper that is seen, whatever the lamp's strength."""
     world, readings = drawn
-    views, sights = [], []
+    views, observations = [], []
     for k, reading in enumerate(readings):
         points = reading.samples.points
         light = Light(f"L{k}", "point", world.lamps[k], np.zeros((3, 3)), "refined")
@@ -83,15 +83,15 @@ def test_the_room_is_as_bright_as_its_share_of_a_lamp(drawn):
         local = np.zeros(9)
         local[6] = 0.5 / (strength[0] * middle)
         view = SimpleNamespace(name=f"v{k}")
-        sights.append(SimpleNamespace(view=view, reading=reading, has_paper=True, shading=local))
-    np.testing.assert_allclose(ambient_irradiance(views, sights), [0.5, 1.0], rtol=1e-9)
+        observations.append(SimpleNamespace(view=view, reading=reading, has_paper=True, shading=local))
+    np.testing.assert_allclose(ambient_irradiance(views, observations), [0.5, 1.0], rtol=1e-9)
     other = [replace(view, strength_source="intensity") for view in views]
-    assert ambient_irradiance(other, sights) is None
+    assert ambient_irradiance(other, observations) is None
 
 
 @pytest.mark.parametrize(("ambient", "said"), [(np.ones(1), "allowed for"), (None, "left in")])
 def test_it_is_said_whether_the_room_is_allowed_for(ambient, said):
-    notes = Notes()
-    note_beside(Beside(0.08, 0.001, 1.0), ambient, notes)
-    (warning,) = notes.warnings
+    remarks = Remarks()
+    note_beside(Beside(0.08, 0.001, 1.0), ambient, remarks)
+    (warning,) = remarks.warnings
     assert "by 8%" in warning and said in warning

@@ -20,11 +20,11 @@ from photogonio.synthetic.scene.hard_cases import (
 )
 from photogonio.synthetic.scene.parts import FaultScene
 
-from photogonio.evaluate.hard_cases import Measured, cells_at, judged, names_faulty, run_battery
+from photogonio.evaluate.hard_cases import HardResult, cells_at, judged, names_faulty, run_battery
 from photogonio.evaluate.hard_tables import TABLE_CASES
 from photogonio.system.progress import Reporter
 
-GOOD = Measured(error=0.019, stated=0.02, error_70=0.012, valid=80.0)
+GOOD = HardResult(error=0.019, stated=0.02, error_70=0.012, valid=80.0)
 WRONG = replace(GOOD, error=0.021)
 
 
@@ -32,7 +32,7 @@ def case(must: str, *telling: str, **fault: object) -> HardCase:
     return HardCase("case", satin(fault=fault), must, telling)
 
 
-def passes(must: str, found: Measured, *telling: str, plain: float = 0.01, **fault: object) -> bool:
+def passes(must: str, found: HardResult, *telling: str, plain: float = 0.01, **fault: object) -> bool:
     return judged(case(must, *telling, **fault), found, plain).passed
 
 
@@ -51,7 +51,7 @@ def test_what_cannot_be_compared_is_wrong():
 
 
 def test_a_refusal_is_right_but_where_the_set_is_good_enough():
-    refused = Measured(refused="sample/s000.png: no light")
+    refused = HardResult(refused="sample/s000.png: no light")
     assert all(passes(must, refused) for must in (IN_INTERVAL, NAMED, TOLD))
     assert not passes(ACCURATE, refused)
 

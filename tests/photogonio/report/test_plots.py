@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.table.goniometer_csv import Samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 
 from photogonio.report import plots
 from photogonio.report.ball import shaded_sphere, to_display
@@ -58,7 +58,7 @@ def test_figures_give_the_same_bytes_twice():
     rng = np.random.default_rng(0)
     angles = rng.uniform(0, 1.4, (4, 200))
     value = rng.uniform(0.1, 0.2, (200, 3))
-    table = samples_table(Samples(*angles, value, None, ("R", "G", "B")))
+    table = samples_table(GoniometerSamples(*angles, value, None, ("R", "G", "B")))
     draw = {
         "coverage": lambda: plots.coverage_figure(table),
         "fit": lambda: plots.scatter_figure(value, value * 1.01, "RGB"),

@@ -14,7 +14,8 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MirrorBall, Sphere
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 
-from photogonio.cache.store import Store, default_store, key_of
+from photogonio.cache.kept import key_of
+from photogonio.cache.store import Store, default_store
 from photogonio.run.reduce_photos import reduce_photos
 from photogonio.system.provenance import hash_file, hash_photos
 

@@ -8,7 +8,7 @@ from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.pilot import clean
 from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK
 from photogonio.reconstruct.table.cells import Cells, cells_of
-from photogonio.reconstruct.table.goniometer_csv import Samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import make_brdf
 
 from tests.drawn.tables import Plan, simulate
@@ -104,7 +104,7 @@ def test_rows_of_next_to_nothing_but_tails_tell_a_gloss_without_any():
     true = model.evaluate(Cells.of_angles(theta_i, theta_r, dphi))
     sigma = np.hypot(0.01 * true, 2e-4)
     value = true + sigma * rng.standard_normal(true.shape)
-    rows = Samples(theta_i, np.zeros(900), theta_r, dphi, value, sigma, ("Y",))
+    rows = GoniometerSamples(theta_i, np.zeros(900), theta_r, dphi, value, sigma, ("Y",))
     found = clean(cells_of(samples_table(rows)), np.full(1, 0.003), lobes=None, absolute=True).reference
     family, shape = found.model.lobes.families[0], found.model.lobes.shapes[0]
     assert (family.distribution, family.fresnel) == ("beckmann", "schlick")

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.modes.angles import pair_angles
-from photogonio.reconstruct.table.goniometer_csv import UNBINNED, Samples, read_samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import (
+    UNBINNED,
+    GoniometerSamples,
+    read_samples,
+    samples_table,
+)
 
 from tests.places import SHARED
 
@@ -121,7 +126,7 @@ def test_values_below_zero_tell_the_noise_of_rows_without_errors():
     peak, dark = np.linspace(1.0, 30.0, 100), 2e-4 * rng.standard_normal(900)
     value = np.concatenate([peak * (1 + 0.01 * rng.standard_normal(100)), dark])[:, None]
     angle = np.zeros(1000)
-    table = samples_table(Samples(angle, angle, angle, angle, value, None, ("Y",)))
+    table = samples_table(GoniometerSamples(angle, angle, angle, angle, value, None, ("Y",)))
     relative = np.sqrt(table.variance[:, 0])  # over 1 %, which is taken for the errors of the peak
     # of 450 values below zero the median is known to 1.25 / sqrt(450) of its own: 3 standard errors and more
     np.testing.assert_allclose(relative[100:], 2e-4 / 0.01, rtol=0.2)
@@ -131,5 +136,5 @@ def test_values_below_zero_tell_the_noise_of_rows_without_errors():
 def test_a_few_values_below_zero_are_no_noise():
     value = np.concatenate([np.linspace(0.1, 0.5, 1000), [-0.3] * 4])[:, None]
     angle = np.zeros(len(value))
-    table = samples_table(Samples(angle, angle, angle, angle, value, None, ("Y",)))
+    table = samples_table(GoniometerSamples(angle, angle, angle, angle, value, None, ("Y",)))
     np.testing.assert_array_equal(np.sqrt(table.variance), np.abs(value))

@@ -8,7 +8,7 @@ from photogonio.capture.errors import InputError
 from photogonio.synthetic.brdf.expansion import hemisphere_mode, isotropic_mode
 from photogonio.synthetic.brdf.files import MERL_SCALE, MERL_SHAPE, read_brdf
 from photogonio.synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
-from photogonio.synthetic.brdf.reflectance import Pairs
+from photogonio.synthetic.brdf.reflectance import PairAngles
 from photogonio.synthetic.render.world import brdf_from
 
 
@@ -28,7 +28,7 @@ def coefficient_file(path, **changes):
 def test_first_isotropic_modes_are_the_printed_ones():
     i, r = np.meshgrid([0.2, 0.9, 1.3], [0.1, 0.7, 1.5])
     i, r, d = i.ravel(), r.ravel(), np.linspace(0.1, 3.0, 9)
-    pairs = Pairs(directions(i, np.zeros(9)), directions(r, d))
+    pairs = PairAngles(directions(i, np.zeros(9)), directions(r, d))
     printed = {
         (0, 0, 0): 1 / np.pi / 2,
         (1, 1, 1): 4 / np.pi * np.sin(i / 2) * np.sin(r / 2) * np.cos(d) / np.sqrt(2),

@@ -4,7 +4,7 @@ import threading
 import time
 
 import pytest
-from photogonio.calib.detect.parallel import abreast
+from photogonio.calib.parallel import abreast
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])

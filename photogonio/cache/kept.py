@@ -1,0 +1,118 @@
+"""A calibration kept under the contents of its files and of the program, and the keys of all that is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from photogonio import calib, capture, reconstruct
+from photogonio.cache.file_hashes import remembered_hashes
+from photogonio.cache.store import Store
+from photogonio.calib.setup import Setup, load_setup, save_setup
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST, PhotoSet
+from photogonio.system.provenance import hash_file
+
+
+@dataclass(frozen=True, slots=True)
+class KeptSetup:
+    """The calibration of a photo set, kept under the contents of its files and of the program."""
+
+    store: Store | None
+    key: str
+    hashes: dict[str, str]  # SHA-256 of the photos' files, by file; none without a store
+
+    @classmethod
+    def of(cls, photoset: PhotoSet, store: Store | None, workers: int) -> KeptSetup:
+        if store is None:
+            return cls(None, "", {})
+        files = sorted({photo.file for photo in photoset.photos})
+        try:
+            folder = photoset.folder.resolve()
+            manifest = hash_file(folder / MANIFEST)
+            found = remembered_hashes(
+                store, key_of("hashes", str(folder)), [folder / name for name in files], workers=workers
+            )
+        except OSError:
+            return cls(None, "", {})  # whoever reads the file will say what is wrong with it
+        hashes = {name: found[folder / name] for name in files}
+        key = key_of("setup", code_key(), manifest, hashes)
+        return cls(store, key, hashes)
+
+    def load(self) -> Setup | None:
+        """The setup that was kept; None if there is none."""
+        if self.store is None:
+            return None
+        path = self.store.file(self.key, ".json")
+        try:
+            setup = load_setup(path)
+            os.utime(path)
+        except (InputError, OSError):
+            return None
+        return setup
+
+    def save(self, setup: Setup) -> Setup:
+        """Keep a setup; returned as it will be loaded, so that later runs go on from the same numbers."""
+        if self.store is None:
+            return setup
+        self.store.put_bytes(self.key, ".json", lambda path: save_setup(setup, path))
+        return self.load() or setup
+
+
+def key_of(*parts: object) -> str:
+    """A hash of plain values, arrays, and tuples, mappings and dataclasses of them: equal for equal contents.
+
+    Raises ``TypeError`` for anything else, rather than to leave it out.
+    """
+    digest = hashlib.blake2b(digest_size=20)
+    _feed(digest, parts)
+    return digest.hexdigest()
+
+
+def _feed(digest: hashlib.blake2b, value: object) -> None:
+    if isinstance(value, np.ndarray):
+        digest.update(f"array {value.dtype.str} {value.shape};".encode())
+        digest.update(np.ascontiguousarray(value).data)
+    elif is_dataclass(value) and not isinstance(value, type):
+        digest.update(f"{type(value).__name__} ".encode())
+        for f in fields(value):
+            digest.update(f.name.encode() + b"=")
+            _feed(digest, getattr(value, f.name))
+    elif isinstance(value, Mapping):
+        _feed(digest, sorted(value.items(), key=lambda item: repr(item[0])))
+    elif isinstance(value, frozenset):
+        _feed(digest, sorted(value))
+    elif isinstance(value, (tuple, list)):
+        digest.update(f"({len(value)} ".encode())
+        for item in value:
+            _feed(digest, item)
+    elif value is None or isinstance(value, (str, bool, int, float, np.generic)):
+        digest.update(f"{type(value).__name__} {value!r};".encode())
+    else:
+        raise TypeError(f"{type(value).__name__} has no key")
+
+
+@lru_cache(maxsize=1)
+def code_key() -> str:
+    """A hash of the program text that photos go through, and of the libraries' versions."""
+    digest = hashlib.blake2b(f"{np.__version__} {cv2.__version__} {sys.version_info[:2]}".encode())
+    for package in (capture, calib, reconstruct):
+        digest.update(text_key(Path(str(package.__file__)).parent).encode())
+    return digest.hexdigest()
+
+
+def text_key(package: Path, leaving_out: Collection[Path] = ()) -> str:
+    """A hash of all program text in a package's folder and the folders in it, by path and content."""
+    digest = hashlib.blake2b()
+    for path in sorted(set(package.rglob("*.py")) - set(leaving_out)):
+        text = path.read_bytes()
+        digest.update(f"{path.relative_to(package).as_posix()} {len(text)};".encode() + text)
+    return digest.hexdigest()

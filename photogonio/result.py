@@ -1,0 +1,37 @@
+"""What ``process`` and ``fit`` give back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from photogonio.calib.setup import LeftOut, Setup
+from photogonio.options import Choice
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.fit import FitResult
+from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.run.surroundings import LightAround
+from photogonio.system.provenance import Provenance
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What ``process`` or ``fit`` found."""
+
+    name: str
+    setup: Setup | None  # None: tabulated measurements
+    table: FacetTable
+    fit: FitResult
+    choices: tuple[Choice, ...]
+    left_out: tuple[LeftOut, ...]
+    warnings: tuple[str, ...]
+    provenance: Provenance
+    seconds: Mapping[str, float] = field(default_factory=dict)  # by stage; not written anywhere
+    beside: LightAround | None = (
+        None  # what shines on the sample besides the lamp; None: tabulated measurements
+    )
+    coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
+
+    @property
+    def brdf(self) -> Brdf:
+        return self.fit.brdf if self.coloured is None else self.coloured
