@@ -2,7 +2,8 @@
 
 It adds as much to black print as to white, which no light on the board does: of that the black sends on a fixed share
 of what the white beside it does. Where the board is lit unevenly, in shadows above all, black print against the white
-next to it is a straight line, whose offset tells the veil.
+next to it is a straight line, whose offset tells the veil. Evenly lit, as by a lamp far away, it is no line: the ink's
+own reflectance and a veil look alike there, and only the darkest print says how much there can be at the most.
 """
 
 from __future__ import annotations
@@ -28,9 +29,17 @@ _WELL = 6e-4  # of white paper: error to which some may tell it, else all are as
 _DIM = 0.1  # of the middle white: radiance at which black print is no longer told to the same share
 _ROUNDS, _WILD = 6, 3.0
 _ASTRAY = 3e-4  # of white paper: what path-traced sets without a veil show in single photos, 1e-4 to 4e-4
+_UNEQUAL = (
+    1e-3  # relative: by which black's share of white goes with the light there, 5e-4 to 1e-3 in the same sets
+)
+# relative: white that scatters less tells no line, for edges of shadows that pass as even light would make one; and
+# of how it scatters, a share that is noise beyond which it tells none
+_SCATTER, _NOISY = 0.02, 0.5
 _LEAST = 1e-3  # of white paper: a veil that is told, if by
 _SURE = 4.0  # standard errors
 _FEW, _FAR = 4, 4.0  # photos whose scatter tells nothing, and standard errors at which one has no say
+_CLEAN = 2e-3  # of white paper: a veil that a clean lens has unseen, where nothing tells more of it
+_DARKEST, _ABOVE = 0.01, 2.0  # of black print, and standard deviations of its noise: no veil is brighter
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +50,7 @@ class Veil:
     error: np.ndarray  # (c,) standard error
     white: np.ndarray  # (c,) of the middle white paper, as it was read
     told: bool = False  # whether there surely is any; else its level is 0
+    most: float = np.inf  # share of the white that it cannot exceed: the darkest print's
 
 
 def find_veils(readings: Iterable[tuple[str, PaperReading]], workers: int = 1) -> dict[str, Veil]:
@@ -53,8 +63,9 @@ def find_veils(readings: Iterable[tuple[str, PaperReading]], workers: int = 1) -
     found = abreast(lambda one: (one[0], photo_veil(one[1].samples)), readings, workers)
     seen = {name: one for name, one in found if one is not None}
     telling = [one for one in seen.values() if np.isfinite(one.level).all()]
+    most = min((one.most for one in seen.values()), default=np.inf)
     if not telling:
-        return {}
+        return _unseen(seen, 0.0, np.inf, most)
     share = np.array([one.level / one.white for one in telling])
     error = np.hypot([one.error / one.white for one in telling], _ASTRAY)
     channels, sure, _ = _in_common(share, error)
@@ -66,14 +77,21 @@ def find_veils(readings: Iterable[tuple[str, PaperReading]], workers: int = 1) -
         float(one[0]) for one in _in_common((share @ weight)[:, None], (error @ weight)[:, None])
     )
     sure = float(np.hypot(sure, colour))
-    if abs(common) < max(_LEAST, _SURE * sure):
-        doubt = float(np.hypot(common, sure))
-        if doubt < _LEAST:
-            return {}
-        return {
-            name: replace(one, level=0.0 * one.white, error=doubt * one.white) for name, one in seen.items()
-        }
+    if abs(common) < max(_LEAST, _SURE * sure) or common > most + _SURE * sure:
+        return _unseen(seen, common, sure, most)
     return {name: _own(one, weight, common, apart, sure) for name, one in seen.items()}
+
+
+def _unseen(seen: Mapping[str, Veil], common: float, sure: float, most: float) -> dict[str, Veil]:
+    """What there may be of a veil that is not told, as an error: ``common`` to ``sure`` as far as lines tell it, at the
+    ``most`` what the darkest print shows, and little before a clean lens. All are shares of white."""
+    if not seen:
+        return {}
+    believed = 1 / (1 + (sure / _CLEAN) ** 2)
+    doubt = min(float(np.hypot(believed * common, np.sqrt(believed) * sure if believed else _CLEAN)), most)
+    if doubt < _LEAST:
+        return {}
+    return {name: replace(one, level=0.0 * one.white, error=doubt * one.white) for name, one in seen.items()}
 
 
 def _own(seen: Veil, weight: np.ndarray, common: float, apart: float, sure: float) -> Veil:
@@ -113,49 +131,64 @@ def photo_veil(samples: PaperSamples) -> Veil | None:
     untold = Veil(np.full_like(middle, np.nan), np.full_like(middle, np.nan), middle)
     if white.sum() < _NEIGHBOURS or (~white).sum() < _FEWEST:
         return untold
+    untold = replace(untold, most=_darkest(samples, middle))
     for most in (_MOST, len(white)):  # all of them, where some do not tell it well
-        dark, beside = _evenly_lit(samples, most)
+        dark, beside, noise = _evenly_lit(samples, most)
         if len(dark) < _FEWEST:
             continue
         black, square = samples.value[dark], samples.square[dark]
-        lines = [_line(beside[:, c], black[:, c], square) for c in range(len(middle))]
+        lines = [_line(beside[:, c], black[:, c], noise[:, c], square) for c in range(len(middle))]
         slope, offset, error = np.array(lines).T
         if (error < _WELL * middle).all():
             break
-    if len(dark) < _FEWEST:
-        return untold
-    if slope.max() >= 1:
+    if len(dark) < _FEWEST or not np.isfinite(error).all() or slope.max() >= 1:
         return untold
     # the white beside has the veil too: black = slope (white - veil) + veil
-    return Veil(offset / (1 - slope), error / (1 - slope), middle)
+    return replace(untold, level=offset / (1 - slope), error=error / (1 - slope))
 
 
-def _evenly_lit(samples: PaperSamples, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which of about ``most`` samples of black print no shadow's edge is near, and the white beside, (n, c)."""
+def _darkest(samples: PaperSamples, middle: np.ndarray) -> float:
+    """Share of the ``middle`` white (c,) that no veil exceeds: what the darkest of black print sends."""
+    black, noise = (one[~samples.white].mean(1) for one in (samples.value, samples.variance))
+    level = np.quantile(black, _DARKEST)
+    noise = np.median(noise[black <= level]) / samples.value.shape[1]  # of the mean of the channels
+    return max(float(level + _ABOVE * np.sqrt(noise)), 0.0) / float(middle.mean())
+
+
+def _evenly_lit(samples: PaperSamples, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which of about ``most`` samples of black print no shadow's edge is near, the white beside and the variance of its
+    noise, (n, c) each."""
     white = samples.white
     dark = np.flatnonzero(~white)
     dark = dark[:: max(1, len(dark) // most)]
     places, lit_places = samples.points[dark, :2], samples.points[white, :2]
     distance, near = cKDTree(lit_places).query(places, k=_NEIGHBOURS)
-    beside, scatter = _at(places[:, None] - lit_places[near], samples.value[white][near])
+    beside, noise, scatter = _at(places[:, None] - lit_places[near], samples.value[white][near])
     good = (scatter < _EVEN) & (distance.max(1) < 2 * np.median(distance.max(1)))
-    return dark[good], beside[good]
+    return dark[good], beside[good], noise[good]
 
 
-def _at(offset: np.ndarray, lit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What planes through radiances (n, k, c) at places ``offset`` (n, k, 2) about them say of n places, (n, c); and
-    how far they miss, relative, (n,)."""
+def _at(offset: np.ndarray, lit: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What planes through radiances (n, k, c) at places ``offset`` (n, k, 2) about them say of n places, (n, c), with
+    the variance of that, (n, c); and how far they miss, relative, (n,)."""
     reach = np.sqrt((offset**2).sum(2).mean(1))[:, None, None]
     design = np.concatenate([np.ones((*offset.shape[:2], 1)), offset / reach], axis=2)
     normal = np.einsum("nki,nkj->nij", design, design) + _RIDGE * np.eye(3) * design.shape[1]
     planes = np.linalg.solve(normal, np.einsum("nki,nkc->nic", design, lit))
-    miss = (lit - design @ planes).mean(2)
-    return planes[:, 0], np.sqrt((miss**2).mean(1)) / np.maximum(lit.mean((1, 2)), np.finfo(float).tiny)
+    off = lit - design @ planes
+    leverage = np.linalg.inv(normal)[:, 0, 0]
+    noise = leverage[:, None] * (off**2).sum(1) / (design.shape[1] - design.shape[2])
+    scatter = np.sqrt((off.mean(2) ** 2).mean(1)) / np.maximum(lit.mean((1, 2)), np.finfo(float).tiny)
+    return planes[:, 0], noise, scatter
 
 
-def _line(x: np.ndarray, y: np.ndarray, cluster: np.ndarray) -> tuple[float, float, float]:
+def _line(x: np.ndarray, y: np.ndarray, noise: np.ndarray, cluster: np.ndarray) -> tuple[float, float, float]:
     """Slope, offset and the latter's standard error of a line through (n,) points whose errors are a share of ``x``,
-    and hang together within a ``cluster``; without what lies far off it."""
+    and hang together within a ``cluster``; without what lies far off it. The error is infinite where ``x`` is too even.
+
+    ``noise`` is the variance of ``x``: of how it scatters it takes a share for which slopes come out too small, and
+    offsets too large. That is undone, and may be wrong by as much.
+    """
     size = x + _DIM * np.median(x)
     design, target = np.column_stack([x, np.ones(len(x))]) / size[:, None], y / size
     keep = np.ones(len(x), bool)
@@ -167,7 +200,16 @@ def _line(x: np.ndarray, y: np.ndarray, cluster: np.ndarray) -> tuple[float, flo
     pulls = np.zeros((len(part), 2))
     np.add.at(pulls, inverse, design[keep] * miss[keep, None])
     normal = np.linalg.pinv(design[keep].T @ design[keep])
-    return float(found[0]), float(found[1]), float(np.sqrt((normal @ pulls.T @ pulls @ normal)[1, 1]))
+    weight = size[keep] ** -2.0
+    middle = weight @ x[keep] / weight.sum()
+    scatter, false = weight @ (x[keep] - middle) ** 2 / weight.sum(), weight @ noise[keep] / weight.sum()
+    if not max(false / _NOISY, (_SCATTER * middle) ** 2) < scatter:
+        return float(found[0]), float(found[1]), np.inf
+    slope, lost = found[0] / (1 - false / scatter), false / scatter
+    own = (normal @ pulls.T @ pulls @ normal)[1, 1] / (1 - lost) ** 2
+    unequal = _UNEQUAL * (found[0] * middle + found[1]) * middle / np.sqrt(scatter)
+    error = np.sqrt(own + (slope * lost * middle) ** 2 + unequal**2)
+    return float(slope), float(found[1] - lost * slope * middle), float(error)
 
 
 def lift(observations: Sequence[Observation], veils: Mapping[str, Veil]) -> None:

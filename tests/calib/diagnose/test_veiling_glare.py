@@ -15,11 +15,12 @@ from photogonio.calib.shading.initial import square_ratios
 
 from tests.calib.test_warnings import Drawn
 from tests.drawn.boards import radiance
-from tests.drawn.setups import draw_paper, draw_world, observe
+from tests.drawn.setups import MIDDLE, draw_paper, draw_world, observe
 
 VIEWS = 6
 SHARE = 0.005  # of white paper
 LEAST = 1e-3  # of it that is told
+CLEAN = 2e-3  # of it, that may lie unseen where nothing tells more
 WIDEST = 5.0  # standard errors
 
 
@@ -52,6 +53,50 @@ def veiled(reading: PaperReading, share: float) -> tuple[PaperReading, np.ndarra
 
 def test_none_is_told_where_there_is_none(readings):
     assert find_veils(named(readings)) == {}
+
+
+def readings_far(distance: float, share: float = 0.0) -> list[PaperReading]:
+    """Paper under lamps as far away, and as bright there as near ones are, with light over the pictures."""
+    rng = np.random.default_rng(12)
+    world = draw_world(rng, fixed=True, views=VIEWS)
+    offset = world.lamps - MIDDLE
+    further = distance / np.linalg.norm(offset, axis=1)
+    far = replace(world, lamps=MIDDLE + offset * further[:, None], strengths=world.strengths * further**2)
+    return [veiled(draw_paper(far, k, rng), share)[0] for k in range(VIEWS)]
+
+
+@pytest.mark.parametrize("distance", [2e3, 6e3, 1e5])
+@pytest.mark.parametrize("shadows", [True, False])
+def test_the_inks_own_reflectance_is_no_veil_under_lamps_far_away(distance, shadows):
+    """Even light makes no line; what is not told is an error no larger than the darkest print, or a clean lens's."""
+    found = readings_far(distance)
+    if not shadows:
+        found = [in_the_open(reading) for reading in found]
+    veils = find_veils(named(found))
+    assert not any(one.told for one in veils.values())
+    assert all((one.error <= CLEAN * one.white).all() for one in veils.values())
+    if not shadows and distance > 1e4:
+        assert len(veils) == VIEWS
+        assert all((one.error > 0.5 * CLEAN * one.white).all() for one in veils.values())
+
+
+def in_the_open(reading: PaperReading) -> PaperReading:
+    """Without what lies in any shadow."""
+    white = reading.samples.white
+    keep = reading.level > 0.9 * np.where(
+        white, *(np.median(reading.level[tone]) for tone in (white, ~white))
+    )
+    samples = reading.samples.keep(keep)
+    return replace(reading, samples=samples, level=reading.level[keep], noise=reading.noise[keep])
+
+
+def test_a_veil_under_lamps_far_away_is_an_error_within_which_it_lies():
+    """It is not taken off, where only shadows tell of it; but its error holds it."""
+    share = 1e-3
+    veils = find_veils(named(readings_far(1e5, share)))
+    assert len(veils) == VIEWS
+    for one in veils.values():
+        assert abs(one.level[0] - share * one.white[0]) < WIDEST * one.error[0]
 
 
 @pytest.mark.parametrize("share", [0.05, 0.3])
