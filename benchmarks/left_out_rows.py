@@ -19,10 +19,11 @@ from pathlib import Path
 
 import numpy as np
 from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.reconstruct.table.goniometer_csv import read_samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import samples_table
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 

@@ -10,6 +10,10 @@ from photogonio import __version__
 
 _SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
 _PAPERS = ("a4", "a3", "letter")
+# as photogonio.reconstruct.goniometer.told has them, which would import numpy
+_QUANTITIES = ("brdf", "brdf-cos", "brdf-cos-cos", "brdf-cos-incident", "reflectance-factor", "percent")
+_ANGLES = ("degrees", "radians")
+_AZIMUTHS = ("lamp", "mirror")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -80,7 +84,9 @@ def _fit(commands: argparse._SubParsersAction) -> None:
         "      --columns theta_i=thetai,phi_i=phi,theta_r=thetar,phi_r=phir,value=f_r11",
     )
     parser.add_argument(
-        "table", metavar="TABLE", help="CSV: theta_i, phi_i, theta_r, phi_r in degrees, and values"
+        "table",
+        metavar="TABLE",
+        help="text table (CSV): theta_i, phi_i, theta_r, phi_r in degrees, and values; or table.npz",
     )
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: TABLE's name + -brdf)")
     _table_options(parser)
@@ -207,6 +213,24 @@ def _table_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="take only rows with this value; may be given again",
+    )
+    parser.add_argument(
+        "--channel-by", metavar="HEADER", help="each value of this column, such as a wavelength, is a channel"
+    )
+    parser.add_argument(
+        "--quantity",
+        choices=_QUANTITIES,
+        default="brdf",
+        help="what the values are; cos: of the exit angle; percent: of a perfect white diffuser (default: brdf)",
+    )
+    parser.add_argument(
+        "--angles", choices=_ANGLES, help="default: degrees; asked where they look like radians"
+    )
+    parser.add_argument(
+        "--azimuth",
+        choices=_AZIMUTHS,
+        help="side on which phi_r - phi_i is 0; without azimuths, that of exit angles with the sign of theta_i "
+        "(default: lamp)",
     )
 
 

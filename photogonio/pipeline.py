@@ -26,6 +26,7 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, PhotoSet, Plane
 from photogonio.options import Options, asked_symmetry, choose_level
 from photogonio.reconstruct.fit import FitOptions, FitResult, fit_table
+from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
 from photogonio.reconstruct.lighting.stray_light import StrayLight
 from photogonio.reconstruct.lighting.stray_limits import UnknownStray
@@ -53,7 +54,7 @@ from photogonio.run.surroundings import LightAround, around_of, told_around
 from photogonio.run.tables import read_table, refuse_empty, take_channels
 from photogonio.system.outputs import staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
-from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos, joined
+from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos
 
 ABREAST = 2  # whole photos that calibration looks at together: the memory they take
 
@@ -157,20 +158,20 @@ def fit(
     out: str | Path | None = None,
     options: Options | None = None,
     *,
-    columns: Mapping[str, str] | None = None,
-    where: Sequence[tuple[str, str]] = (),
+    told: Told | None = None,
     reporter: Reporter | None = None,
 ) -> Result:
-    """Coefficients of tabulated measurements (.csv), or of a facet table (.npz) that ``process`` left.
+    """Coefficients of tabulated measurements, read as ``told``, or of a facet table (.npz) that ``process`` left.
 
     Raises:
         InputError: the table cannot be used, or what was asked cannot be done. Nothing is written then.
     """
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
     path = Path(table)
-    read, scale = read_table(path, options, columns, where, reporter)
+    told = told or Told()
+    read, scale = read_table(path, options, told, reporter)
     read = take_channels(read, options)
-    wanted = {"columns": joined(columns), "where": joined(dict(where))} | options.to_dict()
+    wanted = told.to_dict() | options.to_dict()
     provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
     found = _fitted(read, options, options.symmetry, scale, reporter)
     _announce(found, read, reporter)

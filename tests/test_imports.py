@@ -33,7 +33,7 @@ FLOORS = {
         "geometry parallel",
     ],
     "reconstruct": [
-        "fit export",
+        "fit export goniometer",
         "symmetry",
         "uncertainty lighting",
         "represent",

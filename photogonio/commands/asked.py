@@ -1,10 +1,11 @@
-"""The options that ``process`` and ``fit`` share, as the library takes them."""
+"""Options that several commands share, as the library takes them."""
 
 from __future__ import annotations
 
 import argparse
 
 from photogonio.options import Options
+from photogonio.reconstruct.goniometer.told import Told
 
 
 def options_of(args: argparse.Namespace) -> Options:
@@ -19,4 +20,16 @@ def options_of(args: argparse.Namespace) -> Options:
         physics=args.physics,
         channels=args.channels,
         workers=args.workers,
+    )
+
+
+def told_of(args: argparse.Namespace) -> Told:
+    """What ``fit`` and ``compare`` are told of tables."""
+    return Told(
+        columns=args.columns,
+        where=tuple(pair for group in args.where for pair in group.items()),
+        quantity=args.quantity,
+        angles=args.angles,
+        azimuth=args.azimuth,
+        channel_by=args.channel_by,
     )

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from photogonio.commands.asked import told_of
 from photogonio.compare.compare import Comparison, compare
 from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import scatter_figure
 from photogonio.system.outputs import staged_folder, to_json
 from photogonio.system.progress import Reporter
-from photogonio.system.provenance import Provenance, canonical_command, hash_file, joined
+from photogonio.system.provenance import Provenance, canonical_command, hash_file
 
 _UNITS = {
     "relative_l2": ("%", 100.0),
@@ -25,11 +26,12 @@ _UNITS = {
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     paths = [find_brdf(Path(name)) for name in (args.a, args.b)]
-    where = [pair for group in args.where for pair in group.items()]
-    a, b = (load_known(path, columns=args.columns, where=where) for path in paths)
+    told = told_of(args)
+    a, b = (load_known(path, told) for path in paths)
+    for warning in (*a.warnings, *b.warnings):
+        reporter.warn(warning)
     found = compare(a, b, mask=np.radians(args.mask), scale=args.scale)
-    options = {"mask": args.mask, "scale": args.scale or None}
-    options |= {"columns": joined(args.columns), "where": joined(dict(where))}
+    options = {"mask": args.mask, "scale": args.scale or None} | told.to_dict()
     source = Provenance(
         canonical_command("compare", f"{paths[0].name} {paths[1].name}", options),
         {path.name: hash_file(path) for path in paths},

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from photogonio.commands.asked import options_of
+from photogonio.commands.asked import options_of, told_of
 from photogonio.pipeline import fit
 from photogonio.report.summary import closing_lines, numbers
 from photogonio.system.progress import Reporter
@@ -13,8 +13,7 @@ from photogonio.system.progress import Reporter
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out = Path(args.out) if args.out else Path(Path(args.table).stem + "-brdf")
-    where = [pair for group in args.where for pair in group.items()]
-    result = fit(args.table, out, options_of(args), columns=args.columns, where=where, reporter=reporter)
+    result = fit(args.table, out, options_of(args), told=told_of(args), reporter=reporter)
     reporter.say(closing_lines(result))
     reporter.say(f"written to {out}: coefficients.json, table.npz, report.html and pictures")
     return numbers(result) | {"out": str(out)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,8 +14,9 @@ from photogonio.capture.errors import InputError
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
+from photogonio.reconstruct.goniometer.read import read_samples
+from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
-from photogonio.reconstruct.table.goniometer_csv import read_samples
 from photogonio.synthetic.render.world import brdf_from
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
@@ -32,6 +33,7 @@ class Known:
     evaluate: Evaluate | None = None  # incident, exit (n, 3) -> (n, c), 1/sr
     at: Directions | None = None
     value: np.ndarray | None = None  # (n, c) 1/sr
+    warnings: tuple[str, ...] = ()
 
 
 def find_brdf(path: Path) -> Path:
@@ -40,12 +42,10 @@ def find_brdf(path: Path) -> Path:
     return next((file for file in inside if file.is_file()), path) if path.is_dir() else path
 
 
-def load_known(
-    path: Path, *, columns: Mapping[str, str] | None = None, where: Sequence[tuple[str, str]] = ()
-) -> Known:
+def load_known(path: Path, told: Told = UNTOLD) -> Known:
     """Read a BRDF: coefficients or truth (.json), MERL (.binary), a grid (.npz) or a table (.csv).
 
-    ``columns`` and ``where`` say how a table is read (:func:`reconstruct.table.goniometer_csv.read_samples`).
+    ``told`` says how a table is read (:func:`reconstruct.goniometer.read.read_samples`).
 
     Raises:
         InputError: no such file, or none of these.
@@ -54,7 +54,7 @@ def load_known(
     if not path.is_file():
         raise InputError(path, "no such file; expected a BRDF (.json, .binary, .npz or .csv)")
     if path.suffix == ".csv":
-        return _read_table(path, columns, where)
+        return _read_table(path, told)
     if path.suffix not in readers:
         raise InputError(path, f"expected a BRDF: one of {', '.join(readers)}, .csv")
     return readers[path.suffix](path)
@@ -113,10 +113,11 @@ def _on_grid(path: Path, grid: np.ndarray, value: np.ndarray) -> Known:
     return Known(path.name, _names(value.shape[1]), isotropic=True, at=at, value=value)
 
 
-def _read_table(path: Path, columns: Mapping[str, str] | None, where: Sequence[tuple[str, str]]) -> Known:
-    samples = read_samples(path, columns=columns, where=where)
+def _read_table(path: Path, told: Told) -> Known:
+    samples = read_samples(path, told)
     at = _at(samples.incident, samples.exit)
-    return Known(path.name, samples.channels, isotropic=False, at=at, value=samples.value)
+    said = tuple(f"{path.name}: {warning}" for warning in samples.warnings)
+    return Known(path.name, samples.channels, isotropic=False, at=at, value=samples.value, warnings=said)
 
 
 def _at(incident: np.ndarray, exit: np.ndarray) -> Directions:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,28 +10,33 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.options import Options
+from photogonio.reconstruct.goniometer.read import read_samples
+from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable, load_table
-from photogonio.reconstruct.table.goniometer_csv import UNBINNED, read_samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import UNBINNED, samples_table
 from photogonio.system.progress import Reporter
 
 
-def read_table(
-    path: Path,
-    options: Options,
-    columns: Mapping[str, str] | None,
-    where: Sequence[tuple[str, str]],
-    reporter: Reporter,
-) -> tuple[FacetTable, str]:
+def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> tuple[FacetTable, str]:
+    """The table to fit, and its scale. Says how it was read, and warns of what was left out.
+
+    Raises:
+        InputError: the file cannot be used, or not as ``told``.
+    """
     if path.suffix == ".npz":
-        if columns or where:
-            raise InputError(path, "is a facet table; --columns and --where are for CSV")
+        if told != Told():
+            raise InputError(
+                path, "is a facet table; --columns, --where, --quantity and the like are for CSV"
+            )
         table = load_table(path)
         _refuse_level(options, table.level)
         return table, _source_of(path).get("scale", "absolute")
     _refuse_level(options, UNBINNED)
-    samples = read_samples(path, columns=columns, where=where)
-    if samples.left_out:
-        reporter.warn(f"{path.name}: {samples.left_out} rows left out: no number, or below the surface")
+    samples = read_samples(path, told)
+    for note in samples.notes:
+        reporter.say(f"{path.name}: {note}")
+    for warning in samples.warnings:
+        reporter.warn(f"{path.name}: {warning}")
     return samples_table(samples), "absolute"
 
 

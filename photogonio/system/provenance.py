@@ -68,8 +68,3 @@ def hash_photos(
         digest = known[name] if name in known else hashes[folder / name]
         whole.update(f"{Path(name).as_posix()} {digest}\n".encode())
     return whole.hexdigest()
-
-
-def joined(pairs: Mapping[str, str] | None) -> str | None:
-    """Pairs as one option: ``a=b,c=d``; None where there are none."""
-    return ",".join(f"{name}={value}" for name, value in pairs.items()) if pairs else None

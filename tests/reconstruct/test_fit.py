@@ -8,11 +8,12 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, lobe_columns
 from photogonio.reconstruct.modes.angles import pair_angles
 from photogonio.reconstruct.represent.bounds import held_pairs
 from photogonio.reconstruct.table.cells import Cells, cells_of
-from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, read_samples, samples_table
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
 
 from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of

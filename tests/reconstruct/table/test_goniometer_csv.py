@@ -7,13 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.modes.angles import pair_angles
-from photogonio.reconstruct.table.goniometer_csv import (
-    UNBINNED,
-    GoniometerSamples,
-    read_samples,
-    samples_table,
-)
+from photogonio.reconstruct.table.goniometer_csv import UNBINNED, GoniometerSamples, samples_table
 
 from tests.places import SHARED
 

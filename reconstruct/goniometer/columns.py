@@ -1,0 +1,118 @@
+"""Which column of a table is what."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.text import TextTable
+from photogonio.reconstruct.goniometer.told import Told
+
+ANGLE_NAMES = ("theta_i", "phi_i", "theta_r", "phi_r")
+NAMES = (*ANGLE_NAMES, "value", "sigma")
+# words of headers that name no BRDF, however they are written
+WAVELENGTHS = {"lambda", "λ", "wavelength", "wavelengths", "wl", "wvl", "(nm)", "(um)"}
+ERRORS = {
+    *("sigma", "σ", "sd", "std", "stdev", "stddev", "stderr", "se", "sem", "err", "error", "errors"),
+    *("unc", "uncert", "uncertainty", "u", "du", "noise", "variance", "var", "rms", "deviation", "rsd", "k"),
+}
+CIRCUMSTANCES = {
+    *("temperature", "temp", "humidity", "pressure", "time", "date", "timestamp", "datetime", "seconds"),
+    *("index", "idx", "row", "line", "no", "nr", "num", "number", "id", "n", "count", "counts", "sample"),
+    *("samples", "run", "scan", "repeat", "rep", "file", "flag", "flags", "quality", "valid", "mask", "snr"),
+    *("polarization", "polarisation", "pol", "filter", "detector", "gain", "exposure", "integration", "dark"),
+    *("distance", "power", "current", "voltage", "theta", "phi", "angle", "azimuth", "elevation", "dphi"),
+    *("theta_h", "theta_d", "phi_d", "thetai", "thetar", "phii", "phir", "weight", "comment", "remark"),
+    *("solid", "aperture", "spot", "position", "x_mm", "y_mm", "z_mm", "operator", "instrument"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Matched:
+    """Headers by the reader's names."""
+
+    angles: dict[str, str]  # of theta_i, phi_i, theta_r, phi_r; without those that are missing
+    values: tuple[str, ...]
+    sigmas: tuple[str, ...]  # none, one, or one a value
+    unused: tuple[str, ...]  # in no part of what was asked
+
+
+def words_of(header: str) -> set[str]:
+    """The header and its words in small letters: ``Wavelength [nm]`` has wavelength and nm."""
+    low = header.lower().strip()
+    whole = {f"({low})"} if low in ("nm", "um") else {low}  # a header alone; of 550nm it is a part
+    return whole | {*re.findall(r"[^\W_\d]+", low), *re.findall(r"[^\W_]+", low)}
+
+
+def is_value(header: str) -> bool:
+    """Whether a header that nobody mapped may be a channel."""
+    return not words_of(header) & (WAVELENGTHS | ERRORS | CIRCUMSTANCES)
+
+
+def match_columns(table: TextTable, told: Told) -> Matched:
+    """Headers of what the reader knows. Without ``value`` mapped, every other column is a channel, but for words and
+    for what a header names that is no BRDF (wavelength, sigma, temperature ...).
+
+    Raises:
+        InputError: a column is missing, or there twice, or there is no value.
+    """
+    for name in told.columns:
+        if name not in NAMES:
+            raise InputError(f"--columns {name}", f"expected one of {', '.join(NAMES)}")
+    header = table.header
+    angles = {name: told.columns.get(name, name) for name in ANGLE_NAMES}
+    absent = [name for name in ("phi_i", "phi_r") if name not in told.columns and name not in header]
+    for name in absent if absent != ["phi_r"] else ():
+        del angles[name]
+    sigma = told.columns.get("sigma", "sigma" if "sigma" in header else "")
+    chosen = [name for name, _ in told.where] + ([told.channel_by] if told.channel_by else [])
+    taken = {*angles.values(), *sigma.split("+"), *chosen}
+    others = [name for name in header if name not in taken]
+    values = _values(table, told, others)
+    for name in [*angles.values(), *values, *filter(None, sigma.split("+")), *chosen]:
+        if header.count(name) != 1:
+            found = "more than once" if name in header else f"not among {', '.join(header)}"
+            raise InputError(table.path, f"column {name!r} is {found}; map headers with --columns")
+    sigmas = tuple(filter(None, sigma.split("+")))
+    if len(sigmas) not in (0, 1, len(values)):
+        raise InputError(f"--columns sigma={sigma}", f"expected one, or one for each of {len(values)} values")
+    unused = tuple(name for name in others if name not in values)
+    return Matched(angles, values, sigmas, unused)
+
+
+def _values(table: TextTable, told: Told, others: list[str]) -> tuple[str, ...]:
+    if "value" in told.columns:
+        return tuple(told.columns["value"].split("+"))
+    likely = tuple(name for name in others if is_value(name))
+    values = tuple(name for name in likely if not _all_words(table, name)) or likely
+    if not values:
+        raise InputError(
+            table.path,
+            f"no column of values; found {', '.join(table.header)}; say which with --columns value=...",
+        )
+    return values
+
+
+def _all_words(table: TextTable, name: str) -> bool:
+    """Whether not one cell is a number; of a name that is there twice, whatever."""
+    if table.header.count(name) != 1 or not table.is_text(name):
+        return False
+    return bool(np.isnan(table.numbers[table.header.index(name)]).all())
+
+
+def unused_note(matched: Matched) -> str | None:
+    """What is said of columns that are not read; None where there are none."""
+    if not matched.unused:
+        return None
+    text = f"not read: {', '.join(matched.unused[:8])}" + (", ..." if len(matched.unused) > 8 else "")
+    errors = [name for name in matched.unused if words_of(name) & ERRORS]
+    if errors and not matched.sigmas:
+        text += f" (standard errors? --columns sigma={'+'.join(errors[: len(matched.values)])})"
+    return text
+
+
+def channel_names(headers: tuple[str, ...]) -> tuple[str, ...]:
+    """``value_R`` and the like lose their prefix."""
+    return tuple(name.removeprefix("value_") or name for name in headers)

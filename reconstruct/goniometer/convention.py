@@ -1,0 +1,103 @@
+"""Angles and values of a table in the project's own terms: radians, azimuths from the lamp's side, f in 1/sr."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.text import TextTable
+from photogonio.reconstruct.goniometer.told import Told
+
+RADIANS = 1.58  # the largest polar angle is pi / 2
+TURN = 6.3  # likewise of azimuths, 2 pi
+NORMAL = 0.5  # degrees: nearer to the normal a direction has no side
+GRAZING = math.cos(math.radians(89.5))  # values divided by less say nothing
+SIDE = 15.0  # degrees about a direction: where its peak would be
+
+
+def directions(
+    table: TextTable, angles: Mapping[str, str], value: np.ndarray, told: Told
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """theta_i, phi_i, theta_r, phi_r (n,) in radians, phi_r - phi_i = 0 on the lamp's side; a negative theta is
+    folded to the other side. ``value`` (n,) helps to ask which side is which.
+
+    Raises:
+        InputError: the unit or the side is not told, and cannot be taken for granted.
+    """
+    found = {name: table.number(header) for name, header in angles.items()}
+    degree = _degrees(table, found, told)
+    zero = np.zeros(len(table))
+    turned = {name: degree * found.get(name, zero) for name in ("theta_i", "phi_i", "theta_r", "phi_r")}
+    if "phi_r" not in found and told.azimuth is None:
+        _ask_side(table, turned["theta_i"], turned["theta_r"], value)
+    theta_i, phi_i = _fold(turned["theta_i"], turned["phi_i"])
+    theta_r, phi_r = _fold(turned["theta_r"], turned["phi_r"] + (180.0 if told.azimuth == "mirror" else 0.0))
+    return theta_i, phi_i, theta_r, phi_r
+
+
+def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> float:
+    """How many degrees the table's unit of angle is."""
+    largest = {name: float(np.nanmax(np.abs(angle), initial=0.0)) for name, angle in found.items()}
+    theta = max(largest["theta_i"], largest["theta_r"])
+    phi = max(largest.get("phi_i", 0.0), largest.get("phi_r", 0.0))
+    if told.angles == "radians":
+        if max(theta, phi) > 4.0 * TURN:
+            raise InputError(table.path, f"an angle is {max(theta, phi):g}: these are no radians")
+        return 180.0 / math.pi
+    if told.angles is None and 0.0 < theta <= RADIANS:
+        if phi <= TURN:
+            raise InputError(
+                table.path,
+                f"no polar angle is above {theta:.4g}, no azimuth above {phi:.4g}: are these radians? "
+                "Say --angles radians, or --angles degrees if they are not",
+            )
+        raise InputError(
+            table.path,
+            f"no theta is above {theta:.4g}, but azimuths reach {phi:.4g}: polar angles in radians? "
+            "Say --angles degrees if they are not, else bring all to one unit",
+        )
+    return 1.0
+
+
+def _ask_side(table: TextTable, theta_i: np.ndarray, theta_r: np.ndarray, value: np.ndarray) -> None:
+    """Raises InputError for a table without azimuths that nobody told the sides of, unless sides do not matter."""
+    if not (np.abs(theta_i) > NORMAL).any() or not (np.abs(theta_r) > NORMAL).any():
+        return
+    same, other = (_brightest(np.abs(theta_r - sign * theta_i), theta_i, value) for sign in (1.0, -1.0))
+    guess = ""
+    if max(same, other) > 1.2 * min(same, other):
+        where = "of the same sign as" if same > other else "of the other sign than"
+        guess = f" (readings are brightest at theta_r {where} theta_i, and most surfaces are toward the mirror side)"
+    raise InputError(
+        table.path,
+        "no azimuths (phi_i, phi_r): which side are exit angles on that have the sign of theta_i? Say --azimuth "
+        f"mirror if they are on the mirror side, --azimuth lamp if they are on the lamp's{guess}",
+    )
+
+
+def _brightest(apart: np.ndarray, theta_i: np.ndarray, value: np.ndarray) -> float:
+    """Mean value near where ``apart`` is 0, off the normal; 0 where nothing is."""
+    near = (apart < SIDE) & (np.abs(theta_i) > SIDE) & np.isfinite(value)
+    return float(np.mean(value[near])) if near.any() else 0.0
+
+
+def _fold(theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Degrees to radians; a negative theta becomes positive on the other side."""
+    return np.radians(np.abs(theta)), np.radians(np.where(theta < 0, phi + 180.0, phi))
+
+
+def per_brdf(quantity: str, theta_i: np.ndarray, theta_r: np.ndarray) -> np.ndarray:
+    """What the table's numbers are over f (n,), sr; NaN where that is 0, toward grazing."""
+    cos_i, cos_r = np.cos(theta_i), np.cos(theta_r)
+    factor = {
+        "brdf": np.ones_like(cos_i),
+        "brdf-cos": cos_r,
+        "brdf-cos-incident": cos_i,
+        "brdf-cos-cos": cos_i * cos_r,
+        "reflectance-factor": np.full_like(cos_i, math.pi),
+        "percent": np.full_like(cos_i, 100.0 * math.pi),
+    }[quantity]
+    grazing = {"brdf-cos": cos_r, "brdf-cos-incident": cos_i, "brdf-cos-cos": np.minimum(cos_i, cos_r)}
+    return np.where(grazing.get(quantity, 1.0) < GRAZING, np.nan, factor)

@@ -1,0 +1,179 @@
+"""A file of measured values: read, brought to the project's terms, freed of what is no measurement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.columns import Matched, channel_names, match_columns, unused_note
+from photogonio.reconstruct.goniometer.convention import directions, per_brdf
+from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
+from photogonio.reconstruct.goniometer.text import TextTable, read_text
+from photogonio.reconstruct.goniometer.told import UNTOLD, Told
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+
+LARGEST, LEAST = 1e30, 1e-30  # 1/sr: what the middle value of a table may be
+SURE, UNSURE = 1e-9, 1e9  # standard errors, of the middle value: below it refused, above it no measurement
+
+
+def read_samples(
+    path: Path,
+    told: Told = UNTOLD,
+    *,
+    columns: Mapping[str, str] | None = None,
+    where: Sequence[tuple[str, str]] = (),
+) -> GoniometerSamples:
+    """Read a table of measurements: a header line, then angles and one column a channel.
+
+    ``columns`` and ``where`` stand for those of ``told``. Rows without a number, below the surface, and such as
+    cannot be measurements are left out, and told.
+
+    Raises:
+        InputError: the file cannot be read, a column is missing, a cell is no number, what the numbers are is not
+            told and cannot be taken for granted, or no row is left.
+    """
+    if columns or where:
+        told = replace(told, columns=columns or {}, where=where)
+    return read_columns(read_text(path), told)
+
+
+def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
+    """GoniometerSamples of a table whose cells have been read."""
+    matched = match_columns(table, told)
+    table = _select(table, told.where)
+    value = np.column_stack([table.number(name) for name in matched.values])
+    angles = directions(table, matched.angles, value[:, 0], told)
+    sigma = None
+    if matched.sigmas:
+        sigma = np.column_stack([table.number(name) for name in matched.sigmas])
+        sigma = np.broadcast_to(sigma, value.shape)
+    note = unused_note(matched)
+    samples = GoniometerSamples(
+        *angles,
+        value=value,
+        sigma=sigma,
+        channels=channel_names(matched.values),
+        notes=() if note is None else (note,),
+        line=table.line[:, None],
+    )
+    samples = _side_by_side(table, samples, matched, told)
+    samples = _in_units(table.path, samples, told)
+    return samples
+
+
+def _side_by_side(
+    table: TextTable, samples: GoniometerSamples, matched: Matched, told: Told
+) -> GoniometerSamples:
+    """With the values of one column as channels, where that is asked for; refused where it had to be."""
+    if told.channel_by is None and not matched.unused:
+        return samples
+    pair = pair_numbers((samples.theta_i, samples.phi_i, samples.theta_r, samples.phi_r))
+    if told.channel_by is None:
+        refuse_mixed(table, matched.unused, pair, samples.value.mean(1))
+        return samples
+    first, rows, names = channels_of(table, told.channel_by, pair, samples.value, samples.channels)
+    taken = take(samples, first)
+    wide = (len(rows), -1)
+    return replace(
+        taken,
+        value=samples.value[rows].reshape(wide),
+        sigma=None if samples.sigma is None else samples.sigma[rows].reshape(wide),
+        channels=names,
+        line=np.repeat(samples.line[rows, 0], samples.value.shape[1], axis=1),
+        warnings=_unpaired(rows.size, samples, told.channel_by),
+    )
+
+
+def _unpaired(used: int, samples: GoniometerSamples, header: str) -> tuple[str, ...]:
+    good = int(np.isfinite(samples.value).all(1).sum())
+    if good == used:
+        return ()
+    return (
+        f"{good - used} rows left out: their directions were not measured at each {header}, or more than once",
+    )
+
+
+def _in_units(path: Path, samples: GoniometerSamples, told: Told) -> GoniometerSamples:
+    """In 1/sr, without rows that say nothing."""
+    factor = per_brdf(told.quantity, samples.theta_i, samples.theta_r)[:, None]
+    value = samples.value / factor
+    sigma = None if samples.sigma is None else samples.sigma / factor
+    parts = [samples.theta_i, samples.phi_i, samples.theta_r, samples.phi_r, value.sum(1)]
+    parts += [] if sigma is None else [sigma.sum(1)]
+    keep = np.all(np.isfinite(parts), axis=0)
+    keep &= (samples.theta_i <= math.pi / 2) & (samples.theta_r <= math.pi / 2)
+    if not keep.any():
+        raise InputError(path, "no row has a value and both directions above the surface")
+    samples = replace(samples, value=value, sigma=sigma)
+    told_out = _left(samples, ~keep, "without a number, or with a direction below the surface")
+    samples = take(samples, keep)
+    return replace(
+        _of_known_errors(path, samples), warnings=samples.warnings + told_out, left_out=int((~keep).sum())
+    )
+
+
+def _of_known_errors(path: Path, samples: GoniometerSamples) -> GoniometerSamples:
+    """Raises InputError for values that are no BRDF whatever the unit, and for standard errors that cannot be."""
+    middle = float(np.median(np.abs(samples.value[samples.value != 0.0]))) if samples.value.any() else 1.0
+    if not LEAST < middle < LARGEST:
+        raise InputError(path, f"values are about {middle:.3g}: no BRDF in 1/sr, nor a multiple of one")
+    if samples.sigma is None:
+        return samples
+    if (samples.sigma <= 0).any():
+        raise InputError(path, "standard errors (sigma) must be above zero")
+    small = samples.sigma.min(1) < SURE * middle
+    if small.any():
+        row = int(np.argmax(small))
+        raise InputError(
+            f"{path}: line {samples.line[row, 0]}",
+            f"a standard error of {samples.sigma[row].min():.3g}, of values of {middle:.3g}, cannot be",
+        )
+    return replace(samples, sigma=np.minimum(samples.sigma, UNSURE * middle))
+
+
+def take(samples: GoniometerSamples, keep: np.ndarray) -> GoniometerSamples:
+    """The rows that a mask or an index array names."""
+    names = ("theta_i", "phi_i", "theta_r", "phi_r", "value", "sigma", "line")
+    given = {name: getattr(samples, name) for name in names}
+    return replace(samples, **{name: None if row is None else row[keep] for name, row in given.items()})
+
+
+def _left(samples: GoniometerSamples, out: np.ndarray, why: str) -> tuple[str, ...]:
+    if not out.any():
+        return ()
+    count = int(out.sum())
+    return (f"{count} row{'s' if count > 1 else ''} left out, {why} ({lines_of(samples.line[out, 0])})",)
+
+
+def lines_of(line: np.ndarray, most: int = 12) -> str:
+    """Line numbers in words, neighbouring ones joined."""
+    line = np.unique(line)
+    starts = np.flatnonzero(np.diff(line, prepend=line[0] - 2) > 1)
+    ends = np.r_[starts[1:] - 1, len(line) - 1]
+    runs = [(int(line[a]), int(line[b])) for a, b in zip(starts, ends, strict=True)]
+    words = [f"{a}" if a == b else f"{a} to {b}" for a, b in runs[:most]]
+    more = sum(b - a + 1 for a, b in runs[most:])
+    return f"line{'s' if len(line) > 1 else ''} " + ", ".join(words) + (f" and {more} more" if more else "")
+
+
+def _select(table: TextTable, where: Sequence[tuple[str, str]]) -> TextTable:
+    for name, text in where:
+        words, label = table.labels(name)
+        wanted = [k for k, word in enumerate(words) if _same(word, text)]
+        keep = np.isin(label, wanted)
+        if not keep.any():
+            listed = ", ".join(words[:8]) + (", ..." if len(words) > 8 else "")
+            raise InputError(table.path, f"no row has {name} = {text}; found {listed}")
+        table = table.take(keep)
+    return table
+
+
+def _same(cell: str, text: str) -> bool:
+    try:
+        return math.isclose(float(cell), float(text), rel_tol=1e-9)
+    except ValueError:
+        return cell == text

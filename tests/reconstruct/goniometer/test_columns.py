@@ -1,0 +1,57 @@
+"""Columns that nobody mapped: which may be channels."""
+
+from __future__ import annotations
+
+import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.columns import is_value, match_columns, unused_note
+from photogonio.reconstruct.goniometer.text import read_text
+from photogonio.reconstruct.goniometer.told import Told
+
+ANGLES = "theta_i,phi_i,theta_r,phi_r"
+
+
+def table_of(tmp_path, more: str, cells: str):
+    path = tmp_path / "table.csv"
+    path.write_text(f"{ANGLES},{more}\n10,0,20,90,{cells}\n")
+    return read_text(path)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["lambda", "Lambda", "wavelength", "wavelength_nm", "Wavelength [nm]", "lambda_um", "sigma", "f_sigma", "stderr",
+     "uncertainty", "Uncertainty (k=2)", "error_R", "temperature", "Temp", "temperature_C", "index", "row", "run",
+     "polarization", "time", "date", "sample_id", "std dev", "σ", "λ"],
+)  # fmt: skip
+def test_never_a_channel(tmp_path, header):
+    assert not is_value(header)
+    matched = match_columns(table_of(tmp_path, f"brdf,{header}", "0.2,1"), Told())
+    assert matched.values == ("brdf",)
+    assert ("sigma" == header) == (matched.sigmas == ("sigma",))
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["value", "f", "R", "value_R", "f_r11", "BRDF", "Y", "450", "550nm", "reflectance", "fr (1/sr)", "green"],
+)
+def test_a_channel(header):
+    assert is_value(header)
+
+
+def test_words_are_no_channel_and_errors_are_offered(tmp_path):
+    matched = match_columns(
+        table_of(tmp_path, "R,G,operator name,R_unc,G_unc", "0.1,0.2,Ann,0.01,0.02"), Told()
+    )
+    assert matched.values == ("R", "G")
+    note = unused_note(matched)
+    assert "operator name" in note and "--columns sigma=R_unc+G_unc" in note
+
+
+def test_what_was_mapped_is_obeyed(tmp_path):
+    told = Told(columns={"value": "lambda"})
+    assert match_columns(table_of(tmp_path, "brdf,lambda", "0.2,1"), told).values == ("lambda",)
+
+
+def test_without_values_it_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"--columns value=\.\.\."):
+        match_columns(table_of(tmp_path, "wavelength,sigma", "500,1"), Told())

@@ -1,0 +1,115 @@
+"""What a table's angles and values are in the project's terms, and what is asked before they are believed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.convention import per_brdf
+from photogonio.reconstruct.goniometer.read import read_samples
+from photogonio.reconstruct.goniometer.told import QUANTITIES, Told
+from photogonio.reconstruct.modes.angles import pair_angles
+
+from tests.places import SHARED
+
+CASES = SHARED / "cases"
+present = pytest.mark.skipif(not CASES.exists(), reason="the shared cases are not here")
+
+
+def write(tmp_path, text: str):
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    return path
+
+
+def test_radians_are_asked_about_and_read(tmp_path):
+    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n0.5,0,1.2,3.14,0.2\n0,0,1.4,6.2,0.3\n")
+    with pytest.raises(InputError, match=r"are these radians.*--angles radians"):
+        read_samples(path)
+    np.testing.assert_allclose(read_samples(path, Told(angles="radians")).theta_r, [1.2, 1.4])
+    np.testing.assert_allclose(np.degrees(read_samples(path, Told(angles="degrees")).theta_r), [1.2, 1.4])
+
+
+def test_units_that_do_not_go_together_are_asked_about(tmp_path):
+    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n0.5,0,1.2,180,0.2\n")
+    with pytest.raises(InputError, match="azimuths reach 180"):
+        read_samples(path)
+
+
+def test_degrees_are_no_radians(tmp_path):
+    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n0.5,0,1.2,180,0.2\n30,0,20,90,0.2\n")
+    assert len(read_samples(path).value) == 2
+    with pytest.raises(InputError, match="no radians"):
+        read_samples(path, Told(angles="radians"))
+
+
+def test_an_all_normal_table_is_not_asked_about(tmp_path):
+    assert len(read_samples(write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n0,0,0,0,0.2\n")).value) == 1
+
+
+def test_azimuths_from_the_mirror_side(tmp_path):
+    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n30,20,40,20,0.2\n30,20,40,110,0.3\n")
+    samples = read_samples(path, Told(azimuth="mirror"))
+    dphi = pair_angles(samples.incident, samples.exit)[2]
+    np.testing.assert_allclose(np.abs(np.degrees(dphi)), [180, 90], atol=1e-9)
+
+
+@pytest.mark.parametrize(("side", "dphi"), [("mirror", [180, 0, 0, 180]), ("lamp", [0, 180, 180, 0])])
+def test_scans_in_the_plane_of_incidence(tmp_path, side, dphi):
+    """Signed angles alone; the lamp may stand on either side."""
+    path = write(tmp_path, "theta_i,theta_r,f\n30,20,3\n30,-20,1\n-30,20,1\n-30,-20,3\n")
+    with pytest.raises(InputError, match=r"same sign as theta_i.*mirror side"):
+        read_samples(path)
+    samples = read_samples(path, Told(azimuth=side))
+    found = np.degrees(np.abs(pair_angles(samples.incident, samples.exit)[2]))
+    np.testing.assert_allclose(found, dphi, atol=1e-9)
+    np.testing.assert_allclose(np.degrees(samples.theta_r), 20)
+
+
+def test_at_normal_incidence_no_side_is_asked_for(tmp_path):
+    assert len(read_samples(write(tmp_path, "theta_i,theta_r,f\n0,20,3\n0,-20,1\n")).value) == 2
+
+
+def test_quantities_are_brought_to_f():
+    """Each from its definition; all of a Lambertian surface of albedo a are a / pi."""
+    theta_i, theta_r = np.radians([0.0, 30.0, 60.0]), np.radians([70.0, 10.0, 45.0])
+    f = 0.4 / np.pi
+    said = {
+        "brdf": f,
+        "brdf-cos": f * np.cos(theta_r),
+        "brdf-cos-incident": f * np.cos(theta_i),
+        "brdf-cos-cos": f * np.cos(theta_i) * np.cos(theta_r),
+        "reflectance-factor": 0.4,
+        "percent": 40.0,
+    }
+    assert set(said) == set(QUANTITIES)
+    for quantity, value in said.items():
+        np.testing.assert_allclose(value / per_brdf(quantity, theta_i, theta_r), f, rtol=1e-14)
+
+
+def test_at_the_horizon_a_cosine_says_nothing(tmp_path):
+    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n30,0,90,0,0\n30,0,60,0,0.1\n")
+    samples = read_samples(path, Told(quantity="brdf-cos"))
+    np.testing.assert_allclose(samples.value, [[0.2]])
+    assert samples.left_out == 1 and "line 2" in samples.warnings[0]
+
+
+@present
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("radians", Told(angles="radians")),
+        ("percent-of-white", Told(quantity="percent")),
+        ("times-cosine", Told(quantity="brdf-cos")),
+        ("azimuth-from-mirror-side", Told(azimuth="mirror")),
+    ],
+)
+def test_the_cases_told_rightly_are_the_plain_table(name, told):
+    plain, other = read_samples(CASES / "plain.csv"), read_samples(CASES / f"{name}.csv", told)
+    at, right = (pair_angles(table.incident, table.exit) for table in (other, plain))
+    np.testing.assert_allclose(at[:2], right[:2], atol=1e-5)
+    off = np.minimum(np.sin(at[0]), np.sin(at[1])) * (
+        np.abs(at[2]) - np.abs(right[2])
+    )  # azimuths at the pole
+    np.testing.assert_allclose(off, 0.0, atol=1e-5)
+    np.testing.assert_allclose(other.value, plain.value, rtol=2e-5)  # six digits are written

@@ -1,0 +1,102 @@
+"""Text tables as people's instruments and spreadsheets write them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.text import read_text
+
+ROWS = [[10, 0, 20, 90, 0.25], [30, 0, 40, 180, 1.5e-3], [50, 0, 60, 270, 2.0]]
+NAMES = ["theta_i", "phi_i", "theta_r", "phi_r", "f"]
+
+
+def written(tmp_path, lines, **options):
+    path = tmp_path / "table.txt"
+    path.write_text("\n".join(lines) + "\n", **options)
+    return path
+
+
+def lines_with(mark: str, decimal: str = ".") -> list[str]:
+    rows = [mark.join(str(cell).replace(".", decimal) for cell in row) for row in ROWS]
+    return [mark.join(NAMES), *rows]
+
+
+def matrix(table) -> np.ndarray:
+    return np.column_stack([table.number(name) for name in NAMES])
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", " ", "   ", ", ", " ; "])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_whatever_separates(tmp_path, mark, end):
+    path = tmp_path / "table.txt"
+    path.write_bytes(end.join(lines_with(mark)).encode())
+    np.testing.assert_array_equal(matrix(read_text(path)), ROWS)
+
+
+@pytest.mark.parametrize("mark", [";", "\t", " "])
+def test_decimal_commas(tmp_path, mark):
+    np.testing.assert_array_equal(matrix(read_text(written(tmp_path, lines_with(mark, ",")))), ROWS)
+
+
+@pytest.mark.parametrize("remark", ["#", ";", "%", "!", "//", "  # "])
+@pytest.mark.parametrize("mark", [",", ";", " "])
+def test_remarks(tmp_path, remark, mark):
+    header, *rows = lines_with(mark)
+    said = f"{remark} of 12, 13, 14"
+    table = read_text(written(tmp_path, [said, "", header, said, *rows, said]))
+    np.testing.assert_array_equal(matrix(table), ROWS)
+    np.testing.assert_array_equal(table.line, [5, 6, 7])
+
+
+def test_a_row_with_an_empty_first_cell_is_no_remark(tmp_path):
+    table = read_text(written(tmp_path, [*lines_with(";"), ";0;20;90;0.5"]))
+    assert np.isnan(table.number("theta_i")[-1]) and table.number("f")[-1] == 0.5
+
+
+def test_a_header_in_a_remark_and_a_line_of_units(tmp_path):
+    header, *rows = lines_with(" ")
+    np.testing.assert_array_equal(matrix(read_text(written(tmp_path, ["# " + header, *rows]))), ROWS)
+    table = read_text(written(tmp_path, [header, "deg deg deg deg 1/sr", *rows]))
+    np.testing.assert_array_equal(matrix(table), ROWS)
+    assert table.units == ("deg", "deg", "deg", "deg", "1/sr")
+
+
+@pytest.mark.parametrize("cell", ["", "NaN", "n/a", "NA", "-", "--", "null", "#N/A", " "])
+def test_cells_that_say_nothing(tmp_path, cell):
+    header, *rows = lines_with(",")
+    table = read_text(written(tmp_path, [header, *rows, f"1,2,3,4,{cell}"]))
+    assert np.isnan(table.number("f")[-1])
+
+
+def test_quoted_cells_and_a_comma_at_the_end(tmp_path):
+    table = read_text(written(tmp_path, ['"theta_i",phi_i,"theta_r",phi_r,"f",name,', '"1",2,3,4,5,"a, b",']))
+    assert table.number("theta_i")[0] == 1.0
+    assert table.labels("name") == (["a, b"], np.array([0]))
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (['theta_i,phi_i,theta_r,phi_r,f', '1,2,"3,4,5'], "line 2: a quote is not closed"),
+        (['theta_i,phi_i,theta_r,phi_r,f', '1,2,3,4,5', '1,2,3"4,5'], "line 3"),
+        (["1,2,3,4,5", "1,2,3,4,6"], "line 1: expected a header line"),
+        (["theta_i,phi_i,theta_r,phi_r,f", "1,2,3,4,5", "1,2,3,4"], "line 3: expected 5 columns, found 4"),
+        (["# only remarks"], "empty"),
+        (["a\0b,c,d", "1,2,3"], "not text"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_read_is_told_in_a_line(tmp_path, lines, said):
+    with pytest.raises(InputError, match=said) as error:
+        read_text(written(tmp_path, lines))
+    assert "\n" not in str(error.value)
+
+
+def test_chunks_join(tmp_path, monkeypatch):
+    """A column of numbers in one chunk may have words in another."""
+    monkeypatch.setattr("photogonio.reconstruct.goniometer.text._CHUNK", 2)
+    rows = [f"{k},0,20,90,{'saturated' if k == 57 else k}" for k in range(60)]
+    table = read_text(written(tmp_path, [",".join(NAMES), *rows]))
+    np.testing.assert_array_equal(table.number("theta_i"), np.arange(60))
+    with pytest.raises(InputError, match="line 59: f is 'saturated'"):
+        table.number("f")
