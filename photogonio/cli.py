@@ -18,11 +18,12 @@ from photogonio.system.memory import keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter
 
-_DONE, _FAILED, _BAD_INPUT, _INTERRUPTED = 0, 1, 2, 130
+_DONE, _FAILED, _BAD_INPUT, _DISTRUSTED, _INTERRUPTED = 0, 1, 2, 3, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; its exit status: 0 done, 2 bad input, 130 stopped by the user, 1 anything else."""
+    """Run one command; its exit status: 0 done, 2 bad input, 3 written but not to be trusted, 130 stopped by the user,
+    1 anything else."""
     args = build_parser().parse_args(arguments)
     reporter = Reporter(quiet=args.quiet, json=args.json)
     try:
@@ -51,7 +52,9 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> int:
         if isinstance(error, BrokenPipeError):
             raise
         return _fail(reporter, str(error), _FAILED)
-    return _FAILED if reporter.failed else _DONE
+    if reporter.failed:
+        return _FAILED
+    return _DISTRUSTED if reporter.distrusted else _DONE
 
 
 def _fail(reporter: Reporter, message: str, status: int) -> int:

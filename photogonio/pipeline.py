@@ -47,6 +47,7 @@ from photogonio.report.summary import (
     said_warnings,
     spoilt_warnings,
 )
+from photogonio.report.trust import DISTRUSTED, faults_of
 from photogonio.result import Result
 from photogonio.run.colours import correction_note, find_correction, in_colours, require_mixable
 from photogonio.run.reduce_photos import Reduced, reduce_photos
@@ -119,6 +120,7 @@ def process(
         beside=beside,
         coloured=None if space == "camera" or correction is None else in_colours(fit.brdf, correction, space),
     )
+    result = replace(result, faults=faults_of(result))
     if out is not None:
         write_result(result, Path(out))
         watch.lap("write")
@@ -185,6 +187,7 @@ def fit(
         warnings=tuple(reporter.warnings),
         provenance=provenance,
     )
+    result = replace(result, faults=faults_of(result))
     if out is not None:
         write_result(result, Path(out))
     return result
@@ -198,7 +201,9 @@ def write_result(result: Result, out: Path) -> None:
         saved = pool.submit(
             save_table, result.table, stage / "table.npz", source=told
         )  # while pictures are drawn
-        replace(result.brdf, source=result.brdf.source | source).save(stage / "coefficients.json")
+        distrust = {DISTRUSTED: [one.code for one in result.faults]} if result.faults else {}
+        brdf = replace(result.brdf, source=result.brdf.source | source, fit=result.brdf.fit | distrust)
+        brdf.save(stage / "coefficients.json")
         if result.setup is not None:
             save_setup(result.setup, stage / "setup.json")
         pictures = page.draw_pictures(result, source=result.provenance.to_text())

@@ -10,6 +10,7 @@ from photogonio.options import Choice
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.fit import FitResult
 from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.report.trust import Fault
 from photogonio.run.surroundings import LightAround
 from photogonio.system.provenance import Provenance
 
@@ -31,6 +32,7 @@ class Result:
         None  # what shines on the sample besides the lamp; None: tabulated measurements
     )
     coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
+    faults: tuple[Fault, ...] = ()  # checks that it fails; none: it may be trusted
 
     @property
     def brdf(self) -> Brdf:

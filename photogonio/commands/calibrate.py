@@ -10,12 +10,15 @@ import numpy as np
 from photogonio.pipeline import calibrate
 from photogonio.report.calibration_text import calibration_lines
 from photogonio.report.marked_photos import pictures_folder
+from photogonio.report.trust import setup_faults, trust_numbers, verdict_lines
 from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     setup = calibrate(args.set, args.out, reporter, workers=args.workers)
-    reporter.say(calibration_lines(setup))
+    faults = setup_faults(setup)
+    reporter.distrust(verdict_lines(faults))
+    reporter.say("\n".join([*verdict_lines(faults), calibration_lines(setup)]))
     reporter.say(f"written to {args.out}, pictures to {pictures_folder(Path(args.out))}")
     lights = {view.light.id: view.light for view in setup.views}
     return {
@@ -49,5 +52,6 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         "residuals": setup.residuals,
         "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in setup.left_out],
         "warnings": setup.warnings,
+        "trust": trust_numbers(faults),
         "out": args.out,
     }

@@ -9,6 +9,7 @@ from pathlib import Path
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.export import find_format
+from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 
@@ -33,6 +34,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     path = Path(args.coefficients)
     out = Path(args.out) if args.out else Path(path.stem + form.suffix)
     brdf = load_brdf(path)
+    for line in told_distrust(brdf, path.name):
+        reporter.warn(line)
     if args.channel is not None:
         brdf = one_channel(brdf, args.channel)
     if brdf.scale == "relative":

@@ -8,12 +8,14 @@ from pathlib import Path
 from photogonio.commands.asked import options_of, told_of
 from photogonio.pipeline import fit
 from photogonio.report.summary import closing_lines, numbers
+from photogonio.report.trust import verdict_lines
 from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out = Path(args.out) if args.out else Path(Path(args.table).stem + "-brdf")
     result = fit(args.table, out, options_of(args), told=told_of(args), reporter=reporter)
+    reporter.distrust(verdict_lines(result.faults))
     reporter.say(closing_lines(result))
     reporter.say(f"written to {out}: coefficients.json, table.npz, report.html and pictures")
     return numbers(result) | {"out": str(out)}

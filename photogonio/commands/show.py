@@ -12,6 +12,7 @@ from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import overview_figure
 from photogonio.report.summary import count_of
+from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_file
@@ -25,6 +26,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     if kind not in ("png", "svg"):
         raise InputError(args.out, "expected a name that ends in .png or .svg")
     brdf = load_brdf(path)
+    for line in told_distrust(brdf, path.name):
+        reporter.warn(line)
     source = Provenance(canonical_command("show", path.name, {}), {path.name: hash_file(path)})
     lobes = count_of(len(brdf.lobes), "lobe")
     title = f"{brdf.source.get('name', path.name)}: {brdf.symmetry}, modes to order {brdf.order}, {lobes}"

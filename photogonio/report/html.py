@@ -45,6 +45,7 @@ class Card:
     label: str
     value: str
     note: str = ""
+    alarm: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -137,6 +137,10 @@ def _cards(result: Result) -> list[Card]:
     values = numbers(result)
     order = ", ".join(brdf.channels)
     cards = [
+        Card(f"not to be trusted: {one.code}", one.found, f"likeliest cause: {one.cause}", alarm=True)
+        for one in result.faults
+    ]
+    cards += [
         Card(
             "model",
             f"order {fitted_order(result.fit)}, {count_of(fitted_lobes(result.fit), 'lobe')}",

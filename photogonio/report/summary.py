@@ -13,7 +13,9 @@ from photogonio.options import Choice
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.represent.anisotropic import typical
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
+from photogonio.report.misfit import relative_misfit
 from photogonio.report.plots import correlation
+from photogonio.report.trust import trust_numbers, verdict_lines
 
 LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
@@ -221,21 +223,13 @@ def numbers(result: Result) -> dict[str, object]:
         },
         "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in result.left_out],
         "warnings": result.warnings,
+        "trust": trust_numbers(result.faults),
         "source": result.provenance.to_dict(),
     }
 
 
 def _spoilt_numbers(beside: LightAround | None) -> dict[str, float] | None:
     return None if beside is None or beside.spoilt is None else asdict(beside.spoilt)
-
-
-def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far the fit is from the cells: root mean squares, of the difference over the observed; and the median of
-    |fitted - observed| / observed over the cells with f above 0; (c,) each. Cells that are all but black have no say
-    in the first."""
-    size = np.maximum(np.sqrt(np.mean(observed**2, axis=0)), np.finfo(float).tiny)
-    ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=observed > 0)
-    return np.sqrt(np.mean((fitted - observed) ** 2, axis=0)) / size, np.nanmedian(np.abs(ratio), axis=0)
 
 
 def photos_used(result: Result) -> int:
@@ -278,11 +272,13 @@ def closing_lines(result: Result) -> str:
     values = numbers(result)
     order = ", ".join(result.brdf.channels)
     median, rms = (100 * values[name] for name in ("relative_median", "relative_rms"))
-    return (
-        f"{lead(result)}\n"
-        f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}\n"
-        f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %"
-    )
+    lines = [
+        *verdict_lines(result.faults),
+        lead(result),
+        f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}",
+        f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %",
+    ]
+    return "\n".join(lines)
 
 
 def listed(values: Sequence[float], form: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 
 _LINE_EVERY = 5.0  # seconds between plain progress lines
 _BAR_AFTER = 1.0  # seconds before a bar appears
@@ -16,6 +17,7 @@ class Reporter:
         self.quiet = quiet
         self.warnings: list[str] = []
         self.failed = False  # the command did its work, and what it found is a failure
+        self.distrusted = False  # results were written, and a check says that they are not to be trusted
         self._out = sys.stderr if json else sys.stdout
         self._bar = None
         self._label = ""
@@ -31,6 +33,14 @@ class Reporter:
         if not self.quiet:
             self.clear()
             print(f"warning: {text}", file=sys.stderr, flush=True)
+
+    def distrust(self, lines: Sequence[str]) -> None:
+        """``lines`` say why what was found is not to be trusted; none: it is. Who asked for quiet is told all the
+        same, on standard error."""
+        self.distrusted = self.distrusted or bool(lines)
+        if self.quiet:
+            for line in lines:
+                print(f"photogonio: {line}", file=sys.stderr, flush=True)
 
     def progress(self, label: str, done: int, total: int) -> None:
         """``done`` of ``total`` steps of ``label`` are finished; may be called as often as one likes."""

@@ -1,0 +1,251 @@
+"""Results that cannot be physical, or that the photos plainly contradict: one named check for each way.
+
+A result that fails a check is written all the same, and is never called a success: the first line of the outcome, the
+first card of the report, ``--json``, the coefficient file and the exit status say so, with the likeliest cause.
+docs/cli.md lists the checks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from photogonio.report.misfit import relative_misfit, shared_misfit
+
+if TYPE_CHECKING:
+    from photogonio.calib.setup import Setup
+    from photogonio.reconstruct.brdf.brdf import Brdf
+    from photogonio.result import Result
+
+DISTRUSTED = "not to be trusted"  # key of the coefficient file's "fit": codes of the checks that failed
+
+BRIGHTEST = 1.05  # albedo: paper and patches are known to a few per cent
+MISFIT = 0.2  # median, relative
+HOPELESS = 0.5  # median, relative: no noise of a measurement that is worth a fit
+PEAK = 0.6  # rms misfit, relative: as much of the light is where the fit has none
+APART = 0.2  # photos at the same directions, relative
+CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 % leaves them on few rows
+LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
+BOARD = 3.0  # pixels, or the part of the picture's width below if that is more
+BOARD_PART = 5e-4
+UNSURE = 0.5  # relative standard error of a lamp's strength
+NARROW, WIDE = 0.5, 150.0  # degrees: fields of view that no camera has
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One way in which a result is known to be wrong."""
+
+    code: str
+    means: str  # when it fails
+    cause: str  # the likeliest
+    found: Callable[..., str]  # what was found, in words; empty where the check holds
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A check that failed."""
+
+    code: str
+    found: str
+    cause: str
+
+    def __str__(self) -> str:
+        return f"{self.found} ({self.code}); likeliest cause: {self.cause}"
+
+
+def _board(setup: Setup) -> str:
+    rms = np.array([one.pose_rms for one in (*setup.views, *setup.boards)])
+    rms = rms[np.isfinite(rms)]
+    allowed = max(BOARD, BOARD_PART * max(setup.camera.size))
+    if not len(rms) or np.median(rms) <= allowed:
+        return ""
+    return f"the board lies {np.median(rms):.1f} pixels from where it was found, in the middle photo"
+
+
+def _camera(setup: Setup) -> str:
+    width = max(setup.camera.size)
+    across = np.degrees(2.0 * np.arctan(0.5 * width / abs(setup.camera.matrix[0, 0])))
+    if not NARROW <= across <= WIDE:
+        return f"the camera's field of view comes out as {across:.3g} degrees"
+    below = [view.name for view in setup.views if np.isfinite(view.pose_rms) and view.pose.center[2] <= 0.0]
+    return f"the camera comes out below the board in {len(below)} photos ({below[0]} ...)" if below else ""
+
+
+def _strengths(setup: Setup) -> str:
+    if setup.scale != "absolute":
+        return ""
+    ratio = [np.max(view.strength_error / np.maximum(view.strength, 1e-300)) for view in setup.views]
+    most = float(np.median(ratio))
+    return "" if most <= UNSURE else f"the lamps' strengths are known to no better than {most:.0%}"
+
+
+def _negative(result: Result) -> str:
+    albedo = result.brdf.bihemispherical_albedo()
+    return "" if (albedo >= 0.0).all() else f"albedo below 0 ({_each(albedo)})"
+
+
+def _bright(result: Result) -> str:
+    albedo = result.brdf.bihemispherical_albedo()
+    if result.brdf.scale != "absolute" or (albedo <= BRIGHTEST).all():
+        return ""
+    return f"albedo above 1 ({_each(albedo)}): more light goes out than came in"
+
+
+def _invalid(result: Result) -> str:
+    valid = result.brdf.valid
+    if not valid or min(valid.get(name, 90.0) for name in ("theta_i_max", "theta_r_max")) > 0.0:
+        return ""
+    rms, median = relative_misfit(result.fit.cells.value, result.fit.predicted)
+    if (median <= CLOSE).all() and (rms <= CLOSE_RMS).all():
+        return ""  # the fit holds where the data are; how far it holds beyond is said by the intervals
+    return "at no angle is f known to a tenth of itself, nor does the fit come close to the data"
+
+
+def _reach(result: Result) -> str:
+    cells = result.fit.cells
+    reach = float(np.degrees(max(cells.theta_i.max(), cells.theta_r.max())))
+    return "" if reach >= LEAST_REACH else f"all data lie within {reach:.2g} degrees of the normal"
+
+
+def _misfit(result: Result) -> str:
+    cells, fitted = result.fit.cells, result.fit.predicted
+    _, median = relative_misfit(cells.value, fitted)
+    worst = int(np.nanargmax(median)) if np.isfinite(median).any() else 0
+    if not median[worst] > MISFIT:
+        return ""
+    if median[worst] <= HOPELESS and shared_misfit(cells, fitted)[worst] <= MISFIT:
+        return ""  # the rows' own noise
+    return f"the fit misses the middle one of the data by {median[worst]:.0%}"
+
+
+def _peak(result: Result) -> str:
+    rms, _ = relative_misfit(result.fit.cells.value, result.fit.predicted)
+    return "" if (rms <= PEAK).all() else f"the fit misses the brightest of the data (rms {rms.max():.0%})"
+
+
+def _contradiction(result: Result) -> str:
+    apart = result.fit.diagnostics["contradiction"]
+    if apart is None or apart <= APART:
+        return ""
+    return f"the photos contradict one another at the same directions by {apart:.0%} in the middle"
+
+
+def _each(values: np.ndarray) -> str:
+    return " · ".join(f"{value:.3g}" for value in values)
+
+
+OF_SETUPS = (
+    Check(
+        "board-residual",
+        "the board's corners lie more than 3 pixels (or 1/2000 of the picture's width) from where they were found, in "
+        "the middle photo",
+        "the board is not the one that the manifest describes (kind, dictionary, sizes, order of corners), or a lens "
+        "that no model of OpenCV's says",
+        _board,
+    ),
+    Check(
+        "camera-place",
+        "the camera comes out below the board, or with a field of view below 0.5 or above 150 degrees",
+        "markers are mirrored or their corners listed in another order, or the given camera matrix is another camera's",
+        _camera,
+    ),
+    Check(
+        "lamp-strength",
+        "on an absolute scale the lamps' strengths have a standard error of more than half of themselves",
+        "the white patch or the paper is clipped, shadowed or hardly lit",
+        _strengths,
+    ),
+)
+OF_FITS = (
+    Check(
+        "negative-albedo",
+        "an albedo is below 0",
+        "angles in another unit or azimuths from another zero, rows that are no measurements, or lamps that stood "
+        "elsewhere",
+        _negative,
+    ),
+    Check(
+        "albedo-above-one",
+        "on an absolute scale an albedo is above 1.05",
+        "the values are no BRDF (a reflectance factor is pi times f, per cent of white 100 pi times), or the white "
+        "patch's reflectance is wrong",
+        _bright,
+    ),
+    Check(
+        "not-determined",
+        "f is known to a tenth of itself at no angle (the valid angles are 0 degrees), and the misfit is above 6 % in "
+        "the median or 15 % rms",
+        "too few or too noisy data, or data that contradict one another",
+        _invalid,
+    ),
+    Check(
+        "extrapolated",
+        "all data lie within 10 degrees of the normal: nearly all of the result is extrapolated",
+        "angles in radians, or the camera and the lamps too close together",
+        _reach,
+    ),
+    Check(
+        "misfit",
+        "the median misfit is above 20 %, and neighbouring rows agree that the fit is off; or above 50 %",
+        "rows that are no measurements, angles that are not what they are taken for, or lamps that stood elsewhere",
+        _misfit,
+    ),
+    Check(
+        "peak-missed",
+        "the rms misfit is above 60 % of the data's rms: the brightest data are not in the fit",
+        "a peak narrower than any lobe that was tried, or rows that are no measurements",
+        _peak,
+    ),
+    Check(
+        "photos-contradict",
+        "photos differ by more than 20 % at the same directions, in the middle",
+        "the sample or the board moved, or lamps are not what they are taken for",
+        _contradiction,
+    ),
+)
+
+
+def checks_table() -> str:
+    """All checks, as docs/cli.md lists them."""
+    rows = [f"| `{one.code}` | {one.means} | {one.cause} |" for one in (*OF_SETUPS, *OF_FITS)]
+    return "\n".join(["| check | fails where | likeliest cause |", "|---|---|---|", *rows])
+
+
+def faults_of(result: Result) -> tuple[Fault, ...]:
+    """The checks that a result fails; none: it may be trusted."""
+    fitted = _failed(OF_FITS, result)
+    return fitted if result.setup is None else (*setup_faults(result.setup), *fitted)
+
+
+def setup_faults(setup: Setup) -> tuple[Fault, ...]:
+    """The checks that a calibration fails."""
+    return _failed(OF_SETUPS, setup)
+
+
+def _failed(checks: Iterable[Check], judged: object) -> tuple[Fault, ...]:
+    found = [(check, check.found(judged)) for check in checks]
+    return tuple(Fault(check.code, said, check.cause) for check, said in found if said)
+
+
+def verdict_lines(faults: Iterable[Fault]) -> list[str]:
+    """What comes before everything else that is told of a result; nothing if it may be trusted."""
+    return [f"NOT TO BE TRUSTED: {fault}" for fault in faults]
+
+
+def told_distrust(brdf: Brdf, name: str) -> list[str]:
+    """What a coefficient file says of itself, to whoever uses it."""
+    codes = brdf.fit.get(DISTRUSTED)
+    if not isinstance(codes, list) or not codes:
+        return []
+    return [f"{name} says of itself that it is not to be trusted: {', '.join(map(str, codes))}"]
+
+
+def trust_numbers(faults: Iterable[Fault]) -> dict[str, object]:
+    """For ``--json``."""
+    faults = list(faults)
+    told = [{"code": one.code, "found": one.found, "likeliest_cause": one.cause} for one in faults]
+    return {"trusted": not faults, "codes": [one.code for one in faults], "faults": told}

@@ -1,0 +1,157 @@
+"""A result that cannot be physical is never called a success, and a right one is never doubted."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.setup import Light, Setup, ViewSetup, save_setup
+from photogonio.capture.photoset import Sphere
+from photogonio.reconstruct.table.cells import Cells
+
+from photogonio.cli import main
+from photogonio.report.misfit import relative_misfit, shared_misfit
+from photogonio.report.trust import DISTRUSTED, OF_FITS, OF_SETUPS, checks_table, setup_faults
+from tests.places import ROOT, SHARED
+
+ALBEDO = 0.4
+QUICK = ("--order", "2", "--lobes", "none")
+
+
+def matte_rows(factor: float = 1.0, noise: float = 0.003) -> np.ndarray:
+    """Rows (n, 5) of a matte surface of :data:`ALBEDO`, times ``factor``."""
+    rng = np.random.default_rng(1)
+    angles = np.stack(np.meshgrid([0, 20, 40, 60], [0], [0, 25, 50, 70], [0, 60, 120, 180, 270]), -1).reshape(
+        -1, 4
+    )
+    value = factor * ALBEDO / np.pi * (1.0 + noise * rng.normal(size=len(angles)))
+    return np.column_stack([angles, value])
+
+
+def written(path: Path, rows: np.ndarray) -> Path:
+    np.savetxt(path, rows, delimiter=",", header="theta_i,phi_i,theta_r,phi_r,Y", comments="", fmt="%.9g")
+    return path
+
+
+def fitted(capsys, tmp_path: Path, rows: np.ndarray, *options: str) -> tuple[int, dict, str]:
+    table = written(tmp_path / "table.csv", rows)
+    status = main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--json", *options])
+    out, err = capsys.readouterr()
+    return status, json.loads(out), err
+
+
+def test_a_right_result_is_trusted(capsys, tmp_path):
+    status, numbers, err = fitted(capsys, tmp_path, matte_rows())
+    assert (status, numbers["trust"]) == (0, {"trusted": True, "codes": [], "faults": []})
+    assert "TRUSTED" not in err
+    assert DISTRUSTED not in json.loads((tmp_path / "out/coefficients.json").read_text())["fit"]
+    assert "not to be trusted" not in (tmp_path / "out/report.html").read_text()
+
+
+@pytest.mark.parametrize(("factor", "code"), [(100.0 * np.pi, "albedo-above-one"), (-1.0, "negative-albedo")])
+def test_an_unphysical_result_is_written_and_every_outcome_says_so(capsys, tmp_path, factor, code):
+    status, numbers, err = fitted(capsys, tmp_path, matte_rows(factor))
+    assert status == 3
+    assert code in numbers["trust"]["codes"]
+    assert not numbers["trust"]["trusted"]
+    outcome = err[err.index("NOT TO BE TRUSTED") :].splitlines()  # before the result in one sentence
+    assert code in outcome[0] or code in outcome[1]
+    assert "likeliest cause" in outcome[0]
+    page = (tmp_path / "out/report.html").read_text()
+    cards = page.partition('<div class="cards">')[2]
+    assert cards.strip().startswith('<div class="card alarm"><span>not to be trusted: ')
+    said = json.loads((tmp_path / "out/coefficients.json").read_text())["fit"][DISTRUSTED]
+    assert said == numbers["trust"]["codes"]
+
+
+def test_who_uses_the_file_is_told_and_quiet_is_not_silent(capsys, tmp_path):
+    table = written(tmp_path / "table.csv", matte_rows(100.0))
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "NOT TO BE TRUSTED" in err
+    coefficients = str(tmp_path / "out/coefficients.json")
+    assert main(["export", coefficients, "--format", "csv", "-o", str(tmp_path / "t.csv")]) == 0
+    assert "albedo-above-one" in capsys.readouterr().err
+
+
+def test_rows_that_are_no_brdf_are_not_trusted(capsys, tmp_path):
+    """Half the rows ten times the others, without any rule in the angles that a BRDF could have."""
+    rows = matte_rows()
+    rows[:, 4] *= np.where(np.random.default_rng(2).random(len(rows)) < 0.5, 0.1, 1.0)
+    status, numbers, _ = fitted(capsys, tmp_path, rows)
+    assert status == 3
+    assert {"misfit", "not-determined"} & set(numbers["trust"]["codes"])
+
+
+def test_noise_of_the_rows_own_is_no_misfit():
+    """A third of the value: the median misfit is 0.67 of it, 22 %, and neighbours share next to nothing."""
+    rng = np.random.default_rng(3)
+    theta_i, theta_r, dphi = rng.uniform(0, 1.3, 2000), rng.uniform(0, 1.3, 2000), rng.uniform(0, np.pi, 2000)
+    value = 0.1 * (1.0 + 0.33 * rng.normal(size=(2000, 1)))
+    cells = Cells.of_angles(theta_i, theta_r, dphi).with_value(value)
+    noise, off = np.full_like(value, 0.1), np.full_like(value, 0.2)
+    assert relative_misfit(value, noise)[1][0] > 0.2
+    assert shared_misfit(cells, noise)[0] < 0.1
+    assert shared_misfit(cells, off)[0] > 0.5
+
+
+def drawn_setup() -> Setup:
+    pose = Pose(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 500.0]))
+    lamp = Light("L", "point", np.array([100.0, 0, 300]), np.eye(3), "given")
+    views = tuple(
+        ViewSetup(f"s{k}.png", lamp, pose, np.ones(1), np.full(1, 0.01), "white patch", pose_rms=0.2)
+        for k in range(3)
+    )
+    camera = Camera(np.array([[900.0, 0, 400], [0, 900, 300], [0, 0, 1]]), np.zeros(5), (800, 600))
+    return Setup(camera, Sphere(np.array([0.0, 0, 25]), 25.0), views, "absolute", ("Y",))
+
+
+def test_a_calibration_is_judged_too():
+    setup = drawn_setup()
+    assert setup_faults(setup) == ()
+
+    def spoilt(**change: object) -> list[str]:
+        return [
+            one.code
+            for one in setup_faults(replace(setup, views=tuple(replace(v, **change) for v in setup.views)))
+        ]
+
+    assert spoilt(pose_rms=51.0) == ["board-residual"]
+    assert spoilt(strength_error=np.ones(1)) == ["lamp-strength"]
+    assert spoilt(pose=Pose(np.eye(3), np.array([0.0, 0.0, 500.0]))) == ["camera-place"]
+    wide = replace(setup.camera, matrix=np.array([[50.0, 0, 400], [0, 50, 300], [0, 0, 1]]))
+    assert [one.code for one in setup_faults(replace(setup, camera=wide))] == ["camera-place"]
+    wild = replace(setup, views=(replace(setup.views[0], pose_rms=51.0), *setup.views[1:]))
+    assert setup_faults(wild) == ()  # one photo of three does not decide
+
+
+def test_calibrate_ends_with_status_3(capsys, tmp_path, monkeypatch):
+    setup = drawn_setup()
+    setup = replace(setup, views=tuple(replace(view, pose_rms=51.0) for view in setup.views))
+
+    def found(folder, out, reporter, *, workers):
+        save_setup(setup, out)
+        return setup
+
+    monkeypatch.setattr("photogonio.commands.calibrate.calibrate", found)
+    assert main(["calibrate", "set", "-o", str(tmp_path / "setup.json")]) == 3
+    assert capsys.readouterr().out.startswith("NOT TO BE TRUSTED: the board lies 51.0 pixels")
+
+
+def test_every_check_has_its_code_and_the_docs_list_them():
+    checks = (*OF_SETUPS, *OF_FITS)
+    assert len({one.code for one in checks}) == len(checks)
+    assert checks_table() in (ROOT / "docs/cli.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no cases beside the checkout")
+@pytest.mark.parametrize("name", ["percent-of-white", "radians"])
+def test_cases_that_once_were_called_a_success(capsys, tmp_path, name):
+    """What a reader does not refuse must not be trusted."""
+    table = SHARED / f"cases/{name}.csv"
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) in (2, 3)
