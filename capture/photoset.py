@@ -58,7 +58,7 @@ class WhitePatch:
 
 @dataclass(frozen=True, slots=True)
 class Radiometry:
-    encoding: str = "linear"  # "linear" | "srgb" | "gamma" | "unknown"
+    encoding: str = "auto"  # "auto" (as the files say) | "linear" | "srgb" | "gamma" | "unknown"
     gamma: float | None = None
     black_level: float | None = None  # fraction of full scale; None: 0, or what a RAW file says
     white_level: float | None = None  # at and above it a pixel is saturated; None: 1, or what a RAW file says

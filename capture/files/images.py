@@ -1,7 +1,7 @@
 """Decodes photos, and reads their headers. Pixels stay as the file has them; nothing is turned upright.
 
-PNG, TIFF and JPEG of one or three integer channels go through OpenCV, which is faster; everything else, and
-all headers, through OpenImageIO; RAW through LibRaw.
+PNG, TIFF and JPEG of one or three integer channels and AVIF go through OpenCV, which is faster; HEIC through libheif;
+RAW through LibRaw; everything else through OpenImageIO.
 """
 
 from __future__ import annotations
@@ -13,29 +13,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
-import OpenImageIO as oiio
 import rawpy
 from photogonio.capture.errors import InputError
-from photogonio.capture.files import raw as raws
+from photogonio.capture.files import decode, heif, raw
+from photogonio.capture.files.about import About, about
 from photogonio.capture.files.exposure import Exposure, from_attributes
+from photogonio.capture.files.formats import HEAD, format_of
 from photogonio.capture.files.integrity import fault
+from photogonio.capture.files.tone import LINEAR, Tone
 
-STANDARD = {".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr"}
-JPEG = {".jpg", ".jpeg"}
-INTEGERS = {"uint8": np.uint8, "uint16": np.uint16}
-FLOATS = {"half", "float", "double"}
-UNCHANGED = cv2.IMREAD_UNCHANGED
-AS_RGB = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
-HEAD = 4096  # bytes at a file's start that tell most files apart
-FULL_SCALE = {
-    np.dtype(np.uint8): 255.0,
-    np.dtype(np.uint16): 65535.0,
-    np.dtype(np.float16): 1.0,
-    np.dtype(np.float32): 1.0,
-}
 EXPONENT = np.uint16(0x7C00)  # of a half float, all ones where it is not finite
+WHOLE = {"png", "jpeg", "webp", "bmp"}  # formats whose files are looked over before they are decoded
+RAW_TONE = Tone((LINEAR,), "camera RAW")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +35,9 @@ class Header:
     size: tuple[int, int]  # width, height of the decoded image
     channels: tuple[str, ...]
     exposure: Exposure
+    tone: Tone = RAW_TONE  # how its codes stand for light
+    notes: tuple[str, ...] = ()  # how it is read, where that is not plain
+    doubts: tuple[str, ...] = ()  # what a person should look at
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,20 +51,20 @@ class Image:
     black: float = 0.0  # that black level, in units of the pixels
     saturated: np.ndarray | None = None  # (h, w) bool, where the decoder knows (RAW)
     sites: tuple[int, ...] = ()  # RAW superpixels: sensor sites averaged in each channel
-    lossy: bool = False  # JPEG: values near the clipping level ring
+    lossy: bool = False  # JPEG and its kin: values near the clipping level ring
+    tone: Tone = RAW_TONE  # how its codes stand for light, as the file says
 
 
 def read_header(path: Path, *, demosaic: str = "superpixel") -> Header:
-    """Size, channels and exposure of a photo, without its pixels. Raises InputError if it is no image."""
-    if path.suffix.lower() not in STANDARD:
-        with open_raw(path) as raw:
-            channels = tuple(dict.fromkeys(raw.color_desc.decode()))
-            return Header(raws.size(raw, demosaic), channels, from_attributes(raws.exif(raw)))
-    with open_oiio(path) as file:
-        spec = file.spec()
-        attributes = {attribute.name: attribute.value for attribute in spec.extra_attribs}
-        names = [spec.channelnames[k] for k in colour_channels(spec)]
-        return Header((spec.width, spec.height), tuple(names), from_attributes(attributes))
+    """Size, channels, exposure and tone curve of a photo, without its pixels. Raises InputError if it is no image."""
+    kind = format_of(path)
+    if kind == "raw":
+        with open_raw(path) as file:
+            channels = tuple(dict.fromkeys(file.color_desc.decode()))
+            return Header(raw.size(file, demosaic), channels, from_attributes(raw.exif(file)))
+    found = about(path, kind)
+    exposure = from_attributes(found.attributes)
+    return Header(found.size, found.channels, exposure, found.tone, found.notes, found.doubts)
 
 
 def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
@@ -79,31 +72,44 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
 
     Raises InputError naming the file if it cannot be read, is cut short, or holds a pixel that is not finite.
     """
-    suffix = path.suffix.lower()
-    if suffix not in STANDARD:
+    kind = format_of(path)
+    if kind == "raw":
         return read_raw(path, demosaic)
-    data = read_bytes(path) if suffix == ".png" or suffix in JPEG else None
+    data = read_bytes(path) if kind in WHOLE else None
     wrong = None if data is None else fault(data)
     if wrong:
         raise InputError(path, wrong)
-    with open_oiio(path) as file:
-        spec = file.spec()
-        kept = colour_channels(spec)
-        if str(spec.format) in INTEGERS and spec.nchannels in (1, 3) and suffix != ".exr":
-            pixels = decode_opencv(path, data, spec.nchannels)
-        else:
-            pixels = decode_oiio(path, file)[..., kept]
-    if pixels.shape != (spec.height, spec.width, len(kept)):
+    found = about(path, kind)
+    pixels = decoded(path, found, data)
+    width, height = found.size
+    if pixels.shape != (height, width, len(found.channels)):
         raise InputError(path, f"decodes to {pixels.shape}, not to the size in its header")
     check_finite(path, pixels)
-    channels = tuple(spec.channelnames[k] for k in kept)
-    return Image(pixels, FULL_SCALE[pixels.dtype], channels, lossy=suffix in JPEG)
+    full_scale = float((1 << found.bits) - 1) if pixels.dtype.kind == "u" else 1.0
+    return Image(pixels, full_scale, found.channels, lossy=found.lossy, tone=found.tone)
+
+
+def decoded(path: Path, found: About, data: bytes | None) -> np.ndarray:
+    """Pixels (h, w, c) by the reader that fits."""
+    pixels = None
+    if found.reader == "opencv":
+        channels = len(found.channels)
+        pixels = decode.load_opencv(path) if data is None else decode.decode_opencv(data, channels)
+    elif found.reader in ("heic", "avif"):
+        try:
+            return heif.decoded(path, found.reader, len(found.channels))
+        except ValueError as error:
+            raise InputError(path, str(error)) from error
+    if pixels is None:
+        with decode.open_oiio(path, found.part) as file:  # which says why OpenCV could not
+            pixels = decode.decode_oiio(path, file, found.part, found.kept)
+    return found.as_stored(pixels)
 
 
 def read_raw(path: Path, demosaic: str) -> Image:
-    with open_raw(path) as raw:
+    with open_raw(path) as file:
         try:
-            found = raws.superpixels(raw) if demosaic == "superpixel" else raws.demosaiced(raw, demosaic)
+            found = raw.superpixels(file) if demosaic == "superpixel" else raw.demosaiced(file, demosaic)
         except ValueError as error:
             raise InputError(path, str(error)) from error
         return Image(
@@ -121,58 +127,11 @@ def read_raw(path: Path, demosaic: str) -> Image:
 def open_raw(path: Path) -> Iterator[rawpy.RawPy]:
     """The file as LibRaw opens it; whatever LibRaw cannot do with it is an InputError."""
     try:
-        with rawpy.imread(str(path)) as raw:
-            yield raw
+        with rawpy.imread(str(path)) as file:
+            yield file
     except rawpy.LibRawError as error:
         reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else str(error)
-        raise InputError(path, f"not a readable image: {reason}") from error
-
-
-@contextmanager
-def open_oiio(path: Path) -> Iterator[oiio.ImageInput]:
-    config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)  # else colour is multiplied by alpha
-    file = oiio.ImageInput.open(str(path), config)
-    if file is None:
-        raise InputError(path, f"not a readable image: {one_line(oiio.geterror())}")
-    try:
-        yield file
-    finally:
-        file.close()
-
-
-def colour_channels(spec: oiio.ImageSpec) -> list[int]:
-    """Every channel but alpha and depth."""
-    return [k for k in range(spec.nchannels) if k not in (spec.alpha_channel, spec.z_channel)]
-
-
-def decode_opencv(path: Path, data: bytes | None, channels: int) -> np.ndarray:
-    """A file of one or three channels, or its ``data``: PNG and JPEG, which OpenCV can give in the order R, G, B."""
-    level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    try:
-        if data is None:
-            pixels = cv2.imread(str(path), UNCHANGED)
-        else:
-            pixels = cv2.imdecode(np.frombuffer(data, np.uint8), AS_RGB if channels == 3 else UNCHANGED)
-    finally:
-        cv2.utils.logging.setLogLevel(level)
-    if pixels is None:
-        with open_oiio(path) as file:  # which says why
-            return decode_oiio(path, file)
-    if pixels.ndim == 2:
-        return pixels[..., None]
-    swap = data is None and pixels.shape[2] == 3
-    return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB) if swap else pixels
-
-
-def decode_oiio(path: Path, file: oiio.ImageInput) -> np.ndarray:
-    kind = str(file.spec().format)
-    if kind not in INTEGERS and kind not in FLOATS:
-        raise InputError(path, f"pixels of type {kind}; expected 8 or 16 bit integers, or floats")
-    pixels = file.read_image(kind if kind in INTEGERS or kind == "half" else "float")
-    if pixels is None:
-        raise InputError(path, f"truncated or damaged: {one_line(file.geterror())}")
-    return pixels
+        raise InputError(path, f"{decode.UNREADABLE}: {reason}") from error
 
 
 def check_finite(path: Path, pixels: np.ndarray) -> None:
@@ -217,7 +176,3 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}") from error
-
-
-def one_line(message: str) -> str:
-    return " ".join(message.split()) or "unknown format"

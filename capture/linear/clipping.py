@@ -46,4 +46,4 @@ def clip_code(photos: Sequence[np.ndarray], full_scale: float, *, lossy: bool = 
     piled = sum(1 for code, clipped in found if clipped and code == top)
     if piled >= 2 and top >= LEAST_FULL * full_scale:
         ceiling = min(ceiling, top)
-    return ceiling - (JPEG_RINGING if lossy else 0)
+    return ceiling - (JPEG_RINGING * full_scale / 255 if lossy else 0)

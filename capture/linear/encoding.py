@@ -1,10 +1,14 @@
-"""From a photo's codes to linear signal, and back: sRGB, a power law, or a recovered curve."""
+"""From a photo's codes to linear signal, and back: sRGB, a power law, a curve that the file
+names, or a recovered one.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from photogonio.capture.files import tone
+from photogonio.capture.files.tone import Curve, Tone
 
 SRGB_KNEE = 0.04045  # IEC 61966-2-1
 SRGB_KNEE_LINEAR = SRGB_KNEE / 12.92
@@ -12,9 +16,7 @@ SRGB_KNEE_LINEAR = SRGB_KNEE / 12.92
 
 def srgb_to_linear(code: np.ndarray) -> np.ndarray:
     """IEC 61966-2-1, codes as fractions of full scale. Inverse of :func:`linear_to_srgb`."""
-    code = np.asarray(code)
-    curve = ((np.maximum(code, 0.0) + 0.055) / 1.055) ** 2.4
-    return np.where(code <= SRGB_KNEE, code / 12.92, curve)
+    return tone.srgb(np.asarray(code))
 
 
 def linear_to_srgb(linear: np.ndarray) -> np.ndarray:
@@ -42,13 +44,24 @@ class Encoding:
     the other.
     """
 
-    kind: str = "linear"  # "linear" | "srgb" | "gamma" | "table"
+    kind: str = (
+        "linear"  # "linear" | "srgb" | "gamma" | "table" | "curves" | "file" (each photo's own: see own_of)
+    )
     gamma: float = 1.0
     black: float = 0.0
     white: float = 1.0
     table: np.ndarray = field(
         default_factory=lambda: np.empty((0, 0))
     )  # (256, c) linear at equally spaced codes
+    curves: tuple[Curve, ...] = ()  # "curves": one for all channels, or one a channel
+
+    def own_of(self, told: Tone) -> Encoding:
+        """Of a photo whose file says ``told``: its own where that is to be taken, with the same levels; else this."""
+        return replace(self, kind="curves", curves=told.curves) if self.kind == "file" else self
+
+    @property
+    def straight(self) -> bool:
+        return self.kind == "linear" or (self.kind == "curves" and set(self.curves) == {tone.LINEAR})
 
     def curve(self, code: np.ndarray) -> np.ndarray:
         """Linear signal (..., c) of codes (..., c), both as fractions of full scale, levels not yet
@@ -62,6 +75,12 @@ class Encoding:
             grid = np.linspace(0.0, 1.0, len(self.table))
             columns = [np.interp(code[..., c], grid, self.table[:, c]) for c in range(self.table.shape[1])]
             return np.stack(columns, axis=-1)
+        if self.kind == "curves":
+            if len(self.curves) == 1:
+                return self.curves[0].light(code)
+            return np.stack([curve.light(code[..., c]) for c, curve in enumerate(self.curves)], axis=-1)
+        if self.kind == "file":
+            raise ValueError("each photo has its own curve: ask own_of")
         return code
 
     def linear(self, code: np.ndarray, channels: int) -> np.ndarray:

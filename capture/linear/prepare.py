@@ -11,6 +11,7 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.exposure import Exposure, combine, filled
 from photogonio.capture.files.images import Header, Image, read_header, read_image
+from photogonio.capture.linear import told
 from photogonio.capture.linear.clipping import clip_code
 from photogonio.capture.linear.corrections import ambient_light, dark_frame, flat_field, vignetting
 from photogonio.capture.linear.encoding import Encoding
@@ -60,8 +61,8 @@ def prepare(
         sensor=sensor,
         exposures=exposures,
         fields=fields,
-        notes=(*notes, sensor_note(sensor)),
-        warnings=(*assumed, *doubts(photoset, images[0], sensor)),
+        notes=(*notes, *told.notes(photoset, headers), sensor_note(sensor)),
+        warnings=(*assumed, *told.doubts(photoset, headers), *doubts(photoset, images[0], sensor)),
         decode=decode,
     )
     dark, unread = dark_frame(reader)
@@ -176,7 +177,7 @@ def sensor_of(photoset: PhotoSet, images: Sequence[Image], encoding: Encoding) -
 def doubts(photoset: PhotoSet, image: Image, sensor: Sensor) -> tuple[str, ...]:
     """What may be wrong with the set and cannot be told from it."""
     found = []
-    if image.lossy and sensor.encoding.kind == "linear":
+    if image.lossy and sensor.encoding.kind == "linear" and not image.tone.told:
         found.append(
             'the photos are JPEG and read as linear; set [radiometry] encoding = "srgb" if a camera wrote them'
         )
@@ -208,11 +209,13 @@ def encoding_of(
     """The encoding, as given or recovered from the brackets, and what there is to say of it."""
     radiometry = photoset.radiometry
     where = f"{photoset.folder / MANIFEST}: [radiometry] encoding"
-    if image.raw and radiometry.encoding != "linear":
+    if image.raw and radiometry.encoding not in ("linear", "auto"):
         raise InputError(where, f'a RAW photo is "linear", not "{radiometry.encoding}"')
     file_black = image.black / (image.full_scale + image.black)
     black = radiometry.black_level if radiometry.black_level is not None else file_black
     white = radiometry.white_level if radiometry.white_level is not None else 1.0
+    if radiometry.encoding == "auto":
+        return Encoding("linear" if image.raw else "file", 1.0, black, white), ()
     if radiometry.encoding != "unknown":
         return Encoding(radiometry.encoding, radiometry.gamma or 1.0, black, white), ()
     try:

@@ -58,6 +58,11 @@ class Sensor:
     own_levels: bool = False  # the manifest gives black or white, also for RAW files
 
 
+def encoding_of(image: Image, sensor: Sensor) -> Encoding:
+    """The set's, or the photo's own."""
+    return sensor.encoding.own_of(image.tone)
+
+
 def cut(array: np.ndarray, region: Region | Windows | None) -> np.ndarray:
     """The region's part of an image, a view (of windows a copy); all of it without a region."""
     if region is None:
@@ -82,7 +87,7 @@ def signal_of(image: Image, sensor: Sensor, region: Region | Windows | None = No
     if line is not None:
         value, variance = line_signal(image, line, sensor.noise, region)
     elif pixels.dtype.kind == "u":
-        values, steps = sensor.encoding.lookup(int(image.full_scale), pixels.shape[2])
+        values, steps = encoding_of(image, sensor).lookup(int(image.full_scale), pixels.shape[2])
         value, variance = look_up(pixels, values, sensor.noise.variance(values) + steps)
     else:
         value, steps = linear_signal(image, pixels, sensor)
@@ -118,10 +123,10 @@ class Line:
 
 def straight(image: Image, sensor: Sensor) -> Line | None:
     """From codes to signal where that is a straight line; None where it is a curve."""
-    encoding = sensor.encoding
+    encoding = encoding_of(image, sensor)
     if image.raw and not sensor.own_levels:
         return Line(1.0 / image.full_scale, 0.0, 1.0 / image.full_scale**2 / 12)
-    if encoding.kind != "linear":
+    if not encoding.straight:
         return None
     full, black = image.full_scale + image.black, image.black / (image.full_scale + image.black)
     scale = 1.0 / (encoding.white - encoding.black)
@@ -165,7 +170,8 @@ def mean_level(
     rows = ROWS if pixels.dtype == np.float16 else len(pixels)
     for first in range(0, len(pixels), rows):
         band = slice(first, first + rows)
-        _fill_level(widened(pixels[band]), line, sensor, image.full_scale, factor, level[band], usable[band])
+        own = replace(sensor, encoding=encoding_of(image, sensor))
+        _fill_level(widened(pixels[band]), line, own, image.full_scale, factor, level[band], usable[band])
     if image.saturated is not None:
         usable &= ~cut(image.saturated, region)
     return level, usable
@@ -205,7 +211,7 @@ def saturated(pixels: np.ndarray, clip: float, known: np.ndarray | None) -> np.n
 def linear_signal(image: Image, pixels: np.ndarray, sensor: Sensor) -> tuple[np.ndarray, np.ndarray | float]:
     """Signal (h, w, c) float32 of pixels, and the variance that quantisation adds."""
     channels = pixels.shape[2]
-    encoding = sensor.encoding
+    encoding = encoding_of(image, sensor)
     line = straight(image, sensor)
     if line is not None:
         value = pixels.astype(np.float32)

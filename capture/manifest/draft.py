@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.images import JPEG, STANDARD, read_header
-from photogonio.capture.manifest.stub import photo_tables, stub_manifest
+from photogonio.capture.files.formats import HEAD, NAMES, OTHERS, PROMISED, SUFFIXES, by_content, by_name
+from photogonio.capture.files.images import Header, read_header
+from photogonio.capture.files.tone import LINEAR, SRGB, Tone
+from photogonio.capture.manifest.stub import photo_tables, quoted, stub_manifest
 from photogonio.capture.photoset import MANIFEST, Photo
 from photogonio.capture.target.layout import make_target
 
-RAW = {  # of the many that LibRaw opens, those that cameras write
-    ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dng", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos", ".mrw",
-    ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f",
-}  # fmt: skip
 ROLES = {  # beginnings of folder or file names
     "calib": "calibration",
     "board": "calibration",
@@ -30,15 +28,27 @@ ROLES = {  # beginnings of folder or file names
     "chart": "chart",
 }
 BY_LIGHT = {"sample", "probe", "ambient"}
+DEVELOPED = {"jpeg", "heif", "avif", "jxl", "webp"}  # what a camera or a phone writes beside its RAW
+NAMED = 200  # letters of file names in a message
+
+
+@dataclass(frozen=True, slots=True)
+class Folder:
+    """What is in a folder."""
+
+    photos: tuple[Photo, ...]  # in order of their paths
+    tones: tuple[Tone, ...]  # of each
+    passed: Mapping[str, str]  # files that look like photos and are none of them, and why
 
 
 def manifest_text(folder: Path) -> str:
     """The whole photoset.toml for a folder's photos: its own, if it names no photo yet, with the photos
     added; else that of the A4 target, with a word on what to check.
 
-    Raises InputError if there are no photos, if one cannot be read, or if the file names photos already.
+    Raises InputError if there are no photos, if none can be read, or if the file names photos already.
     """
-    photos = list_photos(folder)
+    found = survey(folder)
+    tables = photo_tables(found.photos) + passed_lines(found.passed)
     path = folder / MANIFEST
     if path.exists():
         text = path.read_text(encoding="utf-8")
@@ -48,28 +58,47 @@ def manifest_text(folder: Path) -> str:
             raise InputError(path, f"not valid TOML: {error}") from error
         if named:
             raise InputError(path, "names photos already; move it away to begin anew")
-        return text.rstrip() + "\n\n" + photo_tables(photos)
-    encoding = "srgb" if Path(photos[0].file).suffix.lower() in JPEG else "linear"
-    stub = stub_manifest(make_target(), name=folder.resolve().name.replace('"', ""), encoding=encoding)
+        return text.rstrip() + "\n\n" + tables
+    name = folder.resolve().name.replace('"', "")
+    stub = stub_manifest(make_target(), name=name, encoding=encoding_for(found.tones))
     check = "# CHECK: the board, sample, balls and patch are those of the A4 sheet of `photogonio target`.\n"
-    return check + stub + "\n" + photo_tables(photos)
+    return check + stub + "\n" + tables
+
+
+def encoding_for(tones: Iterable[Tone]) -> str:
+    """The encoding that all files agree on, "auto" if it has no name or they differ."""
+    curves = {curve for tone in tones for curve in tone.curves}
+    return {frozenset({LINEAR}): "linear", frozenset({SRGB}): "srgb"}.get(frozenset(curves), "auto")
+
+
+def passed_lines(passed: Mapping[str, str]) -> str:
+    lines = [f"# NOT TAKEN: {quoted(name)}: {why}" for name, why in passed.items()]
+    return "\n" + "\n".join(lines) + "\n" if lines else ""
 
 
 def list_photos(folder: Path) -> list[Photo]:
     """All photos below a folder, in order of their paths, with role, light or bracket, and exposure.
 
     A folder inside a role's folder is a bracket if no two of its photos have the same exposure time, else a
-    light: ``sample/L01/a.jpg``. Of a RAW file and a JPEG of one name the RAW is taken.
+    light: ``sample/L01/a.jpg``. Of a RAW file and a developed one of its name the RAW is taken.
+    """
+    return list(survey(folder).photos)
+
+
+def survey(folder: Path) -> Folder:
+    """The photos below a folder, as :func:`list_photos` has them, and what looks like a photo and is not taken.
+
+    Raises InputError if there is none that can be read.
     """
     if not folder.is_dir():
         raise InputError(folder, "no such folder")
-    known = STANDARD | RAW
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix.lower() in known)
-    raw = {path.with_suffix("") for path in files if path.suffix.lower() in RAW}
-    files = [path for path in files if path.suffix.lower() not in JPEG or path.with_suffix("") not in raw]
-    if not files:
-        raise InputError(folder, "no photo here (PNG, TIFF, JPEG, OpenEXR or camera RAW)")
-    photos = [photo_of(folder, path) for path in files]
+    headers, passed, faults = read_all(folder)
+    if faults and not headers:
+        raise faults[0]
+    if not headers:
+        others = f"; found {', '.join(sorted(passed))[:NAMED]}" if passed else ""
+        raise InputError(folder, f"no photo here ({PROMISED}){others}")
+    photos = [photo_of(name, header) for name, header in headers.items()]
     result: list[Photo] = []
     brackets = 0
     for inner, group in groupby(photos, key=lambda photo: inner_folder(photo)):
@@ -80,12 +109,57 @@ def list_photos(folder: Path) -> list[Photo]:
         elif inner is not None and members[0].role in BY_LIGHT:
             members = [replace(photo, light=inner[1]) for photo in members]
         result += members
-    return result
+    return Folder(tuple(result), tuple(header.tone for header in headers.values()), passed)
 
 
-def photo_of(folder: Path, path: Path) -> Photo:
-    name = path.relative_to(folder).as_posix()
-    exposure = read_header(path).exposure
+def read_all(folder: Path) -> tuple[dict[str, Header], dict[str, str], list[InputError]]:
+    """Headers of all photos by their names, why other files that look like photos are not taken, and what is wrong
+    with those that cannot be read."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and not hidden(folder, path))
+    raw = {path.with_suffix(""): path.name for path in files if by_name(path) == "raw"}
+    headers: dict[str, Header] = {}
+    passed: dict[str, str] = {}
+    faults = []
+    for path in files:
+        name, kind = path.relative_to(folder).as_posix(), by_name(path)
+        why = not_taken(path)
+        if kind in DEVELOPED and path.with_suffix("") in raw:
+            why = f"developed from {raw[path.with_suffix('')]}, which is taken"
+        if why is None and kind is not None:
+            try:
+                headers[name] = read_header(path)
+            except InputError as error:
+                faults.append(error)
+                why = error.what
+        if why is not None:
+            passed[name] = why
+    return headers, passed, faults
+
+
+def hidden(folder: Path, path: Path) -> bool:
+    return any(part.startswith(".") for part in path.relative_to(folder).parts)
+
+
+def not_taken(path: Path) -> str | None:
+    """Why a file that is a picture by its name or its content is no photo; None if it is one, or no picture at all."""
+    suffix = path.suffix.lower()
+    if by_name(path) is not None:
+        return None
+    if suffix in OTHERS:
+        return f"{OTHERS[suffix]} is not read; convert it to TIFF of 16 bits"
+    try:
+        with path.open("rb") as file:
+            kind = by_content(file.read(HEAD))
+    except OSError:
+        return None
+    if kind is None or kind == "bmp":  # BM begins other files too
+        return None
+    endings = ", ".join(sorted(SUFFIXES[kind]))
+    return f"is {NAMES[kind]} by its content, but not by its name; rename it ({endings})"
+
+
+def photo_of(name: str, header: Header) -> Photo:
+    exposure = header.exposure
     return Photo(name, role_of(name), None, exposure.exposure_time, exposure.f_number, exposure.iso)
 
 

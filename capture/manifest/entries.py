@@ -211,7 +211,7 @@ SAMPLE_TABLE = {
     "symmetry": Key(choice("auto", "isotropic", "reciprocal", "general")),
 }
 RADIOMETRY_TABLE = {
-    "encoding": Key(choice("linear", "srgb", "gamma", "unknown")),
+    "encoding": Key(choice("auto", "linear", "srgb", "gamma", "unknown")),
     "gamma": Key(number(above=0.0, high=10.0)),
     "black_level": Key(number(low=0.0, below=1.0)),
     "white_level": Key(POSITIVE),

@@ -42,11 +42,11 @@ height = 0.0                     # its thickness
 reflectance = 0.9                # as measured
 
 [radiometry]
-encoding = "{encoding}"              # "srgb": JPEG as cameras write it; RAW is always "linear"
+encoding = "{encoding}"                # "auto": as each file says, else 8 bits are "srgb" and all others "linear"
 """
 
 
-def stub_manifest(target: Target, *, name: str = "my-set", encoding: str = "linear") -> str:
+def stub_manifest(target: Target, *, name: str = "my-set", encoding: str = "auto") -> str:
     """A manifest without photos, for the sample, the balls and the patch in the target's places."""
     x, y = target.sample
     dx, dy = PLANE_HALF

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from photogonio.capture.errors import InputError
-from photogonio.capture.manifest.draft import list_photos, manifest_text
+from photogonio.capture.manifest.draft import list_photos, manifest_text, survey
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.stub import stub_manifest
 from photogonio.capture.target.layout import make_target
+
+from tests.capture.odd_files import gama, png
 
 
 @pytest.fixture
@@ -106,3 +108,45 @@ def test_names_with_quotes_are_quoted(folder):
     (folder / "Sample" / "s0.jpg").rename(folder / "Sample" / 'a "good" one.jpg')
     (folder / "photoset.toml").write_text(manifest_text(folder), encoding="utf-8")
     assert 'Sample/a "good" one.jpg' in [photo.file for photo in load_photoset(folder).photos]
+
+
+@pytest.mark.parametrize(
+    ("chunks", "kind", "expected"),
+    [
+        ((), np.uint8, "srgb"),
+        ((), np.uint16, "linear"),
+        (((b"sRGB", b"\0"),), np.uint16, "srgb"),
+        ((gama(1.8),), np.uint16, "auto"),
+        ((gama(1.0),), np.uint8, "linear"),
+    ],
+)
+def test_the_encoding_is_what_the_files_say(tmp_path, chunks, kind, expected):
+    for name in ("a.png", "b.png"):
+        png(tmp_path / "set" / name, np.zeros((8, 8, 3), kind), *chunks)
+    assert f'encoding = "{expected}"' in manifest_text(tmp_path / "set")
+
+
+def test_photos_of_different_curves_are_left_to_the_files(tmp_path, files):
+    png(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8))
+    files["oiio"](tmp_path / "b.exr", np.zeros((8, 8, 3), np.float32), "half")
+    assert 'encoding = "auto"' in manifest_text(tmp_path)
+
+
+def test_nothing_that_looks_like_a_photo_is_passed_over_in_silence(tmp_path, files):
+    picture = np.zeros((8, 8, 3), np.uint8)
+    for name in ("good.png", "good.webp", "good.bmp"):
+        files["oiio"](tmp_path / name, picture, "uint8")
+    (tmp_path / "broken.jpg").write_bytes(b"no picture")
+    (tmp_path / "film.gif").write_bytes(b"GIF89a")
+    (tmp_path / "good.png").rename(tmp_path / "nameless")
+    (tmp_path / "notes.txt").write_text("a list")
+    (tmp_path / "._good.jpg").write_bytes(b"what an Apple leaves")
+    found = survey(tmp_path)
+    assert {photo.file for photo in found.photos} == {"good.webp", "good.bmp"}
+    assert set(found.passed) == {"broken.jpg", "film.gif", "nameless"}
+    assert "GIF" in found.passed["film.gif"] and "PNG" in found.passed["nameless"]
+    text = manifest_text(tmp_path)
+    for name in found.passed:
+        assert f'# NOT TAKEN: "{name}"' in text
+    (tmp_path / "photoset.toml").write_text(text, encoding="utf-8")
+    assert len(load_photoset(tmp_path).photos) == 2

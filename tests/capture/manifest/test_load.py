@@ -141,7 +141,7 @@ role = "sample"
     found = load_photoset(write(folder, text) / "photoset.toml")  # the file is as good as its folder
     assert (found.name, found.length_unit, found.symmetry) == ("set", "mm", "auto")
     assert isinstance(found.sample, Sphere) and found.lights == () and found.camera.matrix is None
-    assert (found.radiometry.encoding, found.radiometry.vignetting) == ("linear", "auto")
+    assert (found.radiometry.encoding, found.radiometry.vignetting) == ("auto", "auto")
 
 
 def test_loose_markers_are_read(folder):

@@ -1,0 +1,130 @@
+"""The directories of a TIFF file, as far as they tell which picture to take and how (TIFF 6.0; BigTIFF)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import BinaryIO
+
+SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, EXTRA, DNG = (
+    254, 256, 257, 258, 262, 274, 277, 284, 338, 50706,
+)  # fmt: skip
+WANTED = {SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, EXTRA, DNG}
+NUMBERS = {1: "B", 3: "H", 4: "I", 16: "Q"}
+MOST_PAGES, MOST_ENTRIES, MOST_VALUES = 100, 4096, 64
+MIN_IS_WHITE = 0
+READ = {0: "min-is-white gray", 1: "gray", 2: "RGB", 3: "a palette", 6: "YCbCr"}
+REFUSED = {
+    4: "a mask", 5: "CMYK", 8: "CIE Lab", 9: "ICC Lab", 10: "ITU Lab", 32803: "a mosaic", 32844: "LogL",
+    32845: "LogLuv", 34892: "linear raw",
+}  # fmt: skip
+REDUCED, MASK = 1, 4  # bits of SUBFILE
+
+Tags = Mapping[int, tuple[int, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """One picture of a file."""
+
+    index: int
+    subfile: int
+    width: int
+    height: int
+    bits: int
+    samples: int
+    photometric: int
+    orientation: int
+    planar: bool
+    extra: tuple[int, ...]  # of samples beyond the colours: 0 unspecified, 1 and 2 alpha
+
+
+def picture_of(path: Path) -> Page:
+    """The page that is the photo: the largest that is no thumbnail and no mask.
+
+    Raises ValueError, saying why, if there is none, several, or one of colours that are not read.
+    """
+    with path.open("rb") as file:
+        pages = [page_of(k, tags) for k, tags in enumerate(directories(file))]
+    full = [page for page in pages if not page.subfile & (REDUCED | MASK)] or pages[:1]
+    if not full:
+        raise ValueError("truncated or damaged: it holds no directory")
+    most = max(page.width * page.height for page in full)
+    largest = [page for page in full if page.width * page.height == most]
+    if len(largest) > 1:
+        raise ValueError(f"holds {len(largest)} pictures of one size; expected one")
+    page = largest[0]
+    if page.photometric not in READ:
+        name = REFUSED.get(page.photometric, f"colours of the unknown kind {page.photometric}")
+        raise ValueError(f"holds {name}; expected gray, RGB or more channels of light")
+    return page
+
+
+def page_of(index: int, tags: Tags) -> Page:
+    def first(tag: int, default: int) -> int:
+        return tags.get(tag, (default,))[0]
+
+    return Page(
+        index=index,
+        subfile=first(SUBFILE, 0),
+        width=first(WIDTH, 0),
+        height=first(HEIGHT, 0),
+        bits=first(BITS, 1),
+        samples=first(SAMPLES, 1),
+        photometric=first(PHOTOMETRIC, 1),
+        orientation=first(ORIENTATION, 1),
+        planar=first(PLANAR, 1) == 2,
+        extra=tags.get(EXTRA, ()),
+    )
+
+
+def is_dng(file: BinaryIO) -> bool:
+    """Whether a TIFF file's first directory has a DNG's version."""
+    return any(DNG in tags for tags in islice(directories(file), 1))
+
+
+def directories(file: BinaryIO) -> Iterator[Tags]:
+    """The wanted tags of each directory along the chain; a damaged one ends it."""
+    file.seek(0)
+    head = file.read(16)
+    order = "<" if head[:2] == b"II" else ">"
+    big = head[2:4] in (b"+\0", b"\0+")
+    try:
+        (place,) = struct.unpack_from(order + ("Q" if big else "I"), head, 8 if big else 4)
+        seen: set[int] = set()
+        while place and place not in seen and len(seen) < MOST_PAGES:
+            seen.add(place)
+            tags, place = directory(file, place, order, big=big)
+            yield tags
+    except (struct.error, OSError, OverflowError):
+        return
+
+
+def directory(file: BinaryIO, place: int, order: str, *, big: bool) -> tuple[Tags, int]:
+    """One directory's wanted tags, and where the next is (0: nowhere)."""
+    file.seek(place)
+    (count,) = struct.unpack(order + ("Q" if big else "H"), file.read(8 if big else 2))
+    count = min(count, MOST_ENTRIES)
+    form, inline = (order + "HHQ", 8) if big else (order + "HHI", 4)
+    size = struct.calcsize(form) + inline
+    table = file.read(count * size)
+    (following,) = struct.unpack(order + ("Q" if big else "I"), file.read(inline))
+    tags = {}
+    for k in range(count):
+        tag, kind, number = struct.unpack_from(form, table, k * size)
+        if tag in WANTED and kind in NUMBERS and number:
+            value = table[(k + 1) * size - inline : (k + 1) * size]
+            tags[tag] = values(file, value, order + NUMBERS[kind] * min(number, MOST_VALUES))
+    return tags, following
+
+
+def values(file: BinaryIO, inline: bytes, form: str) -> tuple[int, ...]:
+    """The numbers of an entry: in it if they fit, else where it points."""
+    size = struct.calcsize(form)
+    if size > len(inline):
+        file.seek(int.from_bytes(inline, "little" if form[0] == "<" else "big"))
+        return struct.unpack(form, file.read(size))
+    return struct.unpack_from(form, inline)
