@@ -128,6 +128,13 @@ class Setup:
         0.0  # relative, that all strengths share by what is not known of lens, room and patches
     )
 
+    @property
+    def ball(self) -> Sphere:
+        """The sample, where only a ball will do. Raises TypeError for a flat one."""
+        if not isinstance(self.sample, Sphere):
+            raise TypeError("the sample is flat, not a ball")
+        return self.sample
+
 
 def save_setup(setup: Setup, path: str | Path) -> None:
     """Write ``setup`` as JSON, whole or not at all; inverse of :func:`load_setup`."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,21 +15,61 @@ MANIFEST = "photoset.toml"
 
 
 @dataclass(frozen=True, slots=True)
-class Board:
-    """The printed target around the sample."""
+class CharucoBoard:
+    """A chessboard with markers in its white squares."""
 
-    kind: str  # "charuco" | "aruco-grid" | "markers"
+    kind: ClassVar[str] = "charuco"
     dictionary: str  # an OpenCV predefined dictionary's name
-    squares: tuple[int, int] | None = None  # charuco: columns, rows
-    square_length: float | None = None  # charuco
-    markers: tuple[int, int] | None = None  # aruco-grid: columns, rows
-    marker_length: float | None = None
-    marker_separation: float | None = None  # aruco-grid
+    squares: tuple[int, int]  # columns, rows
+    square_length: float
+    marker_length: float
     first_id: int = 0
     legacy_pattern: bool = False
-    marker_corners: tuple[
-        tuple[int, np.ndarray], ...
-    ] = ()  # "markers": (id, (4, 3) corners clockwise from top left)
+
+    @property
+    def pitch(self) -> float:
+        """From one square to the next."""
+        return float(self.square_length)
+
+    @property
+    def gap(self) -> float:
+        """White between a marker and the next ink, on both sides together."""
+        return self.square_length - self.marker_length
+
+
+@dataclass(frozen=True, slots=True)
+class GridBoard:
+    """Markers in rows."""
+
+    kind: ClassVar[str] = "aruco-grid"
+    dictionary: str
+    markers: tuple[int, int]  # columns, rows
+    marker_length: float
+    marker_separation: float
+    first_id: int = 0
+
+    @property
+    def pitch(self) -> float:
+        """From one marker to the next."""
+        return float(self.marker_length + self.marker_separation)
+
+    @property
+    def gap(self) -> float:
+        """White between two markers."""
+        return self.marker_separation
+
+
+@dataclass(frozen=True, slots=True)
+class LooseMarkers:
+    """Markers that lie anywhere."""
+
+    kind: ClassVar[str] = "markers"
+    dictionary: str
+    marker_corners: tuple[tuple[int, np.ndarray], ...]  # (id, (4, 3) corners clockwise from top left)
+
+
+PrintedBoard = CharucoBoard | GridBoard  # a sheet whose every point is known
+Board = PrintedBoard | LooseMarkers  # around the sample
 
 
 @dataclass(frozen=True, slots=True)

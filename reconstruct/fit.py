@@ -379,7 +379,7 @@ def _physical(
     if found is None:
         fault = "unmended" if turning and unsaid.any() else "contradicted"
         return brdf, {"held": False, fault: True}
-    said = {
+    said: dict[str, object] = {
         "least f": found.least,
         "largest albedo": found.albedo,
         "bounds": found.active,

@@ -16,7 +16,7 @@ from photogonio.calib.geometry.mirror import mirrored_direction, mirrored_point
 from photogonio.calib.parallel import abreast
 from photogonio.calib.shading.initial import first_fit
 from photogonio.calib.shading.model import ShadingScene
-from photogonio.capture.photoset import LightEntry, PhotoSet, Sphere
+from photogonio.capture.photoset import LightEntry, LooseMarkers, PhotoSet, Sphere
 
 _FAR = 25.0  # board diagonals beyond which a lamp counts as distant
 
@@ -148,7 +148,8 @@ def _marked(
     """By markers on the lamp: the mean over the photos that show them."""
     if entry is None or not entry.marker_ids:
         return None
-    length = photoset.board.marker_length if photoset.board is not None else None
+    board = photoset.board
+    length = None if board is None or isinstance(board, LooseMarkers) else board.marker_length
     found = [
         p for s in observations if (p := marked_place(camera, s.pose, s.corners, entry, length)) is not None
     ]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
 import numpy as np
 from photogonio.calib.geometry.board import Corners, board_points, dictionary, opencv_board
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import Board, CharucoBoard, GridBoard
 
 _FEW_CORNERS = 10  # of a chessboard: fewer, and those are taken too that have but one of their two markers
 _ENOUGH_MARKERS = 2  # a homography from fewer is not trusted for the search window
@@ -27,25 +28,25 @@ def searched_corners(board: Board, image: np.ndarray, *, thorough: bool = True) 
     """The same to a pixel, as the search for markers leaves them; ``thorough``: where they are few, all that any marker
     tells."""
     made = opencv_board(board)
-    if board.kind == "charuco":
-        found, ids, quads, marks = _find_charuco(made, image, thorough)
+    if isinstance(made, cv2.aruco.CharucoBoard):
+        found, ids, shown, marks = _find_charuco(made, image, thorough)
     else:
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         detector = cv2.aruco.ArucoDetector(dictionary(board.dictionary), parameters)
-        quads, marks, rejected = detector.detectMarkers(image)
+        shown, marks, rejected = detector.detectMarkers(image)
         if marks is not None and len(marks) >= _ENOUGH_MARKERS:
-            quads, marks, _, _ = detector.refineDetectedMarkers(image, made, quads, marks, rejected)
-        found, ids = _of_board(made, quads, marks)
+            shown, marks, _, _ = detector.refineDetectedMarkers(image, made, shown, marks, rejected)
+        found, ids = _of_board(made, shown, marks)
     points = board_points(board)[ids]
-    quads = np.array([np.asarray(q, float).reshape(4, 2) for q in quads]).reshape(-1, 4, 2)
+    quads = np.array([np.asarray(q, float).reshape(4, 2) for q in shown]).reshape(-1, 4, 2)
     marks = np.zeros(0, int) if marks is None else np.asarray(marks).reshape(-1).astype(int)
     return Corners(ids, points, found, np.full(len(ids), 0.5), marks, quads)
 
 
 def corners_of_half(board: Board, image: np.ndarray) -> Corners | None:
     """The corners to a pixel or two from a picture of half the size (h, w); None if it may not show all."""
-    if board.kind != "charuco":  # of others, what is not found is not looked for again
+    if not isinstance(board, CharucoBoard):  # of others, what is not found is not looked for again
         return None
     found = searched_corners(board, image, thorough=False)
     sides = np.linalg.norm(found.marker_pixels - np.roll(found.marker_pixels, 1, axis=1), axis=2)
@@ -64,9 +65,11 @@ def placed_corners(
     return replace(corners, pixels=pixels, sigma=sigma)
 
 
-def _find_charuco(
-    made: cv2.aruco.CharucoBoard, image: np.ndarray, thorough: bool
-) -> tuple[np.ndarray, np.ndarray, tuple, np.ndarray | None]:
+# corners (n, 2), their ids (n,), markers' corners as OpenCV gives them, and the markers' ids
+_Found = tuple[np.ndarray, np.ndarray, Sequence[np.ndarray], np.ndarray | None]
+
+
+def _find_charuco(made: cv2.aruco.CharucoBoard, image: np.ndarray, thorough: bool) -> _Found:
     found = _detected(made, image, 2)
     if len(found[1]) >= _FEW_CORNERS or found[3] is None or not thorough:
         return found
@@ -74,9 +77,7 @@ def _find_charuco(
     return more if len(more[1]) > len(found[1]) else found
 
 
-def _detected(
-    made: cv2.aruco.CharucoBoard, image: np.ndarray, markers: int
-) -> tuple[np.ndarray, np.ndarray, tuple, np.ndarray | None]:
+def _detected(made: cv2.aruco.CharucoBoard, image: np.ndarray, markers: int) -> _Found:
     settings = cv2.aruco.CharucoParameters()
     settings.tryRefineMarkers, settings.minMarkers = True, markers
     detector = cv2.aruco.CharucoDetector(made, settings)
@@ -86,7 +87,9 @@ def _detected(
     return np.asarray(found, float).reshape(-1, 2), np.asarray(ids).reshape(-1).astype(int), quads, marks
 
 
-def _of_board(made: cv2.aruco.Board, quads: tuple, marks: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+def _of_board(
+    made: cv2.aruco.Board, quads: Sequence[np.ndarray], marks: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
     if marks is None or len(marks) == 0:
         return np.zeros((0, 2)), np.zeros(0, int)
     place = {int(k): n for n, k in enumerate(np.asarray(made.getIds()).reshape(-1))}
@@ -140,9 +143,9 @@ def _mapped(homography: np.ndarray, flat: np.ndarray) -> np.ndarray:
 
 def _clear_margin(board: Board) -> float:
     """How far around a corner the print holds nothing else, length units."""
-    if board.kind == "charuco":
-        return (board.square_length - board.marker_length) / 2
-    if board.kind == "aruco-grid":
+    if isinstance(board, CharucoBoard):
+        return board.gap / 2
+    if isinstance(board, GridBoard):
         return min(board.marker_separation, board.marker_length / 7)
     sides = [np.linalg.norm(np.asarray(c)[1] - np.asarray(c)[0]) for _, c in board.marker_corners]
     return float(min(sides)) / 7

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from photogonio.calib.geometry.board import Corners, board_size
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import CharucoBoard
 
 _MANY = 12  # corners of a photo that tells of the print
 _JUDGES = 4  # photos that are asked
@@ -26,7 +26,7 @@ def misprint_warning(off: float) -> str:
     )
 
 
-def misplaced_markers(board: Board, pairs: list[tuple[Corners, Corners]]) -> float | None:
+def misplaced_markers(board: CharucoBoard, pairs: list[tuple[Corners, Corners]]) -> float | None:
     """By how much of a square the markers pull the corners, if surely; None if they do not.
 
     ``pairs`` hold one photo's corners placed with the markers and without. A marker that is printed beside its place

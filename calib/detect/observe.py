@@ -19,7 +19,7 @@ from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.print_map import draw_print
 from photogonio.capture.linear.signal import Region
-from photogonio.capture.photoset import MirrorBall, PhotoSet, Plane, Sphere
+from photogonio.capture.photoset import LooseMarkers, MirrorBall, PhotoSet, Plane, Sphere
 from photogonio.capture.radiance import RadianceImage
 
 _ACROSS = 170  # paper samples along the board's longer side
@@ -106,7 +106,9 @@ def _places(photoset: PhotoSet, camera: Camera, pose: Pose, balls: tuple[MirrorB
     board, paper, close = photoset.board, None, None
     sample, patches = photoset.sample, photoset.white_patches
     if board is not None:
-        step = float(board_size(board).max()) / (_ACROSS_LOOSE if board.kind == "markers" else _ACROSS)
+        step = float(board_size(board).max()) / (
+            _ACROSS_LOOSE if isinstance(board, LooseMarkers) else _ACROSS
+        )
         paper = paper_places(
             board,
             camera,
@@ -256,7 +258,7 @@ def _sample_edges(
         _within(camera, observation.pose, middle, float(np.ptp(flat, axis=0).max()) / 2), _FARTHEST_EDGE
     )
     board = photoset.board  # what is printed around loose markers is not known
-    pattern = None if board is None or board.kind == "markers" else draw_print(board)
+    pattern = None if board is None or isinstance(board, LooseMarkers) else draw_print(board)
     found = plane_edges(level, usable, camera, observation.pose, plane, within, pattern, origin)
     if found is None:  # an outline that is told too large or too small
         found = plane_edges(

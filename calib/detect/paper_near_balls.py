@@ -14,7 +14,7 @@ import numpy as np
 from photogonio.calib.detect.paper import covered, spread_of
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale
 from photogonio.calib.geometry.print_map import Print, draw_print, square_pitch
-from photogonio.capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
+from photogonio.capture.photoset import Board, LooseMarkers, MirrorBall, Plane, Sphere, WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
 _NEAREST, _FARTHEST = 1.1, 4.0  # radii of the ball, from its foot, between which paper is taken
@@ -72,7 +72,9 @@ def close_places(
 ) -> ClosePlaces | None:
     """Where the print close to balls can be drawn well enough; None if that is too little."""
     print_ = draw_print(board)
-    if print_ is None or not balls or board.kind == "markers":  # around loose markers nothing is known
+    if (
+        print_ is None or not balls or isinstance(board, LooseMarkers)
+    ):  # around loose markers nothing is known
         return None
     pixels = np.concatenate([_window(camera, pose, ball) for ball in balls])
     points = _on_board(camera, pose, pixels)

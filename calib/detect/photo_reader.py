@@ -30,7 +30,7 @@ from photogonio.calib.geometry.print_map import Print, draw_print
 from photogonio.calib.parallel import Found, Item, abreast
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.signal import Region, Windows, cut
-from photogonio.capture.photoset import Board, PhotoSet, View
+from photogonio.capture.photoset import Board, CharucoBoard, PhotoSet, View
 from photogonio.capture.radiance import RadianceImage
 
 ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
@@ -123,8 +123,8 @@ class Reader:
         image = self(view)
         if image is None:
             return None
-        planes = (image.value, image.variance, image.valid, image.saturated)
-        return RadianceImage(*(windows.of(plane) for plane in planes))
+        value, variance = windows.of(image.value), windows.of(image.variance)
+        return RadianceImage(value, variance, windows.of(image.valid), windows.of(image.saturated))
 
     def abreast(self, task: Callable[[Item], Found], items: Sequence[Item]) -> Iterator[Found]:
         """:func:`calib.detect.parallel.abreast` with this reader's workers."""
@@ -217,7 +217,7 @@ def _corners(board: Board, level: np.ndarray) -> Corners:
 
 
 def _has_print(board: Board) -> bool:
-    return board.kind == "charuco" and draw_print(board) is not None
+    return isinstance(board, CharucoBoard) and draw_print(board) is not None
 
 
 def look_closer(
@@ -233,8 +233,8 @@ def look_closer(
     ``warn`` is told.
     """
     board = reader.photoset.board
-    pattern = draw_print(board) if board is not None and _has_print(board) else None
-    if board is None or pattern is None:
+    pattern = draw_print(board) if isinstance(board, CharucoBoard) else None
+    if not isinstance(board, CharucoBoard) or pattern is None:
         return seen
     judges = judging_photos([0 if one.corners is None else len(one.corners) for one in seen])
     both = [(False, True) if k in judges else (False,) for k in range(len(seen))]
@@ -260,9 +260,9 @@ def _closer(
     that cannot be done."""
     unchanged = [one.corners] * len(ways)
     fit = fit_pose(camera, one.corners) if one.corners is not None else None
-    if fit is None or one.corners is None:
-        return unchanged
     board = reader.photoset.board
+    if fit is None or one.corners is None or not isinstance(board, CharucoBoard):
+        return unchanged
     every, square = board_points(board), float(board.square_length)
     around = _around(reader, one, camera.project(fit.pose, every))
     if around is None:

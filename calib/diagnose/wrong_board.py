@@ -13,7 +13,7 @@ from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.geometry.board import Corners, dictionary, marker_middles, opencv_board
 from photogonio.calib.geometry.camera import Camera
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers, PrintedBoard
 
 _FEWEST = 6  # markers that tell how they are laid out: any four fit some homography
 _LOOKED_AT = 3  # photos
@@ -34,16 +34,16 @@ _LARGEST = (
 
 def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
     """What of the manifest's board the photos contradict, with what they show instead; None if nothing shows."""
-    if board.kind == "markers" or not seen:
+    if isinstance(board, LooseMarkers) or not seen:
         return None
     order = sorted(seen, key=lambda one: -_markers(one.corners))
-    if _markers(order[0].corners) < _FEWEST:
+    told = [one.corners for one in order if one.corners is not None and _markers(one.corners) >= _FEWEST]
+    if not told:
         return _other_dictionary(board, reader, order[:: max(1, len(order) // _LOOKED_AT)][:_LOOKED_AT])
-    shares = [_laid(board, one.corners) for one in order if _markers(one.corners) >= _FEWEST]
-    share, wider = max(shares)
+    share, wider = max(_laid(board, corners) for corners in told)
     if share < _FIT:
-        return _other_layout(board, order[0].corners)
-    if board.kind == "aruco-grid" and abs(wider - 1) > _WIDER:
+        return _other_layout(board, told[0])
+    if isinstance(board, GridBoard) and abs(wider - 1) > _WIDER:
         apart = board.marker_separation / board.marker_length
         shown = (1 + apart) / wider - 1
         return (
@@ -56,13 +56,13 @@ def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
 def board_doubts(board: Board, camera: Camera, boards: list[Posed], others: set[int]) -> list[str]:
     """A board of more or fewer rows than the manifest says, which puts its origin elsewhere: markers that no photo
     shows where it should, or that it has not; ``others`` are on lamps."""
-    if board.kind == "markers" or not boards:
+    if isinstance(board, LooseMarkers) or not boards:
         return []
     ids, places = marker_middles(board)
     every = np.concatenate([corners.marker_ids for _, corners, _ in boards])
     if not np.isin(every, ids).any():
         return []
-    size = "squares" if board.kind == "charuco" else "markers"
+    size = "squares" if isinstance(board, CharucoBoard) else "markers"
     unseen = ids > every[np.isin(every, ids)].max(initial=-1)
     said = []
     if unseen.any():
@@ -100,18 +100,18 @@ def _other_dictionary(board: Board, reader: Reader, seen: list[Seen]) -> str | N
         for name in _LARGEST:
             detector = cv2.aruco.ArucoDetector(dictionary(name), cv2.aruco.DetectorParameters())
             _, marks, _ = detector.detectMarkers(image)
-            found.setdefault(name, set()).update([] if marks is None else np.asarray(marks).ravel().tolist())
-    name = max(found, key=lambda one: len(found[one]), default=None)
-    if name is None or len(found[name]) < _FEWEST:
+            found.setdefault(name, set()).update([] if marks is None else map(int, np.ravel(marks)))
+    best = max(found, key=lambda one: len(found[one]), default=None)
+    if best is None or len(found[best]) < _FEWEST:
         return None
-    ids = sorted(found[name])
+    ids = sorted(found[best])
     return (
-        f"board.dictionary: the photos show markers of {name} or of a smaller one of its kind ({len(ids)} of them, "
+        f"board.dictionary: the photos show markers of {best} or of a smaller one of its kind ({len(ids)} of them, "
         f"from {ids[0]} to {ids[-1]}), not of {board.dictionary}"
     )
 
 
-def _other_layout(board: Board, corners: Corners) -> str | None:
+def _other_layout(board: PrintedBoard, corners: Corners) -> str | None:
     for other, what in _others(board, corners):
         if _laid(other, corners)[0] >= _FIT:
             ids = corners.marker_ids
@@ -119,36 +119,41 @@ def _other_layout(board: Board, corners: Corners) -> str | None:
     return None
 
 
-def _others(board: Board, corners: Corners) -> Iterator[tuple[Board, str]]:
+def _others(board: PrintedBoard, corners: Corners) -> Iterator[tuple[PrintedBoard, str]]:
     """Boards that may have been meant, the likeliest first, and in what they differ."""
-    charuco, ids = board.kind == "charuco", corners.marker_ids
-    name, size = ("squares", board.squares) if charuco else ("markers", board.markers)
-    turned = replace(board, **{name: size[::-1]})
+    charuco, ids = isinstance(board, CharucoBoard), corners.marker_ids
+    name, size = ("squares", board.squares) if isinstance(board, CharucoBoard) else ("markers", board.markers)
+    turned = _of_size(board, (size[1], size[0]))
     yield turned, f"{name} = {list(size[::-1])}, not {list(size)}"
     firsts = sorted({0, int(ids.min()), board.first_id})
     for first in firsts:
         yield replace(board, first_id=first), f"first_id = {first}, not {board.first_id}"
         yield replace(turned, first_id=first), f"{name} = {list(size[::-1])} and first_id = {first}"
-    if charuco:
-        for one in (board, turned):
-            other = replace(one, legacy_pattern=not one.legacy_pattern)
+    for one in (board, turned):
+        if isinstance(one, CharucoBoard):
+            legacy = not one.legacy_pattern
             yield (
-                other,
-                f"legacy_pattern = {str(other.legacy_pattern).lower()}, {name} = {list(other.squares)}",
+                replace(one, legacy_pattern=legacy),
+                f"legacy_pattern = {str(legacy).lower()}, {name} = {list(one.squares)}",
             )
     for first in firsts:
         for columns in _COLUMNS:
             count = int(ids.max()) - first + 1
             rows = max(2, -(-(2 if charuco else 1) * count // columns))
             for high in (rows, rows + 1) if charuco else (rows,):
-                other = replace(board, **{name: (columns, high)}, first_id=first)
                 yield (
-                    other,
+                    _of_size(replace(board, first_id=first), (columns, high)),
                     f"{name}: {columns} columns with first_id = {first}, not {list(size)} with {board.first_id}",
                 )
 
 
-def _laid(board: Board, corners: Corners) -> tuple[float, float]:
+def _of_size(board: PrintedBoard, size: tuple[int, int]) -> PrintedBoard:
+    if isinstance(board, CharucoBoard):
+        return replace(board, squares=size)
+    return replace(board, markers=size)
+
+
+def _laid(board: PrintedBoard, corners: Corners) -> tuple[float, float]:
     """Share of the markers seen whose middles lie where a board has them, by the homography that fits most; and how
     much wider they are than it says, as a factor."""
     try:

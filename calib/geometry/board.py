@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import MANIFEST, Board
+from photogonio.capture.photoset import MANIFEST, Board, CharucoBoard, GridBoard, LooseMarkers, PrintedBoard
 
 FEWEST_CORNERS = 6  # that tell where the camera was
 
@@ -51,9 +51,9 @@ def dictionary(name: str) -> cv2.aruco.Dictionary:
 
 def board_size(board: Board) -> np.ndarray:
     """Width and height of the printed pattern, (2,) length units; that of the corners' box for loose markers."""
-    if board.kind == "charuco":
+    if isinstance(board, CharucoBoard):
         return np.array(board.squares, float) * board.square_length
-    if board.kind == "aruco-grid":
+    if isinstance(board, GridBoard):
         count = np.array(board.markers, float)
         return count * board.marker_length + (count - 1) * board.marker_separation
     corners = np.concatenate([np.asarray(c, float) for _, c in board.marker_corners])
@@ -64,16 +64,9 @@ def opencv_board(board: Board) -> cv2.aruco.Board:
     """The board as OpenCV knows it (in its own frame; loose markers in ours)."""
     marks = dictionary(board.dictionary)
     try:
-        if board.kind == "charuco":
-            columns, rows = board.squares
-            ids = board.first_id + np.arange(columns * rows // 2 + (columns * rows) % 2)
-            ids = ids[: cv2.aruco.CharucoBoard((columns, rows), 2.0, 1.0, marks).getIds().size]
-            made = cv2.aruco.CharucoBoard(
-                (columns, rows), board.square_length, board.marker_length, marks, ids.astype(np.int32)
-            )
-            made.setLegacyPattern(board.legacy_pattern)
-            return made
-        if board.kind == "aruco-grid":
+        if isinstance(board, CharucoBoard):
+            return _opencv_charuco(board, marks)
+        if isinstance(board, GridBoard):
             ids = board.first_id + np.arange(board.markers[0] * board.markers[1], dtype=np.int32)
             return cv2.aruco.GridBoard(
                 board.markers, board.marker_length, board.marker_separation, marks, ids
@@ -85,16 +78,27 @@ def opencv_board(board: Board) -> cv2.aruco.Board:
         raise InputError(f"{MANIFEST}: board", f"OpenCV refuses this board ({error.err})") from error
 
 
+def _opencv_charuco(board: CharucoBoard, marks: cv2.aruco.Dictionary) -> cv2.aruco.CharucoBoard:
+    columns, rows = board.squares
+    ids = board.first_id + np.arange(columns * rows // 2 + (columns * rows) % 2)
+    ids = ids[: np.size(cv2.aruco.CharucoBoard((columns, rows), 2.0, 1.0, marks).getIds())]
+    made = cv2.aruco.CharucoBoard(
+        (columns, rows), board.square_length, board.marker_length, marks, ids.astype(np.int32)
+    )
+    made.setLegacyPattern(board.legacy_pattern)
+    return made
+
+
 def board_points(board: Board) -> np.ndarray:
     """World places of all corners by number, (n, 3)."""
     made = opencv_board(board)
-    if board.kind == "charuco":
-        return _to_world(board, made.getChessboardCorners())
+    if isinstance(made, cv2.aruco.CharucoBoard):
+        return _to_world(board, np.asarray(made.getChessboardCorners()))
     points = np.concatenate([np.asarray(p, float).reshape(4, 3) for p in made.getObjPoints()])
-    return points if board.kind == "markers" else _to_world(board, points)
+    return points if isinstance(board, LooseMarkers) else _to_world(board, points)
 
 
-def marker_middles(board: Board) -> tuple[np.ndarray, np.ndarray]:
+def marker_middles(board: PrintedBoard) -> tuple[np.ndarray, np.ndarray]:
     """Ids (n,) of a printed board's markers, and world places (n, 3) of their middles."""
     made = opencv_board(board)
     quads = np.array([np.asarray(p, float).reshape(4, 3) for p in made.getObjPoints()])

@@ -28,7 +28,6 @@ def fit_pose(camera: Camera, corners: Corners) -> PoseFit | None:
     if len(corners) < FEWEST_CORNERS:
         return None
     inlier = np.ones(len(corners), bool)
-    pose = None
     for _ in range(4):
         pose = _solve(camera, corners.points[inlier], corners.pixels[inlier])
         if pose is None:

@@ -8,7 +8,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from photogonio.calib.geometry.board import board_size, dictionary, opencv_board
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import Board, CharucoBoard, LooseMarkers, PrintedBoard
 
 _SQUARE_PIXELS = range(140, 420)  # of the drawn pattern; one is chosen that rounds no edge
 _CELL_PIXELS = 16  # of a loose marker's cell in the drawing
@@ -47,7 +47,7 @@ class Print:
     def on_print(self, points: np.ndarray) -> np.ndarray:
         """Whether board points (n, 2) lie within the pattern, (n,) bool."""
         height, width = self.white.shape
-        return ((points >= 0) & (points * self.scale <= [width, height])).all(1)
+        return np.all((points >= 0) & (points * self.scale <= [width, height]), axis=1)
 
     def beside_markers(self, points: np.ndarray) -> np.ndarray:
         """Whether board points (n, 2) lie within the pattern and clear of every marker, (n,) bool."""
@@ -60,28 +60,15 @@ class Print:
 def draw_print(board: Board) -> Print | None:
     """The pattern of a flat board. Around loose markers nothing is known; None if none of them lies
     on the board, right of and above its origin."""
-    if board.kind == "markers":
+    if isinstance(board, LooseMarkers):
         flat = [(k, np.asarray(c, float).reshape(4, 3)) for k, c in board.marker_corners]
         flat = [(k, c) for k, c in flat if not c[:, 2].any() and (c[:, :2].max(0) > 0).all()]
         return _draw_loose(board.dictionary, tuple((k, c.tobytes()) for k, c in flat)) if flat else None
-    key = (board.kind, board.dictionary, board.squares, board.square_length, board.markers)
-    return _draw(key, board.marker_length, board.marker_separation, board.first_id, board.legacy_pattern)
+    return _draw(board)
 
 
 @lru_cache(maxsize=4)
-def _draw(key: tuple, length: float, separation: float | None, first: int, legacy: bool) -> Print:
-    kind, marks, squares, square, markers = key
-    board = Board(
-        kind,
-        marks,
-        squares=squares,
-        square_length=square,
-        markers=markers,
-        marker_length=length,
-        marker_separation=separation,
-        first_id=first,
-        legacy_pattern=legacy,
-    )
+def _draw(board: PrintedBoard) -> Print:
     size = board_size(board)
     scale = _even_scale(board)
     shape = np.round(size * scale).astype(int)
@@ -129,19 +116,18 @@ def _clearance(tones: tuple[np.ndarray, ...], scale: float) -> np.ndarray:
     return clear
 
 
-def _beside_markers(board: Board, scale: float, shape: tuple[int, ...]) -> np.ndarray:
+def _beside_markers(board: PrintedBoard, scale: float, shape: tuple[int, ...]) -> np.ndarray:
     """Pixels (h, w) bool of the drawn pattern that lie clear of the markers by a third of the gap around them."""
     bare = np.ones(shape, np.uint8)
     for corners in opencv_board(board).getObjPoints():
         fill_from = np.asarray(corners, float).reshape(4, 3)[:, :2] * scale
         low, high = np.floor(fill_from.min(0)).astype(int), np.ceil(fill_from.max(0)).astype(int)
         bare[max(low[1], 0) : high[1], max(low[0], 0) : high[0]] = 0
-    gap = board.square_length - board.marker_length if board.kind == "charuco" else board.marker_separation
-    wide = 2 * max(1, round(gap * scale / 6)) + 1
+    wide = 2 * max(1, round(board.gap * scale / 6)) + 1
     return cv2.erode(bare, np.ones((wide, wide), np.uint8), borderValue=1) > 0
 
 
-def _even_scale(board: Board) -> float:
+def _even_scale(board: PrintedBoard) -> float:
     """Pixels per length at which squares, markers and their cells are whole numbers of pixels, as nearly as can be.
 
     OpenCV draws with whole pixels: a careless scale would move edges by half a pixel of the drawing.
@@ -150,18 +136,16 @@ def _even_scale(board: Board) -> float:
     square = square_pitch(board)
     whole = np.array(_SQUARE_PIXELS, float)
     marker = whole * board.marker_length / square
-    gap = (whole - marker) / (2 if board.kind == "charuco" else 1)
+    gap = (whole - marker) / (2 if isinstance(board, CharucoBoard) else 1)
     off = sum(np.abs(v - np.round(v)) for v in (marker / cells, gap))
     return float(whole[np.argmin(off + 1e-6 * whole)]) / square
 
 
 def square_pitch(board: Board) -> float:
     """Side of the areas of the print whose errors go together, length units."""
-    if board.kind == "markers":
+    if isinstance(board, LooseMarkers):
         return _least_side(np.array([np.asarray(c, float).reshape(4, 3) for _, c in board.marker_corners]))
-    if board.kind == "charuco":
-        return float(board.square_length)
-    return float(board.marker_length + board.marker_separation)
+    return board.pitch
 
 
 def _least_side(corners: np.ndarray) -> float:

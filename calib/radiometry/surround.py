@@ -68,8 +68,8 @@ def measure_surround(
 
 def surround_of(setup: Setup, view: ViewSetup, radiance: np.ndarray) -> Surround:
     """The surroundings of one view, whose ``radiance`` is :func:`radiance_around`'s."""
-    points, size = _grid(setup.sample)
-    lamp, lit = _lamp_on(points, size, view, setup.sample)
+    points, size = _grid(setup.ball)
+    lamp, lit = _lamp_on(points, size, view, setup.ball)
     return Surround(points=points, area=size**2, radiance=radiance, lamp=lamp, lit=lit)
 
 
@@ -77,8 +77,8 @@ def radiance_around(
     setup: Setup, view: ViewSetup, read_at: ReadAt, bounds: Bounds, mirror_balls: tuple[MirrorBall, ...] = ()
 ) -> np.ndarray:
     """Mean radiance (m, c) of the cells around a ball, NaN where too little of a cell can be read."""
-    points, size = _grid(setup.sample)
-    balls = _balls(setup.sample, mirror_balls)
+    points, size = _grid(setup.ball)
+    balls = _balls(setup.ball, mirror_balls)
     return _read(points, size, setup.camera, view, read_at, bounds, balls)
 
 
@@ -219,7 +219,7 @@ def backdrop(
     pixels = np.stack(np.meshgrid(np.arange(x0, x1, step), np.arange(y0, y1, step)), axis=-1).reshape(-1, 2)
     rays = setup.camera.world_rays(view.pose, pixels.astype(float))
     beside = np.ones(len(pixels), bool)
-    for ball in (setup.sample, *mirror_balls):
+    for ball in (setup.ball, *mirror_balls):
         offset = ball.center - view.pose.center
         passing = np.linalg.norm(np.cross(rays, offset), axis=1)
         beside &= (passing > MARGIN * ball.radius) | (rays @ offset < 0.0)

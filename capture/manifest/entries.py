@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -26,7 +27,10 @@ from photogonio.capture.manifest.schema import (
 from photogonio.capture.photoset import (
     Board,
     CameraEntry,
+    CharucoBoard,
+    GridBoard,
     LightEntry,
+    LooseMarkers,
     MirrorBall,
     Photo,
     Plane,
@@ -67,15 +71,20 @@ def dictionary(value: object, where: str) -> str:
 def build_board(values: dict[str, Any], where: str) -> Board:
     kind = values["kind"]
     check_kind(values, where, table="board", key="kind")
-    corners = values.pop("marker", ())
-    ids = [number for number, _ in corners]
-    board = Board(**values, marker_corners=corners)
+    given = {name: value for name, value in values.items() if name not in ("kind", "marker")}
+    board: Board
+    ids: Sequence[int]
     if kind == "charuco":
+        board = CharucoBoard(**given)
         if board.marker_length >= board.square_length:
             raise InputError(f"{where} marker_length", "expected less than square_length")
         ids = range(board.first_id, board.first_id + board.squares[0] * board.squares[1] // 2)
     elif kind == "aruco-grid":
+        board = GridBoard(**given)
         ids = range(board.first_id, board.first_id + board.markers[0] * board.markers[1])
+    else:
+        board = LooseMarkers(values["dictionary"], values["marker"])
+        ids = [number for number, _ in board.marker_corners]
     size = len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary)).bytesList)
     if max(ids) >= size:
         raise InputError(where, f"needs marker {max(ids)}, but {board.dictionary} ends at {size - 1}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from photogonio.capture.photoset import Board, Photo
+from photogonio.capture.photoset import CharucoBoard, Photo, PrintedBoard
 from photogonio.capture.target.layout import Target
 
 BALL_RADIUS = 8.0  # mm
@@ -68,9 +68,9 @@ def stub_manifest(target: Target, *, name: str = "my-set", encoding: str = "auto
     )
 
 
-def board_lines(board: Board) -> str:
+def board_lines(board: PrintedBoard) -> str:
     lines = [f'kind = "{board.kind}"', f'dictionary = "{board.dictionary}"']
-    if board.kind == "charuco":
+    if isinstance(board, CharucoBoard):
         lines += [
             f"squares = [{board.squares[0]}, {board.squares[1]}]",
             f"square_length = {board.square_length:g}",

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import CharucoBoard, GridBoard, PrintedBoard
 
 PAPERS = {"a4": (297.0, 210.0), "a3": (420.0, 297.0), "letter": (279.4, 215.9)}  # landscape
 KINDS = ("charuco", "aruco-grid")
@@ -28,7 +28,7 @@ class Target:
     paper: str
     page: tuple[float, float]  # width, height
     corner: tuple[float, float]  # of the pattern's origin from the page's lower-left corner
-    board: Board
+    board: PrintedBoard
     size: tuple[float, float]  # of the pattern
     sample: tuple[float, float]  # centre
     balls: tuple[tuple[float, float], tuple[float, float]]  # centres
@@ -54,10 +54,11 @@ def make_target(
     if columns < 5 or rows < 4:
         raise InputError("--square", f"{square:g} mm leaves {columns} x {rows} squares, fewer than 5 x 4")
     name = settle_dictionary(dictionary, columns * rows // (2 if kind == "charuco" else 1))
+    board: PrintedBoard
     if kind == "charuco":
-        board = Board(kind, name, (columns, rows), square, marker_length=marker)
+        board = CharucoBoard(name, (columns, rows), square, marker)
     else:
-        board = Board(kind, name, markers=(columns, rows), marker_length=marker, marker_separation=gap)
+        board = GridBoard(name, (columns, rows), marker, gap)
     size = (columns * square - gap, rows * square - gap)
     corner = ((width - size[0]) / 2, (height - FOOT - size[1]) / 2 + FOOT)
     free = free_cells(board)
@@ -88,14 +89,14 @@ def settle_dictionary(name: str | None, needed: int) -> str:
     raise InputError("--dictionary", f"{candidate} has {size} markers, the board needs {needed}")
 
 
-def free_cells(board: Board) -> np.ndarray:
+def free_cells(board: PrintedBoard) -> np.ndarray:
     """Columns and rows (n, 2), from the lower left, of cells that a ball or the patch may cover.
 
     Black squares of a ChArUco board, which hold no marker; any cell of a grid.
     """
-    columns, rows = board.squares or board.markers
+    columns, rows = board.markers if isinstance(board, GridBoard) else board.squares
     cells = np.array([(x, y) for y in range(rows) for x in range(columns)])
-    if board.kind == "aruco-grid":
+    if isinstance(board, GridBoard):
         return cells
     middles = marker_corners(board)[1].mean(axis=1)
     marked = set(map(tuple, np.floor(middles / board.square_length).astype(int).tolist()))
@@ -106,10 +107,11 @@ def nearest(points: np.ndarray, place: tuple[float, float]) -> int:
     return int(np.argmin(np.linalg.norm(points - place, axis=1)))
 
 
-def marker_corners(board: Board) -> tuple[np.ndarray, np.ndarray]:
+def marker_corners(board: PrintedBoard) -> tuple[np.ndarray, np.ndarray]:
     """Ids (n,) and corners (n, 4, 2), clockwise from the top left as printed, y up the page."""
     marks = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))
-    if board.kind == "charuco":
+    made: cv2.aruco.Board
+    if isinstance(board, CharucoBoard):
         made = cv2.aruco.CharucoBoard(board.squares, board.square_length, board.marker_length, marks)
         height = board.squares[1] * board.square_length
     else:
@@ -117,7 +119,7 @@ def marker_corners(board: Board) -> tuple[np.ndarray, np.ndarray]:
         height = board.markers[1] * (board.marker_length + board.marker_separation) - board.marker_separation
     corners = np.array(made.getObjPoints(), float)[..., :2]
     corners[..., 1] = height - corners[..., 1]  # OpenCV's y goes down the page
-    return made.getIds().ravel(), corners
+    return np.ravel(made.getIds()), corners
 
 
 def black_rectangles(target: Target) -> np.ndarray:
@@ -128,7 +130,7 @@ def black_rectangles(target: Target) -> np.ndarray:
     """
     board = target.board
     boxes = []
-    if board.kind == "charuco":
+    if isinstance(board, CharucoBoard):
         step = board.square_length
         boxes += [(x * step, y * step, step, step) for x, y in free_cells(board)]
     marks = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 
+from photogonio.capture.photoset import CharucoBoard
 from photogonio.capture.target.layout import Target, black_rectangles
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
@@ -70,7 +71,7 @@ def draw_foot(canvas: Canvas, target: Target) -> None:
     for k in range(RULER + 1):
         canvas.line(left + k, base, left + k, base + (4.0 if k % 10 == 0 else 3.0 if k % 5 == 0 else 2.0))
     board = target.board
-    if board.kind == "charuco":
+    if isinstance(board, CharucoBoard):
         what = f"{board.squares[0]} x {board.squares[1]} squares of {board.square_length:g} mm"
     else:
         what = f"{board.markers[0]} x {board.markers[1]} markers, {board.marker_separation:g} mm apart"

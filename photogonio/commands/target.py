@@ -8,7 +8,7 @@ from pathlib import Path
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.stub import stub_manifest
-from photogonio.capture.photoset import MANIFEST
+from photogonio.capture.photoset import MANIFEST, CharucoBoard
 from photogonio.capture.target.layout import make_target
 from photogonio.capture.target.pdf import pdf_page
 from photogonio.system.outputs import staged_file
@@ -28,7 +28,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     return {
         "paper": target.paper,
         "pattern_mm": target.size,
-        "squares": target.board.squares or target.board.markers,
+        "squares": target.board.squares if isinstance(target.board, CharucoBoard) else target.board.markers,
         "square_mm": args.square,
         "out": str(out),
         "manifest": str(manifest),

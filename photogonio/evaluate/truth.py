@@ -73,7 +73,7 @@ def view_errors(setup: Setup, view: ViewSetup, photo: dict, scale: float) -> tup
     strength = float(np.max(np.abs(reaching / true_reaching - 1.0)))
     sample = float("nan")
     if "sample_center" in photo:
-        sample = float(np.linalg.norm(setup.sample.center - np.array(photo["sample_center"])))
+        sample = float(np.linalg.norm(setup.ball.center - np.array(photo["sample_center"])))
     return camera, float(np.degrees(np.arccos(cosine))), place, strength, sample
 
 

@@ -99,7 +99,7 @@ def told_around(
 
 
 def _why_unknown(photoset: PhotoSet, setup: Setup) -> str:
-    if not is_grounded(photoset, setup.sample):
+    if not is_grounded(photoset, setup.ball):
         return "there is no board, nor does the ball stand on z = 0"
     return (
         "no photo shows what lies around it"

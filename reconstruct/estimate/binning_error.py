@@ -29,7 +29,8 @@ def binning(cells: Cells, model: Model) -> np.ndarray:
     dphi = cells.phi_r - cells.phi_i if model.turning else cells.dphi
     incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, dphi)
     step = np.sqrt(2.0 * cells.turn)  # a turn about one axis at a time
-    total, means = 0.0, np.zeros((2, len(cells), 3))
+    total: np.ndarray | float = 0.0
+    means = np.zeros((2, len(cells), 3))
     for axis, sign in ((0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)):
         turned = [_turned(directions, axis, sign * step[:, axis]) for directions in (incident, exit)]
         theta_i, theta_r, dphi = pair_angles(*turned)

@@ -21,6 +21,7 @@ class LobeSet:
         """Fixed part (n,) and columns (n, q) of all lobes together."""
         fixed, columns = np.zeros(len(cells)), [np.empty((len(cells), 0))]
         for family, shape in zip(self.families, self.shapes, strict=True):
+            angles: tuple[np.ndarray, ...]
             if family.turning:
                 angles = cells.theta_i, cells.theta_r, cells.phi_r - cells.phi_i, cells.phi_i
             else:

@@ -158,8 +158,8 @@ def choose(
     """
     best = min(candidates, key=lambda one: one.loss.mean())
     simple: list[Candidate] = []
-    for lobes in sorted({len(one.lobes.families) for one in candidates}):
-        more = [one for one in candidates if len(one.lobes.families) == lobes]
+    for count in sorted({len(one.lobes.families) for one in candidates}):
+        more = [one for one in candidates if len(one.lobes.families) == count]
         if not simple or _pays(more, simple, best, tolerated, thrifty):
             simple = more
     good = _simplest(simple, tolerated)

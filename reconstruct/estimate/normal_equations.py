@@ -199,7 +199,7 @@ class FoldedDesign:
             across.append(np.transpose(sums[:q, :, :m], (1, 2, 0)))
             lobes_gram.append(np.transpose(sums[:q, :, m:], (1, 2, 0)))
             moment.append(sums[q])
-        parts = [np.stack(sums) for sums in (across, lobes_gram, moment, square)]
+        parts = (np.stack(across), np.stack(lobes_gram), np.stack(moment), np.stack(square))
         if self._common:
             self._take_away_shared(target, columns, *parts)
         return Statistics(self._gram, *parts, np.diff(self._bounds))

@@ -134,7 +134,7 @@ def relit(setup: Setup, turned: tuple[TurnedLight, ...], patches: Sequence[White
     """The setup with the lights turned, and as strong as ``patches`` or the board, which told their strengths, have
     them now."""
     by_id = {one.id: one for one in turned}
-    center = np.asarray(setup.sample.center, float)
+    center = np.asarray(setup.ball.center, float)
     middles = np.array([[*np.mean(one.outline, axis=0), one.height] for one in patches]).reshape(-1, 3)
 
     def corrected(view: ViewSetup) -> ViewSetup:

@@ -76,17 +76,18 @@ def unknown_stray(
     is no whiter than white. Nor are the surroundings: they are no brighter than white that faces the lamp.
     """
     views = {view.name: view for view in setup.views}
+    ball = setup.ball
     channels = [setup.channels.index(name) for name in table.channels]
     whitest = float(np.median(table.value / table.weight[:, None], axis=0).max())
     least = 1.0 if measured else np.pi * whitest
     brightness = {}
     for name, radiance in zip(table.groups, seen, strict=True):
-        falloff = views[name].light.toward(setup.sample.center[None])[1][0]
+        falloff = views[name].light.toward(ball.center[None])[1][0]
         lamp = float(views[name].strength[channels].mean() * falloff * least)
         found = np.pi * max(float(radiance[channels].mean()), 0.0) / lamp
         brightness[name] = min(found, 1.0) if np.isfinite(radiance).all() else PAPER
     lights = {name: views[name].light for name in table.groups}
-    return UnknownStray(setup.sample, lights, brightness, grounded)
+    return UnknownStray(ball, lights, brightness, grounded)
 
 
 def without_spoilt(table: FacetTable, unknown: UnknownStray) -> tuple[FacetTable, Spoilt]:

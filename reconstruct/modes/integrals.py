@@ -95,8 +95,9 @@ def albedo_of(
     """(..., c) directional albedo of any callable BRDF on unit vectors; see :func:`albedo_by_quadrature`."""
 
     def value(incident: np.ndarray, exit: np.ndarray, dphi: np.ndarray) -> np.ndarray:
-        sides = (unit_vectors(exit, phi_i + sign * dphi) for sign in (1.0, -1.0))
-        return 0.5 * sum(brdf(unit_vectors(incident, phi_i), side) for side in sides)
+        left, right = (unit_vectors(exit, phi_i + sign * dphi) for sign in (1.0, -1.0))
+        toward = unit_vectors(incident, phi_i)
+        return 0.5 * (brdf(toward, left) + brdf(toward, right))
 
     return albedo_by_quadrature(value, theta_i, finest)
 

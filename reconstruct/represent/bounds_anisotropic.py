@@ -68,7 +68,7 @@ def violated_turning(brdf: Brdf, error: Callable[[Cells], np.ndarray]) -> bool:
     grid = _grid(brdf.order)
     value = values(brdf, grid)
     trifle = TRIFLE * _sizes(value, grid)
-    i, r = _told(value, (value < -trifle[:, None, None]).any(0))
+    i, r = _told(value, np.any(value < -trifle[:, None, None], axis=0))
     if len(i) and (value[:, i, r].T < -(error(pairs(grid, i, r)) + trifle)).any():
         return True
     if brdf.scale != "absolute":
@@ -287,7 +287,8 @@ def _told(value: np.ndarray, broken: np.ndarray) -> tuple[np.ndarray, np.ndarray
     place = np.flatnonzero(broken)
     evenly = place[np.unique(np.linspace(0, max(len(place) - 1, 0), min(TOLD, len(place))).astype(int))]
     lowest = value.reshape(len(value), -1).argmin(1)
-    return np.unravel_index(np.union1d(evenly, lowest[broken.ravel()[lowest]]), broken.shape)
+    i, r = np.unravel_index(np.union1d(evenly, lowest[broken.ravel()[lowest]]), broken.shape)
+    return i, r
 
 
 def _relative(brdf: Brdf, error: Callable[[Cells], np.ndarray]) -> np.ndarray:

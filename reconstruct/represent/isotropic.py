@@ -61,7 +61,9 @@ def represent(model: Model, order: int) -> Represented:
     channels, peak = model.coefficients.shape[1], _narrowest(model.lobes)
     coefficients = np.zeros((len(Basis("isotropic", order).modes), channels))
     coefficients[: len(model.coefficients)] = model.coefficients
-    lobes, missing, first = [], 0.0, 0
+    lobes: list[Lobe] = []
+    missing: np.ndarray | float = 0.0
+    first = 0
     for family, shape in zip(model.lobes.families, model.lobes.shapes, strict=True):
         own = model.lobe_coefficients[first : first + len(family.coefficient_names)]
         first += len(own)
@@ -73,8 +75,10 @@ def represent(model: Model, order: int) -> Represented:
         lobes += all_weighted(nearest.shapes, nearest.lobe_coefficients, channels)
         missing = missing + nearest.missing
     judged = _judged(peak)
-    error = np.sqrt(np.average(missing**2, axis=0, weights=judged[judged > 0.0])) if np.ndim(missing) else 0.0
-    return Represented(order, coefficients, tuple(lobes), np.broadcast_to(error, channels).copy())
+    error = np.zeros(channels)
+    if np.ndim(missing):
+        error[:] = np.sqrt(np.average(missing**2, axis=0, weights=judged[judged > 0.0]))
+    return Represented(order, coefficients, tuple(lobes), error)
 
 
 def as_it_is(family: Family, shape: np.ndarray, own: np.ndarray) -> Lobe:

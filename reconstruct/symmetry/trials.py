@@ -6,6 +6,7 @@ the difference.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from photogonio.reconstruct.estimate.lobe_search import common_error, search_lob
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import LEAST_VIEWS, PRIORS, blocks_of, folds_of
-from photogonio.reconstruct.estimate.normal_equations import Common, Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.normal_equations import Common, Factors, FoldedDesign, Statistics, solve
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned
 from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.symmetry.columns import Columns, swapped_modes, turning_modes
@@ -128,19 +129,20 @@ class Trial:
         design = np.hstack([slopes, columns.values, basis.design(self.cells)])
         folded = FoldedDesign(design, self.weight, self.fold, self.common)
         sums = folded.statistics(self.cells.value - fixed[:, None], lobes)
-        upper, best, size = model.lobes.upper_bounds(), None, level(self.cells)
-        for order in ORDERS:
-            degree = np.concatenate([columns.degree, Basis("isotropic", order).degree()])
-            part = sums.prefix(slopes.shape[1] + len(degree))
-            rest, whole = part.without_each(), part.total()
-            for prior in PRIORS:
-                known = np.full((len(size), slopes.shape[1]), SHAPE_DOUBT**-2)
-                penalty = np.hstack([known, prior.precision(degree, size)])
-                solution = solve(rest, Factors(rest.modes_gram, penalty), upper)
-                loss = float(part.residual(solution).sum())
-                if best is None or loss < best[0]:
-                    best = loss, order, penalty, part.modes, whole
-        loss, order, penalty, modes, whole = best
+        upper, size = model.lobes.upper_bounds(), level(self.cells)
+
+        def tries() -> Iterator[tuple[float, int, np.ndarray, int, Statistics]]:
+            for order in ORDERS:
+                degree = np.concatenate([columns.degree, Basis("isotropic", order).degree()])
+                part = sums.prefix(slopes.shape[1] + len(degree))
+                rest, whole = part.without_each(), part.total()
+                for prior in PRIORS:
+                    known = np.full((len(size), slopes.shape[1]), SHAPE_DOUBT**-2)
+                    penalty = np.hstack([known, prior.precision(degree, size)])
+                    solution = solve(rest, Factors(rest.modes_gram, penalty), upper)
+                    yield float(part.residual(solution).sum()), order, penalty, part.modes, whole
+
+        loss, order, penalty, modes, whole = min(tries(), key=lambda one: one[0])
         own = solve(whole, Factors(whole.modes_gram, penalty), upper)[0]
         predicted = fixed[:, None] + design[:, :modes] @ own[:, :modes].T + lobes @ own[:, modes:].T
         return Tried(model, columns, order, penalty, loss, predicted)

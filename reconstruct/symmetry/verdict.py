@@ -117,11 +117,12 @@ def judge(cells: Cells, view_errors: np.ndarray, isotropic: Cleaned, *, absolute
     chance = None
     if odds >= CONVINCING and difference(still, turns) >= MATERIAL:
         chance = trial.chance(still, turns)
-    turning = chance is not None and chance <= CHANCE and trial.accounts(still, turns)
-    reciprocity = _reciprocity(trial, turns if turning else still)
     could_show = trial.could_show(still)
-    reason = _why_turning(turns, odds, chance) if turning else _why_isotropic(odds, chance, could_show)
-    symmetry = "reciprocal" if turning else "isotropic"
+    if chance is not None and chance <= CHANCE and trial.accounts(still, turns):
+        symmetry, reason, best = "reciprocal", _why_turning(turns, odds, chance), turns
+    else:
+        symmetry, reason, best = "isotropic", _why_isotropic(odds, chance, could_show), still
+    reciprocity = _reciprocity(trial, best)
     return Verdict(symmetry, reason, odds, chance, could_show).unless(reciprocity)
 
 

@@ -46,11 +46,8 @@ class Cells:
 
     def take(self, keep: np.ndarray) -> Cells:
         """The cells that a mask or an index array (any, of n) names."""
-        given = {
-            name: None if (row := getattr(self, name)) is None else row[keep]
-            for name in ("turn", "lamp", "doubt")
-        }
-        return replace(self, **given, **{name: getattr(self, name)[keep] for name in _ROWS})
+        given = {name: row[keep] for name in _ROWS if (row := getattr(self, name)) is not None}
+        return replace(self, **given)
 
     def with_value(self, value: np.ndarray) -> Cells:
         """The same directions with other values (n, c)."""
@@ -93,7 +90,10 @@ class Cells:
         )
 
 
-_ROWS = ("theta_i", "phi_i", "theta_r", "phi_r", "dphi", "value", "variance", "count", "group", "place")
+_ROWS = (
+    *("theta_i", "phi_i", "theta_r", "phi_r", "dphi", "value", "variance", "count", "group", "place"),
+    *("turn", "lamp", "doubt"),
+)
 
 
 def cells_of(table: FacetTable) -> Cells:

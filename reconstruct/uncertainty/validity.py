@@ -38,7 +38,7 @@ class Region:
         """Largest angles, degrees, that data reach and below which f is known to :data:`TRUSTED` on the mean."""
         weight = np.sin(2 * self.theta)[:, None, None] * np.sin(2 * self.theta)[None, :, None]
         weight = np.broadcast_to(weight, self.seen.shape)
-        top, some = 0.0, self.seen.any((1, 2)) | self.seen.any((0, 2))
+        top, some = 0.0, np.any(self.seen, axis=(1, 2)) | np.any(self.seen, axis=(0, 2))
         for limit in np.arange(STEP, 90.0 + STEP, STEP):
             inside = self.theta < np.radians(limit)
             part = np.ix_(inside, inside, np.ones(len(self.dphi), bool))

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numba import njit
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers
 
 PER_BIN = 6  # markers that may touch one bin of the lookup
 
@@ -37,12 +37,12 @@ def print_of(board: Board | None, *, scale: float = 1.0) -> PrintedPage:
         return make_print(np.zeros(4), np.zeros(4), np.zeros((0, 4, 2)), np.zeros((0, 3, 3), np.uint8))
     marks = dictionary(board.dictionary)
     squares = np.zeros(4)
-    if board.kind == "charuco":
+    if isinstance(board, CharucoBoard):
         corners, ids, size = charuco_layout(board, marks)
         squares[:3] = *board.squares, board.square_length * scale
         squares[3] = float(board.legacy_pattern and board.squares[1] % 2 == 0)
         margin = 0.0
-    elif board.kind == "aruco-grid":
+    elif isinstance(board, GridBoard):
         corners, ids, size = grid_layout(board, marks)
         margin = board.marker_separation
     else:
@@ -66,22 +66,24 @@ def dictionary(name: str) -> cv2.aruco.Dictionary:
     return cv2.aruco.getPredefinedDictionary(number)
 
 
-def charuco_layout(board: Board, marks: cv2.aruco.Dictionary) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def charuco_layout(
+    board: CharucoBoard, marks: cv2.aruco.Dictionary
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners (m, 4, 2) clockwise from the top left, ids (m,), size of the page (2,)."""
     made = cv2.aruco.CharucoBoard(board.squares, board.square_length, board.marker_length, marks)
     made.setLegacyPattern(board.legacy_pattern)
     size = np.array(board.squares, float) * board.square_length
-    return upright(made, size), made.getIds().ravel() + board.first_id, size
+    return upright(made, size), np.ravel(made.getIds()) + board.first_id, size
 
 
-def grid_layout(board: Board, marks: cv2.aruco.Dictionary) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def grid_layout(board: GridBoard, marks: cv2.aruco.Dictionary) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     made = cv2.aruco.GridBoard(board.markers, board.marker_length, board.marker_separation, marks)
     count = np.array(board.markers, float)
     size = count * board.marker_length + (count - 1) * board.marker_separation
-    return upright(made, size), made.getIds().ravel() + board.first_id, size
+    return upright(made, size), np.ravel(made.getIds()) + board.first_id, size
 
 
-def loose_layout(board: Board) -> tuple[np.ndarray, np.ndarray]:
+def loose_layout(board: LooseMarkers) -> tuple[np.ndarray, np.ndarray]:
     corners = np.stack([np.asarray(c, float) for _, c in board.marker_corners])
     if np.any(corners[..., 2] != 0):
         raise InputError("board: marker", "a rendered board is flat: every marker's z must be 0")

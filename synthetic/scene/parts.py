@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers
 
 Point = tuple[float, ...]
 
@@ -51,18 +52,17 @@ class BoardScene:
 
     def nominal(self) -> Board:
         """The board as the manifest gives it."""
-        return Board(
-            kind=self.kind,
-            dictionary=self.dictionary,
-            squares=self.squares if self.kind == "charuco" else None,
-            square_length=self.square_length if self.kind == "charuco" else None,
-            markers=self.markers,
-            marker_length=self.marker_length,
-            marker_separation=self.marker_separation,
-            first_id=self.first_id,
-            legacy_pattern=self.legacy_pattern,
-            marker_corners=tuple((m.id, np.array(m.corners, float)) for m in self.marker),
-        )
+        if self.kind == "markers":
+            return LooseMarkers(
+                self.dictionary, tuple((m.id, np.array(m.corners, float)) for m in self.marker)
+            )
+        # rules.py has seen that what a kind needs is there
+        length = cast(float, self.marker_length)
+        if self.kind == "charuco":
+            squares, side = cast(tuple[int, int], self.squares), cast(float, self.square_length)
+            return CharucoBoard(self.dictionary, squares, side, length, self.first_id, self.legacy_pattern)
+        markers, apart = cast(tuple[int, int], self.markers), cast(float, self.marker_separation)
+        return GridBoard(self.dictionary, markers, length, apart, self.first_id)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.capture.photoset import Board, Photo, PhotoSet, Sphere, View
+from photogonio.capture.photoset import Board, CharucoBoard, Photo, PhotoSet, Sphere, View
 from photogonio.capture.radiance import RadianceImage
 
-BOARD = Board("charuco", "DICT_4X4_50", squares=(8, 6), square_length=12.0, marker_length=9.0)
+BOARD = CharucoBoard("DICT_4X4_50", squares=(8, 6), square_length=12.0, marker_length=9.0)
 SIZE = (480, 360)
 CAMERA = Camera(
     np.array([[700.0, 0, 243.2], [0, 703.0, 176.7], [0, 0, 1]]),

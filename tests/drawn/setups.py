@@ -25,11 +25,19 @@ from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.calib.shading.interreflection import diffuse_bounce, glossy_bounce, polished_bounce
 from photogonio.calib.shading.kernel import light_on_board
 from photogonio.calib.shading.model import Ball, ShadingScene, lit
-from photogonio.capture.photoset import Board, CameraEntry, MirrorBall, Photo, PhotoSet, Sphere, WhitePatch
+from photogonio.capture.photoset import (
+    CameraEntry,
+    CharucoBoard,
+    MirrorBall,
+    Photo,
+    PhotoSet,
+    Sphere,
+    WhitePatch,
+)
 from photogonio.capture.radiance import RadianceImage
 
 SIZE = (800, 600)
-BOARD = Board("charuco", "DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
+BOARD = CharucoBoard("DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
 MIDDLE = np.append(board_size(BOARD) / 2, 0.0)
 SAMPLE = Sphere(np.array([90.0, 70.0, 25.0]), 25.0)
 BALLS = (MirrorBall(np.array([10.0, 10, 8]), 8.0), MirrorBall(np.array([170.0, 130, 8]), 8.0))

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from photogonio.calib.diagnose.thick_sample import _pieces, is_thick, shaded, side_light
-from photogonio.capture.photoset import Board, Plane, Sphere
+from photogonio.capture.photoset import CharucoBoard, Plane, Sphere
 
 OUTLINE = np.array([[50.0, 40.0], [120.0, 40.0], [120.0, 100.0], [50.0, 100.0]])
-BOARD = Board("charuco", "DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
+BOARD = CharucoBoard("DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
 
 
 def through(points, lamp, height, steps=400):

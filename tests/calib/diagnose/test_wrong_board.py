@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from photogonio.calib.detect.photo_reader import look
 from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import Board, GridBoard
 
 from tests.calib.geometry.test_board import POSES, quiet
 from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
 
-GRID = Board("aruco-grid", "DICT_4X4_50", markers=(6, 4), marker_length=12.0, marker_separation=4.0)
+GRID = GridBoard("DICT_4X4_50", markers=(6, 4), marker_length=12.0, marker_separation=4.0)
 _SCALE = 5  # pixels a length unit
 _BORDER = 40
 

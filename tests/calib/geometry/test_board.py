@@ -16,7 +16,7 @@ from photogonio.calib.geometry.board import board_points, board_size, dictionary
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import CharucoBoard, GridBoard
 
 from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
 from tests.places import DATA
@@ -63,7 +63,7 @@ def test_x_runs_right_y_up_and_z_out_of_the_print():
 
 
 def test_markers_of_a_grid_stand_clockwise_from_their_top_left():
-    board = Board("aruco-grid", "DICT_4X4_50", markers=(3, 2), marker_length=5.0, marker_separation=1.0)
+    board = GridBoard("DICT_4X4_50", markers=(3, 2), marker_length=5.0, marker_separation=1.0)
     np.testing.assert_allclose(board_size(board), [17.0, 11.0])
     points = board_points(board).reshape(6, 4, 3)
     np.testing.assert_allclose(points[0], [[0, 11, 0], [5, 11, 0], [5, 6, 0], [0, 6, 0]], atol=1e-5)
@@ -203,7 +203,7 @@ def test_camera_comes_back_from_drawn_photos(closer):
 
 @pytest.mark.skipif(not CHARUCO.is_dir(), reason="the shared real photos are absent")
 def test_real_photos_give_the_published_camera():
-    board = Board("charuco", "DICT_6X6_250", squares=(5, 7), square_length=0.04, marker_length=0.02)
+    board = CharucoBoard("DICT_6X6_250", squares=(5, 7), square_length=0.04, marker_length=0.02)
     images = {}
     for path in sorted(CHARUCO.glob("*.jpg")):
         coded = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) / 255.0
@@ -231,7 +231,7 @@ def test_every_corner_has_one_number(closer):
 
 def test_corners_with_one_marker_left_are_found_where_there_are_few_others():
     """Markers of every other row are hidden: no corner has both of its own."""
-    board = Board("charuco", "DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
+    board = CharucoBoard("DICT_5X5_250", squares=(9, 7), square_length=20.0, marker_length=15.0)
     side = 60
     image = np.pad(
         opencv_board(board).generateImage((9 * side, 7 * side), marginSize=0), 40, constant_values=255

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from photogonio.calib.geometry.board import opencv_board
 from photogonio.calib.geometry.print_map import draw_print, square_pitch
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import Board, GridBoard, LooseMarkers
 
-GRID = Board("aruco-grid", "DICT_5X5_250", markers=(4, 3), marker_length=14.0, marker_separation=4.0)
+GRID = GridBoard("DICT_5X5_250", markers=(4, 3), marker_length=14.0, marker_separation=4.0)
 CELL = 2.0  # 14 over 5 + 2
 
 
@@ -19,7 +19,7 @@ def as_loose(board: Board, turn: np.ndarray | None = None) -> Board:
         flat = np.column_stack([quad[:, 0], height - quad[:, 1]]).astype(float)
         flat = flat if turn is None else flat @ turn.T
         corners.append((int(k), np.column_stack([flat, np.zeros(4)])))
-    return Board("markers", board.dictionary, marker_corners=tuple(corners))
+    return LooseMarkers(board.dictionary, marker_corners=tuple(corners))
 
 
 def middles() -> np.ndarray:
@@ -54,12 +54,12 @@ def test_around_loose_markers_nothing_is_known():
 
 def test_markers_off_the_board_are_not_read():
     raised = tuple((k, c + np.array([0.0, 0.0, 5.0])) for k, c in as_loose(GRID).marker_corners)
-    assert draw_print(Board("markers", GRID.dictionary, marker_corners=raised)) is None
+    assert draw_print(LooseMarkers(GRID.dictionary, marker_corners=raised)) is None
 
 
 def test_markers_before_the_origin_are_not_read_and_do_no_harm():
     before = tuple((k, c - np.array([0.0, 200.0, 0.0])) for k, c in as_loose(GRID).marker_corners)
-    assert draw_print(Board("markers", GRID.dictionary, marker_corners=before)) is None
+    assert draw_print(LooseMarkers(GRID.dictionary, marker_corners=before)) is None
 
 
 def test_what_errs_together_is_as_large_as_a_marker():

@@ -9,7 +9,7 @@ from photogonio.calib.detect.subpixel import Around
 from photogonio.calib.geometry.board import Corners
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import CharucoBoard
 
 from photogonio.cache.corners import KeptLooks
 from photogonio.cache.store import Store
@@ -70,7 +70,7 @@ def changed(reader, what):
         return replace(reader, sensor=replace(reader.sensor, clip=0.5)), known
     if what == "gain":
         return replace(reader, gain=np.ones((120, 160, 1), np.float32)), known
-    board = Board("charuco", "DICT_4X4_50", (5, 4), 20.0, 15.0)
+    board = CharucoBoard("DICT_4X4_50", (5, 4), 20.0, 15.0)
     return replace(reader, photoset=replace(photoset, board=board)), known
 
 

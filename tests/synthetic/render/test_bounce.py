@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import CharucoBoard
 from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.render.bounce import (
     bounce_extra,
@@ -18,7 +18,7 @@ from photogonio.synthetic.scene.plan import look_at
 from tests.drawn.rooms import camera, room
 
 LAMBERT = make_brdf("lambert", {"albedo": (1.0,)})
-BOARD = Board("charuco", "DICT_4X4_50", squares=(9, 7), square_length=20.0, marker_length=15.0)
+BOARD = CharucoBoard("DICT_4X4_50", squares=(9, 7), square_length=20.0, marker_length=15.0)
 BALL = (90.0, 70.0, 25.0, 25.0)
 
 

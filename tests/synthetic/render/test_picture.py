@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photogonio.capture.photoset import Board
+from photogonio.capture.photoset import CharucoBoard
 from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.render.bounce import room_extra
 from photogonio.synthetic.render.highlight import area, coverage
@@ -106,7 +106,7 @@ def test_edges_cover_their_share_of_a_pixel():
 
 def test_board_is_seen_where_the_camera_says():
     """Every square's middle is black or white as printed, from a slant, through a distorting lens."""
-    board = Board("charuco", "DICT_4X4_50", squares=(6, 5), square_length=10.0, marker_length=2.0)
+    board = CharucoBoard("DICT_4X4_50", squares=(6, 5), square_length=10.0, marker_length=2.0)
     world = room(board=board, ambient=1.0, plain=(0.1, 0.9, 0.05, 0.05))
     cam = camera(400, 300, 900.0, (-0.2, 0.1, 0.002, -0.001))
     pose = look_at(np.array([20.0, -130.0, 160.0]), np.array([30.0, 25.0, 0.0]), roll=0.3)
@@ -169,7 +169,7 @@ def test_highlight_in_a_mirror_ball():
 
 
 def test_mirror_ball_shows_the_board_and_the_dark_room():
-    board = Board("charuco", "DICT_4X4_50", squares=(6, 5), square_length=10.0, marker_length=7.0)
+    board = CharucoBoard("DICT_4X4_50", squares=(6, 5), square_length=10.0, marker_length=7.0)
     world = room(board=board, balls=[(30, 25, 10, 10, 0.5)], lamps=[(1, 0, 0, 1, 0)], intensity=[np.pi])
     cam, pose = (
         camera(200, 160, 900.0),
