@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+import warnings
 
 from PIL import Image
 
@@ -27,8 +28,10 @@ def attributes(data: bytes) -> dict[str, object]:
     """Exposure, orientation and colour space of a block of EXIF data; what cannot be read is absent."""
     found = Image.Exif()
     try:
-        found.load(data.removeprefix(START))
-        inner, index = found.get_ifd(EXIF_DIRECTORY), found.get_ifd(INTEROPERABILITY)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found.load(data.removeprefix(START))
+            inner, index = found.get_ifd(EXIF_DIRECTORY), found.get_ifd(INTEROPERABILITY)
     except (
         SyntaxError,
         ValueError,

@@ -10,6 +10,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+D50 = (0.9642, 1.0, 0.8249)
+ADOBE_COLORANTS = ((0.60974, 0.31111, 0.01947), (0.20528, 0.62567, 0.06087), (0.14919, 0.06322, 0.74457))
 BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 10: 8}  # of TIFF's types
 
 
@@ -18,14 +20,21 @@ def icc_profile(*curves: bytes, name: str = "a profile", space: bytes = b"RGB ")
     names = (b"kTRC",) if space == b"GRAY" else (b"rTRC", b"gTRC", b"bTRC")
     curves = curves * len(names) if len(curves) == 1 else curves
     text = b"desc" + bytes(4) + struct.pack(">I", len(name) + 1) + name.encode() + bytes(79)
-    tags = [(b"desc", text), *zip(names, curves, strict=True)]
+    colorants = () if space == b"GRAY" else zip((b"rXYZ", b"gXYZ", b"bXYZ"), ADOBE_COLORANTS, strict=True)
+    places = [(tag, xyz(*place)) for tag, place in ((b"wtpt", D50), *colorants)]
+    tags = [(b"desc", text), (b"cprt", b"text" + bytes(8)), *places, *zip(names, curves, strict=True)]
     place = 128 + 4 + 12 * len(tags)
     table, body = struct.pack(">I", len(tags)), b""
     for tag, content in tags:
         table += struct.pack(">4sII", tag, place + len(body), len(content))
         body += content + bytes(-len(content) % 4)
     head = struct.pack(">I4sI4s4s4s", place + len(body), bytes(4), 0x02400000, b"mntr", space, b"XYZ ")
-    return head.ljust(36, b"\0") + b"acsp".ljust(92, b"\0") + table + body
+    head += struct.pack(">6H", 2026, 1, 1, 0, 0, 0)
+    return head.ljust(36, b"\0") + b"acsp".ljust(32, b"\0") + xyz(*D50)[8:].ljust(60, b"\0") + table + body
+
+
+def xyz(*place: float) -> bytes:
+    return b"XYZ " + bytes(4) + struct.pack(">3i", *(round(x * 65536) for x in place))
 
 
 def gamma_tag(gamma: float) -> bytes:

@@ -1,0 +1,121 @@
+"""Of an OpenEXR file with many channels the photo is taken: not its depth, normals and masks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import read_header, read_image
+
+RNG = np.random.default_rng(0)
+
+
+def exr(path: Path, *parts: tuple[str, tuple[str, ...]], kinds: tuple[str, ...] = ()) -> list[np.ndarray]:
+    """A file of named parts, each of named channels; the pixels of each."""
+    specs, pictures = [], []
+    for name, channels in parts:
+        spec = oiio.ImageSpec(13, 9, len(channels), kinds[0] if len(set(kinds)) == 1 else "float")
+        spec.channelnames = channels
+        spec.attribute("oiio:subimagename", name)
+        if len(set(kinds)) > 1:
+            spec.channelformats = tuple(oiio.TypeDesc(kind) for kind in kinds)
+        specs.append(spec)
+        pictures.append(RNG.uniform(0, 2, (9, 13, len(channels))).astype(np.float32))
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), tuple(specs) if len(specs) > 1 else specs[0])
+    for k, picture in enumerate(pictures):
+        assert k == 0 or file.open(str(path), specs[k], "AppendSubimage")
+        assert file.write_image(picture)
+    file.close()
+    return pictures
+
+
+@pytest.mark.parametrize(
+    ("channels", "taken"),
+    [
+        (("R", "G", "B", "N.X", "N.Y", "N.Z"), (0, 1, 2)),
+        (("N.X", "N.Y", "N.Z", "R", "G", "B", "A", "Z"), (3, 4, 5)),
+        (("B", "G", "R", "Z", "depth.Z", "albedo.R", "albedo.G", "albedo.B"), (2, 1, 0)),
+        (("beauty.B", "beauty.G", "beauty.R"), (2, 1, 0)),
+        (("beauty.R", "beauty.G", "beauty.B", "beauty.A", "N.X", "N.Y", "N.Z", "depth.Z"), (0, 1, 2)),
+        (
+            ("View.Combined.R", "View.Combined.G", "View.Combined.B", "View.Depth.Z", "View.Normal.X"),
+            (0, 1, 2),
+        ),
+        (("Y",), (0,)),
+        (("Y", "A"), (0,)),
+        (("X", "Y", "Z"), (0, 1, 2)),
+        (("S0.400nm", "S0.500nm", "S0.600nm", "S0.700nm"), (0, 1, 2, 3)),
+        (("band0", "band1", "band2", "band3", "band4"), (0, 1, 2, 3, 4)),
+        (("R", "G", "B", "NIR"), (0, 1, 2, 3)),
+    ],
+)
+def test_the_picture_is_found_among_the_channels(tmp_path, channels, taken):
+    (pixels,) = exr(tmp_path / "a.exr", ("", channels))
+    image = read_image(tmp_path / "a.exr")
+    assert image.channels == tuple(channels[k] for k in taken) == read_header(tmp_path / "a.exr").channels
+    assert np.array_equal(image.pixels, pixels[..., list(taken)])
+
+
+def test_the_part_with_the_picture_is_found(tmp_path):
+    rgb = ("R", "G", "B")
+    parts = exr(tmp_path / "a.exr", ("depth", ("Z",)), ("picture", rgb), ("normals", ("N.X", "N.Y", "N.Z")))
+    assert np.array_equal(read_image(tmp_path / "a.exr").pixels, parts[1])
+    assert read_header(tmp_path / "a.exr").channels == rgb
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ([("left", ("R", "G", "B")), ("right", ("R", "G", "B"))], "several pictures .left, right."),
+        (
+            [("", ("diffuse.R", "diffuse.G", "diffuse.B", "glossy.R", "glossy.G", "glossy.B"))],
+            "diffuse, glossy",
+        ),
+        ([("", ("Z",))], "no channel of light"),
+        ([("", ("N.X", "N.Y", "N.Z", "A"))], "no channel of light"),
+    ],
+)
+def test_what_is_not_one_picture_is_refused(tmp_path, parts, words):
+    exr(tmp_path / "a.exr", *parts)
+    for read in (read_header, read_image):
+        with pytest.raises(InputError, match=rf"a\.exr: .*{words}"):
+            read(tmp_path / "a.exr")
+
+
+def test_channels_of_several_types(tmp_path):
+    """A mask of whole numbers beside the colours does not matter; colours of whole numbers are refused."""
+    (pixels,) = exr(tmp_path / "a.exr", ("", ("R", "G", "B", "id")), kinds=("half", "half", "half", "uint"))
+    image = read_image(tmp_path / "a.exr")
+    assert image.pixels.dtype == np.float16
+    assert np.abs(image.pixels - pixels[..., :3]).max() <= 2.0**-11 * 2
+    exr(tmp_path / "b.exr", ("", ("R", "G", "B")), kinds=("uint", "uint", "uint"))
+    with pytest.raises(InputError, match="pixels of type uint"):
+        read_image(tmp_path / "b.exr")
+
+
+def test_attributes_that_are_no_text_are_left_out(tmp_path, files):
+    files["oiio"](
+        tmp_path / "a.exr", np.ones((9, 13, 3), np.float32), "half", comment="0123456789", ExposureTime=0.25
+    )
+    data = (tmp_path / "a.exr").read_bytes()
+    assert data.count(b"0123456789") == 1
+    (tmp_path / "a.exr").write_bytes(data.replace(b"0123456789", b"\xff\xfe\x80\x81\xc3(\xa0\xa1\xe2\x28"))
+    assert read_header(tmp_path / "a.exr").exposure.exposure_time == 0.25
+    assert np.all(read_image(tmp_path / "a.exr").pixels == 1)
+
+
+def test_damaged_headers_are_one_line_each(tmp_path):
+    exr(tmp_path / "a.exr", ("", ("R", "G", "B")))
+    whole = (tmp_path / "a.exr").read_bytes()
+    for k in range(8, 330, 7):
+        damaged = bytearray(whole)
+        damaged[k] ^= 0xFF
+        (tmp_path / "b.exr").write_bytes(damaged)
+        try:
+            read_image(tmp_path / "b.exr")
+        except InputError as error:
+            assert "\n" not in str(error)
