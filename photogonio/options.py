@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from photogonio.calib.setup import Setup
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import PhotoSet, Sphere
+from photogonio.capture.photoset import PhotoSet, Plane, Sphere
 from photogonio.reconstruct.reduce.directions import region_of
 
 Auto = int | None  # None: chosen automatically
@@ -63,8 +63,17 @@ def asked_symmetry(photoset: PhotoSet, options: Options) -> str:
     Raises:
         InputError: something other than isotropic was asked of a sphere.
     """
-    symmetry = options.symmetry if options.symmetry != "auto" else photoset.symmetry
-    if not isinstance(photoset.sample, Sphere):
+    return symmetry_of(options, photoset.symmetry, photoset.sample)
+
+
+def symmetry_of(options: Options, told: str, sample: Sphere | Plane) -> str:
+    """The symmetry to fit: the command's, else what is ``told`` of the sample.
+
+    Raises:
+        InputError: something other than isotropic was asked of a sphere.
+    """
+    symmetry = options.symmetry if options.symmetry != "auto" else told
+    if not isinstance(sample, Sphere):
         return symmetry
     if symmetry not in ("auto", "isotropic"):
         raise InputError(f"--symmetry {symmetry}", "a sphere is always reduced as an isotropic sample")

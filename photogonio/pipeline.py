@@ -15,7 +15,8 @@ from photogonio.cache.kept import KeptSetup
 from photogonio.cache.scratch import Scratch
 from photogonio.cache.store import default_store
 from photogonio.calib.calibrate import calibrate as find_setup
-from photogonio.calib.setup import LeftOut, Setup, save_setup
+from photogonio.calib.setup import LeftOut, Setup
+from photogonio.calib.setup_file import save_setup
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Image
 from photogonio.capture.linear.colour_chart import ColourCorrection
@@ -23,17 +24,17 @@ from photogonio.capture.linear.frames import falloff_gain
 from photogonio.capture.linear.prepare import prepare, vignetting
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.manifest.load import load_photoset
-from photogonio.capture.photoset import MANIFEST, PhotoSet, Plane
-from photogonio.options import Options, asked_symmetry, choose_level
+from photogonio.capture.photoset import MANIFEST, PhotoSet
+from photogonio.options import Options, asked_symmetry, choose_level, symmetry_of
 from photogonio.reconstruct.fit import FitOptions, FitResult, fit_table
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
 from photogonio.reconstruct.lighting.stray_light import StrayLight
 from photogonio.reconstruct.lighting.stray_limits import UnknownStray
-from photogonio.reconstruct.lighting.veil_error import veil_error
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.reduce.fused import compiled_before
-from photogonio.reconstruct.table.facet_table import FacetTable, save_table
+from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.table_file import save_table
 from photogonio.report import page
 from photogonio.report.marked_photos import pictures_folder, save_pictures
 from photogonio.report.summary import (
@@ -49,19 +50,16 @@ from photogonio.report.summary import (
 )
 from photogonio.report.trust import DISTRUSTED, faults_of
 from photogonio.result import Result
+from photogonio.run.circumstances import Circumstances, lamp_variances, packed, scale_error, view_errors
 from photogonio.run.colours import correction_note, find_correction, in_colours, require_mixable
 from photogonio.run.reduce_photos import Reduced, reduce_photos
-from photogonio.run.surroundings import LightAround, around_of, told_around
+from photogonio.run.surroundings import LightAround, around_of, light_of, shown_around
 from photogonio.run.tables import read_table, refuse_empty, take_channels
 from photogonio.system.outputs import staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
 from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos
 
 ABREAST = 2  # whole photos that calibration looks at together: the memory they take
-
-# relative, of the scale that all photos share: light on the white patch that no model of the set holds. Path-traced
-# sets of balls and planes came out 0.0 to 1.1 % off, with half of them within this
-SCALE_ERROR = 0.005
 
 
 def process(
@@ -94,33 +92,29 @@ def process(
         for last in (False, True):
             reduced = _reduced(radiance, setup, int(level.value), around, options, hashes, reporter)
             refuse_empty(reduced.table)
-            table = take_channels(reduced.table, options)
             watch.lap("reduce")
-            beside, table = told_around(photoset, setup, table, reduced.around)
-            fit = _fitted_photos(table, setup, beside, options, symmetry, reporter)
+            shown, table = shown_around(photoset, setup, reduced.table, reduced.around)
+            table = take_channels(table, options)
+            known = Circumstances(
+                name=photoset.name,
+                setup=setup,
+                shown=shown,
+                symmetry=asked_symmetry(photoset, Options()),
+                level=level,
+                left_out=reduced.left_out,
+                space="camera" if correction is None else space,
+                matrix=None if correction is None else correction.matrix,
+            )
+            fit, beside = _fitted_photos(table, known, options, reporter)
             watch.lap("fit")
             turned = () if last else turned_lights(fit.cells, fit.model, setup)
             if not turned:
                 break
             setup = relit(setup, turned, photoset.white_patches)
             reporter.warn(relit_warning(turned))
-    left_out = (*reduced.left_out, *contradicted_photos(fit))
-    _announce_photos(fit, table, left_out, beside, reporter)
     provenance = _provenance("process", photoset, options, reduced.hashes)
-    result = Result(
-        name=photoset.name,
-        setup=replace(setup, source=provenance.to_dict()),
-        table=table,
-        fit=fit,
-        choices=(level, *fit_choices(fit)),
-        left_out=(*setup.left_out, *left_out),
-        warnings=tuple(reporter.warnings),
-        provenance=provenance,
-        seconds=watch.seconds,
-        beside=beside,
-        coloured=None if space == "camera" or correction is None else in_colours(fit.brdf, correction, space),
-    )
-    result = replace(result, faults=faults_of(result))
+    known = replace(known, warnings=tuple(reporter.warnings))
+    result = replace(_of_photos(known, table, fit, beside, provenance, reporter), seconds=watch.seconds)
     if out is not None:
         write_result(result, Path(out))
         watch.lap("write")
@@ -163,7 +157,8 @@ def fit(
     told: Told | None = None,
     reporter: Reporter | None = None,
 ) -> Result:
-    """Coefficients of tabulated measurements, read as ``told``, or of a facet table (.npz) that ``process`` left.
+    """Coefficients of tabulated measurements, read as ``told``, or of a facet table (.npz) that ``process`` left: of
+    that the same ones, with the same options.
 
     Raises:
         InputError: the table cannot be used, or what was asked cannot be done. Nothing is written then.
@@ -171,40 +166,87 @@ def fit(
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
     path = Path(table)
     told = told or Told()
-    read, scale = read_table(path, options, told, reporter)
-    read = take_channels(read, options)
+    read = read_table(path, options, told, reporter)
+    cells = take_channels(read.table, options)
     wanted = told.to_dict() | options.to_dict()
     provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
-    found = _fitted(read, options, options.symmetry, scale, reporter)
-    _announce(found, read, reporter)
-    result = Result(
-        name=path.stem,
-        setup=None,
-        table=read,
-        fit=found,
-        choices=fit_choices(found),
-        left_out=(),
-        warnings=tuple(reporter.warnings),
-        provenance=provenance,
-    )
-    result = replace(result, faults=faults_of(result))
+    if read.known is not None:
+        result = _fitted_again(read.known, cells, options, provenance, reporter)
+    else:
+        found = _fitted(cells, options, options.symmetry, read.scale, reporter)
+        _announce(found, cells, reporter)
+        result = Result(
+            name=path.stem,
+            setup=None,
+            table=cells,
+            fit=found,
+            choices=fit_choices(found),
+            left_out=(),
+            warnings=tuple(reporter.warnings),
+            provenance=provenance,
+        )
+        result = replace(result, faults=faults_of(result))
     if out is not None:
-        write_result(result, Path(out))
+        write_result(result, Path(out), with_setup=False)
     return result
 
 
-def write_result(result: Result, out: Path) -> None:
+def _fitted_again(
+    known: Circumstances, table: FacetTable, options: Options, provenance: Provenance, reporter: Reporter
+) -> Result:
+    """The result of photos that were calibrated and reduced before."""
+    if known.space != "camera" and options.channels:
+        raise InputError("--channels", "all are needed, since the colours are mixed of them")
+    for warning in known.warnings:
+        reporter.warn(warning)
+    found, beside = _fitted_photos(table, known, options, reporter)
+    return _of_photos(known, table, found, beside, provenance, reporter)
+
+
+def _of_photos(
+    known: Circumstances,
+    table: FacetTable,
+    found: FitResult,
+    beside: LightAround,
+    provenance: Provenance,
+    reporter: Reporter,
+) -> Result:
+    """What a fit of photos gives back, and told to the user."""
+    left_out = (*known.left_out, *contradicted_photos(found))
+    _announce_photos(found, table, left_out, beside, reporter)
+    mixed = known.space != "camera" and known.matrix is not None
+    result = Result(
+        name=known.name,
+        setup=replace(known.setup, source=provenance.to_dict()),
+        table=table,
+        fit=found,
+        choices=(known.level, *fit_choices(found)),
+        left_out=(*known.setup.left_out, *left_out),
+        warnings=tuple(reporter.warnings),
+        provenance=provenance,
+        beside=beside,
+        coloured=in_colours(found.brdf, known.matrix, known.space) if mixed else None,
+        known=known,
+    )
+    return replace(result, faults=faults_of(result))
+
+
+def write_result(result: Result, out: Path, *, with_setup: bool = True) -> None:
     """Coefficients, setup, table, report and pictures, all or none of them."""
     source = {"name": result.name} | result.provenance.to_dict()
     told = json.dumps(source | {"scale": result.brdf.scale})
     with staged_folder(out) as stage, ThreadPoolExecutor(1) as pool:
-        saved = pool.submit(
-            save_table, result.table, stage / "table.npz", source=told
-        )  # while pictures are drawn
+        saved = pool.submit(  # while pictures are drawn
+            save_table,
+            result.table,
+            stage / "table.npz",
+            source=told,
+            beside=None if result.known is None else packed(result.known),
+        )
         distrust = {DISTRUSTED: [one.code for one in result.faults]} if result.faults else {}
         brdf = replace(result.brdf, source=result.brdf.source | source, fit=result.brdf.fit | distrust)
         brdf.save(stage / "coefficients.json")
-        if result.setup is not None:
+        if result.setup is not None and with_setup:
             save_setup(result.setup, stage / "setup.json")
         pictures = page.draw_pictures(result, source=result.provenance.to_text())
         for picture in pictures:
@@ -313,52 +355,24 @@ def _reduced(
     return reduced
 
 
-def view_errors(setup: Setup, table: FacetTable) -> np.ndarray:
-    """Relative standard errors (g,) of the views' scales, as calibration states them."""
-    views = {view.name: view for view in setup.views}
-    known = [views[name] for name in table.groups]
-    return np.array([float(np.max(view.strength_error / view.strength)) for view in known])
-
-
-def lamp_variances(setup: Setup, table: FacetTable) -> np.ndarray:
-    """Variances (g,), radians^2, of the directions of each view's lamp about one axis, as the sample sees a glowing
-    ball: a fourth of the square of its angular radius; 0 where its size is not known."""
-    sample, views = setup.sample, {view.name: view for view in setup.views}
-    middle = np.append(sample.outline.mean(0), sample.height) if isinstance(sample, Plane) else sample.center
-    lights = [views[name].light for name in table.groups]
-    near = [one.radius**2 * one.toward(middle[None])[1][0] if one.kind == "point" else 0.0 for one in lights]
-    return 0.25 * np.array(near)
-
-
-def _scale_error(setup: Setup, table: FacetTable) -> float:
-    """Relative, of the scale that all photos share."""
-    veiled = veil_error(table, setup)
-    if setup.scale != "absolute":
-        return veiled
-    return float(np.linalg.norm([SCALE_ERROR, setup.scale_error, veiled]))
-
-
 def _fitted_photos(
-    table: FacetTable,
-    setup: Setup,
-    beside: LightAround,
-    options: Options,
-    symmetry: str,
-    reporter: Reporter,
-) -> FitResult:
-    """The fit of photos' cells, with what calibration is not sure of."""
-    return _fitted(
+    table: FacetTable, known: Circumstances, options: Options, reporter: Reporter
+) -> tuple[FitResult, LightAround]:
+    """The fit of photos' cells, with what calibration is not sure of; and what shone on the sample beside the lamp."""
+    setup, beside = known.setup, light_of(known.shown, known.setup, table)
+    found = _fitted(
         table,
         options,
-        symmetry,
+        symmetry_of(options, known.symmetry, setup.sample),
         setup.scale,
         reporter,
         view_errors=view_errors(setup, table),
-        scale_error=_scale_error(setup, table),
+        scale_error=scale_error(setup, table),
         lamps=lamp_variances(setup, table),
         stray=beside.known,
         doubt=beside.unknown,
     )
+    return found, beside
 
 
 def _fitted(

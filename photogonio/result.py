@@ -11,6 +11,7 @@ from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.fit import FitResult
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.report.trust import Fault
+from photogonio.run.circumstances import Circumstances
 from photogonio.run.surroundings import LightAround
 from photogonio.system.provenance import Provenance
 
@@ -32,6 +33,7 @@ class Result:
         None  # what shines on the sample besides the lamp; None: tabulated measurements
     )
     coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
+    known: Circumstances | None = None  # what a fit of photos is told besides their table
     faults: tuple[Fault, ...] = ()  # checks that it fails; none: it may be trusted
 
     @property

@@ -82,6 +82,11 @@ def radiance_around(
     return _read(points, size, setup.camera, view, read_at, bounds, balls)
 
 
+def cells_around(sample: Sphere) -> int:
+    """How many cells there are around a ball: m of :func:`radiance_around`."""
+    return len(_grid(sample)[0])
+
+
 def near_shown(around: Sequence[np.ndarray | None]) -> float:
     """Share of the cells near the sample that any of the views' ``radiance`` (m, c) shows."""
     known = [np.isfinite(one).all(-1) for one in around if one is not None]

@@ -16,7 +16,8 @@ import numpy as np
 from photogonio import calib, capture, reconstruct
 from photogonio.cache.file_hashes import remembered_hashes
 from photogonio.cache.store import Store
-from photogonio.calib.setup import Setup, load_setup, save_setup
+from photogonio.calib.setup import Setup
+from photogonio.calib.setup_file import load_setup, save_setup
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.system.provenance import hash_file

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.table.facet_table import FacetTable, load_table, save_table
+from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.table_file import load_table, save_table
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
 MOST_BYTES = 2 << 30

@@ -14,7 +14,6 @@ from photogonio.capture.radiance import RadianceImage
 from photogonio.compare.reflectances import Known, load_known
 from photogonio.evaluate.scenes import INNER, against
 from photogonio.evaluate.truth import TRUTH
-from photogonio.pipeline import view_errors
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.lighting.stray_limits import without_spoilt
 from photogonio.reconstruct.reduce.directions import (
@@ -29,6 +28,7 @@ from photogonio.reconstruct.reduce.ray_grid import lens_of
 from photogonio.reconstruct.reduce.reduce import reduce_view, samples_of, unit_weight
 from photogonio.reconstruct.table.facet_table import FacetTable, add_tables
 from photogonio.reconstruct.table.goniometer_csv import UNBINNED
+from photogonio.run.circumstances import view_errors
 from photogonio.run.surroundings import LightAround, light_around
 
 

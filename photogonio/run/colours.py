@@ -61,9 +61,10 @@ def correction_note(found: ColourCorrection) -> dict[str, object]:
     }
 
 
-def in_colours(brdf: Brdf, correction: ColourCorrection, space: str) -> Brdf:
-    """The BRDF in linear sRGB or XYZ; exact, since both modes and lobes are linear in the channels."""
-    matrix = correction.matrix if space == "xyz" else srgb_from_xyz() @ correction.matrix
+def in_colours(brdf: Brdf, to_xyz: np.ndarray, space: str) -> Brdf:
+    """The BRDF in linear sRGB or XYZ, by a matrix (3, 3) from the camera's colours to XYZ; exact, since both modes and
+    lobes are linear in the channels."""
+    matrix = to_xyz if space == "xyz" else srgb_from_xyz() @ to_xyz
     errors = np.sqrt(np.square(brdf.standard_errors) @ np.square(matrix).T)
     return replace(
         brdf,

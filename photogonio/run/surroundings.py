@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from photogonio.calib.radiometry.surround import (
     Surround,
     backdrop,
+    cells_around,
     completed,
     near_shown,
     radiance_around,
@@ -37,6 +38,32 @@ class LightAround:
     unknown: UnknownStray | None = None
     spoilt: Spoilt | None = None  # pixels left out for it
     why: str = ""  # it is not known
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What the photos show around the sample, for a table's groups: what :class:`LightAround` is made of."""
+
+    around: tuple[np.ndarray | None, ...]  # (m, c) of each group, by :func:`photo_around`
+    brightness: Mapping[str, float] | None = None  # of each group, as UnknownStray has it; None: it is known
+    grounded: bool = False
+    spoilt: Spoilt | None = None
+    why: str = ""
+
+    def check(self, setup: Setup, groups: int) -> None:
+        """Raises ValueError where it cannot be of such a set."""
+        if len(self.around) != groups:
+            raise ValueError(f"surroundings of {len(self.around)} photos, not {groups}")
+        if self.brightness is not None and not isinstance(setup.sample, Sphere):
+            raise ValueError("surroundings that are not known, of a flat sample")
+        given = [one for one in self.around if one is not None]
+        if not given:
+            return
+        if not isinstance(setup.sample, Sphere):
+            raise ValueError("surroundings of a flat sample")
+        shape = (cells_around(setup.sample), len(setup.channels))
+        if any(one.shape != shape or np.isinf(one).any() for one in given):
+            raise ValueError(f"surroundings of shape {given[0].shape}, not {shape}")
 
 
 def is_stray_light_known(photoset: PhotoSet, setup: Setup) -> bool:
@@ -85,17 +112,35 @@ def told_around(
 
     ``around`` is what :func:`around_of`'s reader read for each group of the table.
     """
-    if not isinstance(setup.sample, Sphere):
-        return LightAround(joined_stray_light(setup, table, around)), table
-    if is_stray_light_known(photoset, setup) and near_shown(around) >= LEAST_SHOWN:
-        return LightAround(joined_stray_light(setup, table, around)), table
+    shown, kept = shown_around(photoset, setup, table, around)
+    return light_of(shown, setup, kept), kept
+
+
+def shown_around(
+    photoset: PhotoSet, setup: Setup, table: FacetTable, around: Sequence[np.ndarray | None]
+) -> tuple[Shown, FacetTable]:
+    """What of :func:`told_around` does not depend on which of its channels are fitted."""
+    known = is_stray_light_known(photoset, setup) and near_shown(around) >= LEAST_SHOWN
+    if not isinstance(setup.sample, Sphere) or known:
+        return Shown(tuple(around)), table
     nobody = np.full(len(setup.channels), np.nan)
     seen = np.stack([nobody if one is None or one.ndim > 1 else one for one in around])
     grounded, measured = is_grounded(photoset, setup.sample), is_measured(setup)
     unknown = unknown_stray(table, setup, seen, grounded=grounded, measured=measured)
     kept, spoilt = without_spoilt(table, unknown)
-    room = joined_stray_light(setup, kept, [None] * len(around))
-    return LightAround(room, unknown, spoilt, _why_unknown(photoset, setup)), kept
+    nothing = (None,) * len(around)
+    return Shown(nothing, unknown.brightness, grounded, spoilt, _why_unknown(photoset, setup)), kept
+
+
+def light_of(shown: Shown, setup: Setup, table: FacetTable) -> LightAround:
+    """What shines on the sample besides the lamp, for the groups and channels of ``table``."""
+    room = joined_stray_light(setup, table, shown.around)
+    if shown.brightness is None or not isinstance(setup.sample, Sphere):
+        return LightAround(room)
+    views = {view.name: view for view in setup.views}
+    lights = {name: views[name].light for name in table.groups}
+    unknown = UnknownStray(setup.sample, lights, shown.brightness, shown.grounded)
+    return LightAround(room, unknown, shown.spoilt, shown.why)
 
 
 def _why_unknown(photoset: PhotoSet, setup: Setup) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,23 @@ from photogonio.capture.errors import InputError
 from photogonio.options import Options
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
-from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable, load_table
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable
 from photogonio.reconstruct.table.goniometer_csv import UNBINNED, samples_table
+from photogonio.reconstruct.table.table_file import load_with
+from photogonio.run.circumstances import Circumstances, unpacked
 from photogonio.system.progress import Reporter
 
 
-def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> tuple[FacetTable, str]:
+@dataclass(frozen=True, slots=True)
+class TableRead:
+    """A table to fit."""
+
+    table: FacetTable
+    scale: str  # "absolute" | "relative"
+    known: Circumstances | None = None  # of photos
+
+
+def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> TableRead:
     """The table to fit, and its scale. Says how it was read, and warns of what was left out.
 
     Raises:
@@ -28,22 +40,31 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
             raise InputError(
                 path, "is a facet table; --columns, --where, --quantity and the like are for CSV"
             )
-        table = load_table(path)
+        table, beside = load_with(path)
         _refuse_level(options, table.level)
-        return table, _source_of(path).get("scale", "absolute")
+        known = unpacked(beside, table, path)
+        return TableRead(table, _scale_of(path, beside) if known is None else known.setup.scale, known)
     _refuse_level(options, UNBINNED)
     samples = read_samples(path, told)
     for note in samples.notes:
         reporter.say(f"{path.name}: {note}")
     for warning in samples.warnings:
         reporter.warn(f"{path.name}: {warning}")
-    return samples_table(samples), "absolute"
+    return TableRead(samples_table(samples), "absolute")
 
 
-def _source_of(path: Path) -> dict[str, str]:
-    """What a facet table says of itself."""
-    with np.load(path, allow_pickle=False) as file:
-        return json.loads(str(file["source"])) if "source" in file.files else {}
+def _scale_of(path: Path, beside: Mapping[str, np.ndarray]) -> str:
+    """What a table without circumstances says of itself."""
+    if "source" not in beside:
+        return "absolute"
+    try:
+        source = json.loads(str(beside["source"])) if str(beside["source"]) else {}
+        scale = source.get("scale", "absolute")
+    except (ValueError, AttributeError, RecursionError):
+        scale = None
+    if scale not in ("absolute", "relative"):
+        raise InputError(f"{path}: source", "expected a table's source, with its scale")
+    return scale
 
 
 def _refuse_level(options: Options, level: int) -> None:

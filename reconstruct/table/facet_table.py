@@ -15,17 +15,11 @@ irradiance.
 
 from __future__ import annotations
 
-import os
-import threading
-import zipfile
-import zlib
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from photogonio.capture.errors import InputError
 from photogonio.reconstruct.table.facets import facet_count
 
 # why a pixel is left out, in the order of the tests; a pixel counts for the first that applies
@@ -39,7 +33,6 @@ LEFT_OUT = (
     "invalid",  # dust, a hot pixel, a renderer's firefly, beside a saturated one, below black
     "stray",  # light of the surroundings, which nothing tells of, may spoil it (reconstruct.lighting.stray_limits)
 )
-FORMAT = 1
 SUMS = ("count", "weight", "value", "value2", "variance", "incident", "exit", "place")
 
 
@@ -231,56 +224,3 @@ def _stacked(table: FacetTable) -> np.ndarray:
     """The table's sums as rows (n, 11 + 3 c). Inverse of the split in :func:`table_of_sums`."""
     columns = [getattr(table, name) for name in SUMS]
     return np.hstack([c[:, None] if c.ndim == 1 else c for c in columns])
-
-
-def save_table(table: FacetTable, path: Path, *, source: str = "", compress: bool = True) -> None:
-    """Write the table as ``.npz``: whole or not at all, the same bytes for the same table.
-
-    ``source`` says where it came from; the file keeps it beside the table.
-    """
-    path = Path(path)
-    partial = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.part")
-    method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
-    try:
-        with zipfile.ZipFile(partial, "w", method, compresslevel=1) as archive:
-            for name, array in (_arrays(table) | {"source": np.array(source)}).items():
-                # a fixed date, since a zip entry holds one
-                entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
-                entry.compress_type = method
-                with archive.open(entry, "w", force_zip64=True) as file:
-                    np.lib.format.write_array(file, array, allow_pickle=False)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def _arrays(table: FacetTable) -> dict[str, np.ndarray]:
-    arrays = {"format": np.array(FORMAT)}
-    for f in fields(table):
-        arrays[f.name] = np.asarray(getattr(table, f.name), order="C")
-    return arrays
-
-
-def load_table(path: Path) -> FacetTable:
-    """Read a table. Inverse of :func:`save_table`. Raises ``InputError`` if the file is not one."""
-    try:
-        # numpy leaves a file that it cannot read open
-        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (OSError, ValueError, zipfile.BadZipFile, zlib.error, EOFError, KeyError) as error:
-        raise InputError(path, f"cannot be read as a facet table ({error})") from error
-    missing = [f.name for f in fields(FacetTable) if f.name not in arrays]
-    if missing or int(arrays.get("format", 0)) != FORMAT:
-        raise InputError(
-            path, f"is not a facet table of format {FORMAT}: lacks {missing or 'the format number'}"
-        )
-    arrays.pop("format")
-    lacking = len(LEFT_OUT) - arrays["left_out"].shape[1]  # reasons that later versions count
-    arrays["left_out"] = np.pad(arrays["left_out"], ((0, 0), (0, lacking)))
-    scalars: dict[str, Any] = {
-        "level": int(arrays.pop("level")),
-        "isotropic": bool(arrays.pop("isotropic")),
-        "channels": tuple(str(name) for name in arrays.pop("channels")),
-        "groups": tuple(str(name) for name in arrays.pop("groups")),
-    }
-    return FacetTable(**scalars, **{f.name: arrays[f.name] for f in fields(FacetTable) if f.name in arrays})

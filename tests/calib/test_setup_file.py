@@ -14,9 +14,8 @@ from photogonio.calib.setup import (
     Marks,
     Setup,
     ViewSetup,
-    load_setup,
-    save_setup,
 )
+from photogonio.calib.setup_file import load_setup, save_setup
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere
 

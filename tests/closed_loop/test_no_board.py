@@ -17,7 +17,7 @@ from photogonio.evaluate.scenes import INNER, against
 from photogonio.evaluate.truth import TRUTH
 from photogonio.pipeline import process
 from photogonio.result import Result
-from photogonio.run.surroundings import LightAround
+from photogonio.run.surroundings import Shown
 
 pytestmark = pytest.mark.slow
 
@@ -54,7 +54,7 @@ def test_where_lamps_are_proportions_spoilt_pixels_are_left_out(on_white: Path, 
     assert found.setup.scale == "relative"
     assert found.beside.known is None and found.beside.spoilt.pixels > 0
     monkeypatch.setattr(
-        pipeline, "told_around", lambda photoset, setup, table, around: (LightAround(None), table)
+        pipeline, "shown_around", lambda photoset, setup, table, around: (Shown((None,) * len(around)), table)
     )
     believed = process(folder)
     assert error(found, folder) <= 0.03

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.setup import Light, Setup, ViewSetup, save_setup
+from photogonio.calib.setup import Light, Setup, ViewSetup
+from photogonio.calib.setup_file import save_setup
 from photogonio.capture.photoset import Sphere
 from photogonio.reconstruct.table.cells import Cells
 

@@ -48,7 +48,7 @@ def test_a_camera_that_mixes_xyz_is_undone():
 @pytest.mark.parametrize("space", ["srgb", "xyz"])
 def test_modes_and_lobes_are_mixed_as_their_values_are(space):
     before = brdf()
-    after = in_colours(before, CORRECTION, space)
+    after = in_colours(before, CORRECTION.matrix, space)
     matrix = CORRECTION.matrix if space == "xyz" else srgb_from_xyz() @ CORRECTION.matrix
     np.testing.assert_allclose(
         after.evaluate(*ANGLES), before.evaluate(*ANGLES) @ matrix.T, rtol=1e-9, atol=1e-12
@@ -59,12 +59,14 @@ def test_modes_and_lobes_are_mixed_as_their_values_are(space):
 
 def test_white_stays_white():
     white = replace(brdf(), coefficients=np.outer([1.0, 0, 0], np.ones(3)), lobes=())
-    np.testing.assert_allclose(in_colours(white, CORRECTION, "srgb").coefficients[0], 1.0, atol=1e-3)
-    np.testing.assert_allclose(in_colours(white, CORRECTION, "xyz").coefficients[0], white_xyz(), atol=1e-3)
+    np.testing.assert_allclose(in_colours(white, CORRECTION.matrix, "srgb").coefficients[0], 1.0, atol=1e-3)
+    np.testing.assert_allclose(
+        in_colours(white, CORRECTION.matrix, "xyz").coefficients[0], white_xyz(), atol=1e-3
+    )
 
 
 def test_errors_of_channels_add_as_independent():
-    after = in_colours(brdf(), CORRECTION, "xyz")
+    after = in_colours(brdf(), CORRECTION.matrix, "xyz")
     expected = np.sqrt(brdf().standard_errors ** 2 @ (CORRECTION.matrix**2).T)
     np.testing.assert_allclose(after.standard_errors, expected)
 
@@ -105,14 +107,19 @@ def test_the_coefficients_are_in_the_colours_asked_for(capsys, tmp_path, tiny_se
     found = pipeline.find_setup
     monkeypatch.setattr(pipeline, "find_setup", lambda *a, **k: replace(found(*a, **k), scale="absolute"))
     asked(tiny_set, "xyz", chart=True)
-    assert main(["process", str(tiny_set.folder), "-o", str(tmp_path / "out"), *QUICK, "--json"]) == 0
+    # in the proportions of the set's lamps the ball is whiter than white, which is told
+    assert main(["process", str(tiny_set.folder), "-o", str(tmp_path / "out"), *QUICK, "--json"]) == 3
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["channels"] == ["X", "Y", "Z"]
+    assert numbers["trust"]["codes"] == ["albedo-above-one"]
     np.testing.assert_allclose(numbers["albedo"], 3 * ALBEDO * white_xyz(), rtol=0.01)
     written = json.loads((tmp_path / "out/coefficients.json").read_text())
     assert written["channels"] == ["X", "Y", "Z"]
     setup = json.loads((tmp_path / "out/setup.json").read_text())
     assert setup["residuals"]["colour"]["delta_e_2000_max"] < 0.01
+    assert main(["fit", str(tmp_path / "out/table.npz"), "-o", str(tmp_path / "again"), *QUICK]) == 3
+    again = json.loads((tmp_path / "again/coefficients.json").read_text())
+    assert again | {"source": None} == written | {"source": None}
 
 
 def test_a_correction_is_plain_json():

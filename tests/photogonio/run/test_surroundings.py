@@ -7,14 +7,15 @@ from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import Plane, Sphere
-from photogonio.reconstruct.table.facet_table import LEFT_OUT, load_table
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
+from photogonio.reconstruct.table.table_file import load_table
 
 from photogonio import pipeline
 from photogonio.options import Options
 from photogonio.pipeline import process
 from photogonio.report.summary import numbers
 from photogonio.run.surroundings import (
-    LightAround,
+    Shown,
     around_of,
     is_stray_light_known,
     photo_around,
@@ -108,7 +109,7 @@ def test_the_fit_is_better_for_it(tiny_set: TinySet, monkeypatch):
     on_white_ground(tiny_set)
     told = process(tiny_set.folder, options=Options(lobes=0)).brdf
     monkeypatch.setattr(
-        pipeline, "told_around", lambda photoset, setup, table, around: (LightAround(None), table)
+        pipeline, "shown_around", lambda photoset, setup, table, around: (Shown((None,) * len(around)), table)
     )
     untold = process(tiny_set.folder, options=Options(lobes=0)).brdf
     # under the lamp in the zenith the ground adds 0.8 (1 - 0.5) / 2 / 0.5, 40 %, at 60 degrees, and nothing at the top

@@ -10,12 +10,11 @@ from photogonio.reconstruct.table.facet_table import (
     FacetTable,
     accumulate,
     add_tables,
-    load_table,
     pair_keys,
-    save_table,
     split_keys,
 )
 from photogonio.reconstruct.table.facets import facet_index
+from photogonio.reconstruct.table.table_file import load_table, save_table
 
 LEVEL = 2
 EXACT = 1e-12  # of a thousand numbers of one size added in another order
