@@ -11,7 +11,14 @@ from photogonio.calib.adjust.alternate import Settled, settle, start_sample, sta
 from photogonio.calib.adjust.bundle import CameraModel, block_pose, pose_block
 from photogonio.calib.adjust.flat_sample import PlaneMove, lying
 from photogonio.calib.adjust.lamps import block_name, place_in_world, start_lamps
-from photogonio.calib.camera_poses import check_camera, find_camera, find_poses, look_at_all, scale_corners
+from photogonio.calib.camera_poses import (
+    as_printed,
+    check_camera,
+    find_camera,
+    find_poses,
+    look_at_all,
+    scale_corners,
+)
 from photogonio.calib.detect.observation import (
     FIXED_POSE,
     POSE,
@@ -94,6 +101,7 @@ def calibrate(
     tell = progress or (lambda label, done, total: None)
     reader, remarks = Reader(photoset, read_radiance, read_part, read_level, workers, keep, looks), Remarks()
     photos = look_at_all(photoset, reader, tell, remarks)
+    photoset, photos = as_printed(photoset, reader, photos, remarks)
     camera, model, photos = find_camera(photoset, reader, photos, tell, remarks)
     boards, observations = find_poses(photoset, camera, photos, remarks)
     observations = _with_sample(photoset, camera, observations, remarks)

@@ -10,14 +10,15 @@ from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, fr
 from photogonio.calib.detect.observation import FIXED_POSE, POSE, Observation, Posed, light_id
 from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
 from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
+from photogonio.calib.diagnose.marker_corners import listed_order, order_warning, reordered
 from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
-from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
+from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners, board_points
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import fit_pose, joined
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import copies
-from photogonio.capture.photoset import MANIFEST, PhotoSet, View
+from photogonio.capture.photoset import MANIFEST, LooseMarkers, PhotoSet, View
 
 _ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by
 _ORDINARY = (
@@ -30,6 +31,10 @@ _ASPECT = 5e-4  # how square pixels are
 _CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
 _POSE_VALUES = 7  # that each photo's corners fix: its pose, and its share of the camera
 _MOVED = 0.5  # share of a photo's corners astray that means the camera moved
+_MOST_PIXELS, _MOST_SHARE = (
+    3.0,
+    1e-3,
+)  # rms in pixels, or of the picture's width, that no print misses its places by
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +78,38 @@ def _originals(photoset: PhotoSet, remarks: Remarks) -> tuple[View, ...]:
     return tuple(v for v in views if v.name not in copied)
 
 
+def as_printed(
+    photoset: PhotoSet, reader: Reader, photos: Photos, remarks: Remarks
+) -> tuple[PhotoSet, Photos]:
+    """The set with the board as the photos show it, where that is no guess, and the photos with its corners there;
+    InputError if its markers are others, or lie otherwise."""
+    if photoset.board is None:
+        return photoset, photos
+    if isinstance(photoset.board, LooseMarkers):
+        board, photos = _relisted(photoset.board, photos, remarks)
+        photoset = reader.photoset = replace(photoset, board=board)
+    fault = board_fault(photoset.board, reader, [one for one in photos.every if one.corners is not None])
+    if fault is not None:
+        raise InputError(photoset.folder / MANIFEST, fault)
+    return photoset, photos
+
+
+def _relisted(board: LooseMarkers, photos: Photos, remarks: Remarks) -> tuple[LooseMarkers, Photos]:
+    """Loose markers with their corners in the order that the photos show."""
+    orders = listed_order(board, [one.corners for one in photos.every if one.corners is not None])
+    if not orders:
+        return board, photos
+    board = reordered(board, orders)
+    remarks.warnings.append(order_warning(board, orders))
+    points, every = board_points(board), []
+    for one in photos.every:
+        corners = one.corners
+        every.append(
+            one if corners is None else replace(one, corners=replace(corners, points=points[corners.ids]))
+        )
+    return board, photos.replaced(every)
+
+
 def find_camera(
     photoset: PhotoSet, reader: Reader, photos: Photos, tell: Progress, remarks: Remarks
 ) -> tuple[Camera, CameraModel, Photos]:
@@ -84,7 +121,6 @@ def find_camera(
         camera = Camera(np.asarray(entry.matrix, float), distortion, size)
         closer = photos.replaced(look_closer(reader, camera, photos.every, tell, remarks.warnings.append))
         return camera, CameraModel(size, distortion, ()), closer
-    _check_board(photoset, reader, photos)
     start = quick_camera(_useful(photos.every, size), size)
     if start is None:
         raise InputError(
@@ -93,14 +129,6 @@ def find_camera(
         )
     closer = photos.replaced(look_closer(reader, start, photos.every, tell, remarks.warnings.append))
     return fitted_camera(closer, size, remarks, reader.workers)
-
-
-def _check_board(photoset: PhotoSet, reader: Reader, photos: Photos) -> None:
-    """InputError if the markers in the photos are others than the board's, or lie otherwise."""
-    seen = [one for one in photos.every if one.corners is not None]
-    fault = None if photoset.board is None else board_fault(photoset.board, reader, seen)
-    if fault is not None:
-        raise InputError(photoset.folder / MANIFEST, fault)
 
 
 def _useful(seen: list[Seen], size: tuple[int, int]) -> list[Corners]:
@@ -262,6 +290,12 @@ def check_camera(
     given = photoset.camera.matrix is not None
     if not given:
         remarks.warnings += view_warnings(camera.size, photos)
+    _refuse_misfit(
+        photoset,
+        camera,
+        [(c, p) for _, c, p in photos]
+        + [(s.corners, s.pose) for s in observations if s.corners is not None and s.pose_block == FIXED_POSE],
+    )
     if photoset.board is not None:
         lamps = {number for entry in photoset.lights for number in entry.marker_ids}
         remarks.warnings += board_doubts(photoset.board, camera, boards, lamps)
@@ -274,6 +308,22 @@ def check_camera(
             "bend": shape.bend.tolist(),
             "bend_error": shape.bend_error.tolist(),
         }
+
+
+def _refuse_misfit(photoset: PhotoSet, camera: Camera, photos: list[tuple[Corners, Pose]]) -> None:
+    """InputError if in most photos the board's corners lie many pixels beside their places."""
+    if not photos:
+        return
+    each = [float(np.sqrt(np.mean(_misses(camera, pose, corners) ** 2))) for corners, pose in photos]
+    rms = float(np.median(each))
+    if rms > max(_MOST_PIXELS, _MOST_SHARE * camera.size[0]):
+        given = photoset.camera.matrix is not None
+        raise InputError(
+            photoset.folder / MANIFEST,
+            f"[board]: its corners miss their places by {rms:.1f} px (rms) in the photos: "
+            + ("matrix or distortion of [camera] is of another camera, or " if given else "")
+            + "the print is not as the manifest says (lengths, places of markers, squares), or not flat",
+        )
 
 
 def _freed(corners: Corners) -> float:

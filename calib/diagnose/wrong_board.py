@@ -23,6 +23,18 @@ _WIDER = 0.1  # relative, by which markers of a grid may be wider beside their d
 _PHOTOS = 3  # in which markers are missing, or seen, that tell of rows
 _INSIDE = 0.75  # of a marker's side around its middle, that must be in the picture
 _COLUMNS = range(2, 31)
+_UPRIGHT = 5  # loose markers that tell which way up they are: any four fit a homography
+_MIRRORED = (
+    "board: the photos show the markers mirrored: print the board as it is drawn, not through a mirror, and give "
+    "photos that are not flipped (orientation in the file, a mirror in the beam, a camera that faces its user)"
+)
+_NEGATIVE = (
+    "board: the photos show the markers white on black: print the board black on white, and give positives"
+)
+_MIRROR_PLACES = (
+    "board.marker: the photos show the mirror image of the places given: x goes to the right and y up the page, from "
+    "its lower left"
+)
 # each holds the smaller ones of its kind
 _LARGEST = (
     *(f"DICT_{n}X{n}_1000" for n in (4, 5, 6, 7)),
@@ -34,12 +46,20 @@ _LARGEST = (
 
 def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
     """What of the manifest's board the photos contradict, with what they show instead; None if nothing shows."""
-    if isinstance(board, LooseMarkers) or not seen:
+    if not seen:
         return None
     order = sorted(seen, key=lambda one: -_markers(one.corners))
-    told = [one.corners for one in order if one.corners is not None and _markers(one.corners) >= _FEWEST]
+    few = _FEWEST
+    if isinstance(
+        board, LooseMarkers
+    ):  # some may lie outside all pictures; few are taken for others by mishap
+        few = max(1, min(_FEWEST, len(board.marker_corners) // 4))
+    told = [one.corners for one in order if one.corners is not None and _of_board(board, one.corners) >= few]
     if not told:
-        return _other_dictionary(board, reader, order[:: max(1, len(order) // _LOOKED_AT)][:_LOOKED_AT])
+        some = order[:: max(1, len(order) // _LOOKED_AT)][:_LOOKED_AT]
+        return _other_look(board, reader, some) or _other_dictionary(board, reader, some)
+    if isinstance(board, LooseMarkers):
+        return _upside_down(board, told[0])
     share, wider = max(_laid(board, corners) for corners in told)
     if share < _FIT:
         return _other_layout(board, told[0])
@@ -88,6 +108,50 @@ def board_doubts(board: Board, camera: Camera, boards: list[Posed], others: set[
 
 def _markers(corners: Corners | None) -> int:
     return 0 if corners is None else len(corners.marker_ids)
+
+
+def _of_board(board: Board, corners: Corners | None) -> int:
+    """Markers seen that the board has; of a printed board any may tell that it is another."""
+    if corners is None or not isinstance(board, LooseMarkers):
+        return _markers(corners)
+    return int(np.isin(corners.marker_ids, [k for k, _ in board.marker_corners]).sum())
+
+
+def _other_look(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
+    """What was done to a print of the right markers, in which none is recognized as it is."""
+    ids = np.asarray(opencv_board(board).getIds()).ravel()
+    detector = cv2.aruco.ArucoDetector(dictionary(board.dictionary), cv2.aruco.DetectorParameters())
+    found: dict[str, set[int]] = {}
+    for one in seen:
+        shown = reader.level(one.view)
+        if shown is None:
+            continue
+        image = detection_image(without_fireflies(shown[0]))
+        for what, changed in ((_MIRRORED, image[:, ::-1]), (_NEGATIVE, 255 - image)):
+            _, marks, _ = detector.detectMarkers(np.ascontiguousarray(changed))
+            known = set() if marks is None else set(np.asarray(marks).ravel().tolist()) & set(ids.tolist())
+            found.setdefault(what, set()).update(known)
+    what = max(found, key=lambda one: len(found[one]), default=None)
+    return what if what is not None and len(found[what]) >= min(_FEWEST, len(ids)) else None
+
+
+def _upside_down(board: Board, corners: Corners) -> str | None:
+    """Whether places of loose markers are given with y down the page, so that the photos show their mirror image."""
+    middles = {k: np.asarray(c, float).reshape(4, 3)[:, :2].mean(0) for k, c in board.marker_corners}
+    known = np.array([int(k) in middles for k in corners.marker_ids], bool)
+    if known.sum() < _UPRIGHT:
+        return None
+    flat = np.array([middles[int(k)] for k in corners.marker_ids[known]])
+    quads = corners.marker_pixels[known]
+    matrix, _ = cv2.findHomography(flat, quads.mean(1), cv2.RANSAC, _OFF * float(np.median(_sides(quads))))
+    if matrix is None:
+        return None
+    # the camera's x and y turn the other way than the board's seen from its front: y down, against y up the page
+    middle = np.append(flat.mean(0), 1.0)
+    if np.linalg.det(matrix) / (matrix[2] @ middle) ** 3 < 0:
+        return None
+    off = np.linalg.norm(_mapped(matrix, flat) - quads.mean(1), axis=1)
+    return _MIRROR_PLACES if np.mean(off < _OFF * _sides(quads).mean(1)) >= _FIT else None
 
 
 def _other_dictionary(board: Board, reader: Reader, seen: list[Seen]) -> str | None:

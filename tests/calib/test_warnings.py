@@ -28,6 +28,7 @@ from photogonio.calib.report.summary import _shared_lights, account
 from photogonio.calib.shading.fit import fit_shading
 from photogonio.calib.shading.kernel import lens
 from photogonio.calib.shading.model import Ball
+from photogonio.capture.errors import InputError
 
 from benchmarks.coverage import deviations
 from tests.calib.detect.test_mirror_rays import BALLS as MIRRORS
@@ -446,3 +447,15 @@ def test_a_lens_is_found_in_a_lit_room_which_passed_for_a_beam():
         for s in observations
     ]
     assert np.median(off) < 0.015 * 400
+
+
+def test_a_board_whose_corners_miss_by_many_pixels_is_refused_by_name():
+    """Corners of each of its squares exchanged two by two, as no lens has them: nothing of it may be believed."""
+    drawn = Drawn(3)
+    for photos in (drawn.boards, drawn.samples):
+        for k, corners in enumerate(photos):
+            points = corners.points.copy()
+            points[:, 0] += 6.0 * np.sin(points[:, 1] / 9.0)
+            photos[k] = replace(corners, points=points)
+    with pytest.raises(InputError, match=r"\[board\]: its corners miss their places by .* px"):
+        drawn.camera()

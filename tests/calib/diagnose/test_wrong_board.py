@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from photogonio.calib.detect.photo_reader import look
 from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
-from photogonio.capture.photoset import Board, GridBoard
+from photogonio.calib.geometry.board import opencv_board
+from photogonio.capture.photoset import Board, GridBoard, LooseMarkers
 
 from tests.calib.geometry.test_board import POSES, quiet
 from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
@@ -65,6 +66,37 @@ def test_a_charuco_board(charuco, wrong, said):
 def test_a_grid(grid, wrong, said):
     found = fault(replace(GRID, **wrong), grid)
     assert found is None if said is None else said in found
+
+
+@pytest.mark.parametrize("board", ["charuco", "grid"])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [(lambda seen: seen[:, ::-1], "mirrored"), (lambda seen: WHITE + BLACK - seen, "white on black")],
+)
+def test_markers_that_are_mirrored_or_white_on_black(board, change, said, request):
+    level = request.getfixturevalue(board)
+    assert said in fault(BOARD if board == "charuco" else GRID, change(level))
+
+
+def test_loose_markers_that_are_mirrored_or_others(grid):
+    made = opencv_board(GRID)
+    corners = tuple((k, np.asarray(c, float)) for k, c in zip(range(24), made.getObjPoints(), strict=True))
+    loose = LooseMarkers(GRID.dictionary, marker_corners=corners)
+    assert "mirrored" in fault(loose, grid[:, ::-1])
+    assert "DICT_4X4" in fault(replace(loose, dictionary="DICT_6X6_50"), grid)
+    assert "up the page" in fault(loose, grid)  # OpenCV's frame has y down it
+    upright = tuple((k, c * [1, -1, 1] + [0, 60, 0]) for k, c in corners)
+    assert fault(replace(loose, marker_corners=upright), grid) is None
+
+
+def test_the_squares_of_old_boards_are_told():
+    """OpenCV before 4.6 began boards of an even number of rows with a white square."""
+    made = opencv_board(replace(BOARD, legacy_pattern=True))
+    seen = made.generateImage((96 * _SCALE, 72 * _SCALE), marginSize=0)
+    framed = cv2.copyMakeBorder(seen, *(_BORDER,) * 4, cv2.BORDER_CONSTANT, value=255)
+    level = np.where(framed > 127, WHITE, BLACK).astype(np.float32)
+    assert "board.legacy_pattern = true" in fault(BOARD, level)
+    assert fault(replace(BOARD, legacy_pattern=True), level) is None
 
 
 def test_a_photo_of_something_else_says_nothing():
