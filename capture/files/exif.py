@@ -5,9 +5,21 @@ from __future__ import annotations
 import math
 import struct
 import warnings
+from collections.abc import Callable
+from pathlib import Path
 
 from PIL import Image
 
+UNREADABLE = (
+    SyntaxError,
+    ValueError,
+    KeyError,
+    TypeError,
+    IndexError,
+    struct.error,
+    OSError,
+    ZeroDivisionError,
+)
 START = b"Exif\0\0"
 EXIF_DIRECTORY, INTEROPERABILITY = 0x8769, 0xA005
 NAMES = {
@@ -27,21 +39,26 @@ NAMES = {
 def attributes(data: bytes) -> dict[str, object]:
     """Exposure, orientation and colour space of a block of EXIF data; what cannot be read is absent."""
     found = Image.Exif()
+    return _attributes(found, lambda: found.load(data.removeprefix(START)))
+
+
+def of_file(path: Path) -> dict[str, object]:
+    """Likewise of a file that is laid out as a TIFF, such as most camera RAW; nothing of others."""
+    with path.open("rb") as file:
+        if file.read(4) not in (b"II*\0", b"MM\0*"):
+            return {}
+        file.seek(0)
+        found = Image.Exif()
+        return _attributes(found, lambda: found.load_from_fp(file))
+
+
+def _attributes(found: Image.Exif, load: Callable[[], None]) -> dict[str, object]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found.load(data.removeprefix(START))
+            load()
             inner, index = found.get_ifd(EXIF_DIRECTORY), found.get_ifd(INTEROPERABILITY)
-    except (
-        SyntaxError,
-        ValueError,
-        KeyError,
-        TypeError,
-        IndexError,
-        struct.error,
-        OSError,
-        ZeroDivisionError,
-    ):
+    except UNREADABLE:
         return {}
     values = {name: plain(inner[tag]) for tag, name in NAMES.items() if tag in inner}
     if 274 in found:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import rawpy
 from photogonio.capture.errors import InputError
-from photogonio.capture.files import decode, heif, raw
+from photogonio.capture.files import decode, dng, heif, raw
 from photogonio.capture.files.about import About, about
 from photogonio.capture.files.exposure import Exposure, from_attributes
 from photogonio.capture.files.formats import HEAD, format_of
@@ -61,7 +61,9 @@ def read_header(path: Path, *, demosaic: str = "superpixel") -> Header:
     if kind == "raw":
         with open_raw(path) as file:
             channels = tuple(dict.fromkeys(file.color_desc.decode()))
-            return Header(raw.size(file, demosaic), channels, from_attributes(raw.exif(file)))
+            exposure = from_attributes(raw.attributes(file, path))
+            told = dng.about(path)
+            return Header(raw.size(file, demosaic), channels, exposure, notes=told.notes, doubts=told.doubts)
     found = about(path, kind)
     exposure = from_attributes(found.attributes)
     return Header(found.size, found.channels, exposure, found.tone, found.notes, found.doubts)
@@ -109,7 +111,7 @@ def decoded(path: Path, found: About, data: bytes | None) -> np.ndarray:
 def read_raw(path: Path, demosaic: str) -> Image:
     with open_raw(path) as file:
         try:
-            found = raw.superpixels(file) if demosaic == "superpixel" else raw.demosaiced(file, demosaic)
+            found = raw.pixels_of(file, demosaic, dng.about(path))
         except ValueError as error:
             raise InputError(path, str(error)) from error
         return Image(

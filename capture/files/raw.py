@@ -5,10 +5,14 @@ No curve, no white balance, no colour matrix, no automatic brightness: black and
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import rawpy
+from photogonio.capture.files import exif as blocks
+from photogonio.capture.files.dng import Dng
 
 METHODS = {
     "linear": rawpy.DemosaicAlgorithm.LINEAR,
@@ -17,6 +21,8 @@ METHODS = {
     "ahd": rawpy.DemosaicAlgorithm.AHD,
     "dht": rawpy.DemosaicAlgorithm.DHT,
 }
+FULL = 65535
+FLOAT_WHITE = 16383  # to which LibRaw scales the brightest float, or the white level if that is above it
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,39 +35,88 @@ class RawPixels:
     sites: tuple[int, ...]  # sensor sites averaged in each channel
 
 
-def mosaic_colours(raw: rawpy.RawPy) -> np.ndarray:
-    """The 2 x 2 colour indices at the visible corner. Raises ValueError for another mosaic."""
-    if raw.raw_type != rawpy.RawType.Flat or raw.raw_pattern is None or raw.raw_pattern.shape != (2, 2):
-        raise ValueError('has no 2 x 2 mosaic; set [radiometry] demosaic = "linear"')
-    return np.array(raw.raw_colors_visible[:2, :2])
+def pixels_of(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
+    """By the method asked for, where the picture allows it: one that is no mosaic any more is taken as it is, and of
+    mosaics other than 2 x 2 there are no superpixels, but LibRaw's own.
+
+    Raises ValueError, saying why, if the picture cannot be had.
+    """
+    if raw.raw_type == rawpy.RawType.Stack or raw.num_colors == 1:
+        return stacked(raw, dng)
+    if method == "superpixel" and has_cells(raw):
+        return superpixels(raw, dng)
+    return demosaiced(raw, "linear" if method == "superpixel" else method, dng)
 
 
-def superpixels(raw: rawpy.RawPy) -> RawPixels:
+def has_cells(raw: rawpy.RawPy) -> bool:
+    """Whether the mosaic is one of 2 x 2."""
+    pattern = raw.raw_pattern if raw.raw_type == rawpy.RawType.Flat else None
+    return pattern is not None and pattern.shape == (2, 2)
+
+
+def white_of_floats(raw: rawpy.RawPy, dng: Dng) -> float:
+    """LibRaw makes integers of a DNG's floats, and takes the brightest of them for the white level where that is above
+    the file's own. Raises ValueError if that cannot be undone."""
+    white = white_level(raw)
+    if dng.white is None or white == dng.white or int(raw.raw_image.max()) < FLOAT_WHITE - 1:
+        return white
+    brightest = dng.brightest()
+    if brightest is None:
+        raise ValueError(
+            "is a DNG of floats that reach its WhiteLevel or pass it, which LibRaw scales by the brightest of them; "
+            "write it as OpenEXR, or as integers"
+        )
+    return white * min(1.0, dng.white / brightest)
+
+
+def superpixels(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
     """Each 2 x 2 cell of the mosaic as one pixel, the two greens averaged: half the size, no interpolation.
 
     Red and blue sites lie a quarter of a superpixel on either side of the pixel's centre.
     """
-    colours = mosaic_colours(raw)
+    colours = np.array(raw.raw_colors_visible[:2, :2])
     letters = np.array(list(raw.color_desc.decode()))[colours]
     channels = tuple(name for name in "RGBCMYE" if name in letters)
     mosaic = raw.raw_image_visible
     height, width = mosaic.shape[0] // 2, mosaic.shape[1] // 2
     pixels = np.zeros((height, width, len(channels)), np.float32)
     saturated = np.zeros((height, width), bool)
-    white = white_level(raw)
+    white = white_of_floats(raw, dng)
     sites = [int((letters == name).sum()) for name in channels]
     for y, x in np.ndindex(2, 2):
         plane = mosaic[y : 2 * height : 2, x : 2 * width : 2]
         c = channels.index(letters[y, x])
         black = raw.black_level_per_channel[colours[y, x]]
-        pixels[..., c] += (plane.astype(np.float32) - np.float32(black)) / sites[c]
+        gain = dng.gain(np.arange(y, 2 * height, 2), np.arange(x, 2 * width, 2), mosaic.shape[:2])
+        light = (plane.astype(np.float32) - np.float32(black)) / sites[c]
+        pixels[..., c] += light if isinstance(gain, float) else light * gain.astype(np.float32)
         saturated |= plane >= white
     mean = float(np.mean(raw.black_level_per_channel))
     return RawPixels(pixels, white - mean, mean, saturated, channels, tuple(sites))
 
 
-def demosaiced(raw: rawpy.RawPy, method: str) -> RawPixels:
+def stacked(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
+    """A picture that has all its colours at each pixel (linear DNG, a sensor without a mosaic), as it is."""
+    planes = raw.raw_image_visible
+    planes = planes[..., None] if planes.ndim == 2 else planes
+    count = min(raw.num_colors, planes.shape[2])
+    letters = raw.color_desc.decode()
+    black = np.array(raw.black_level_per_channel[:count], np.float32)
+    pixels = planes[..., :count].astype(np.float32) - black
+    rows, columns = np.arange(planes.shape[0]), np.arange(planes.shape[1])
+    for c in range(count if dng.gains else 0):
+        pixels[..., c] *= dng.gain(rows, columns, planes.shape[:2], c)
+    white, mean = white_of_floats(raw, dng), float(black.mean())
+    full = (planes[..., :count] >= white).any(axis=2)
+    return RawPixels(pixels, white - mean, mean, full, tuple(letters[:count]), (1,) * count)
+
+
+def demosaiced(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
     """Full size, by LibRaw's ``method``; below black is cut to 0, as LibRaw has it."""
+    white, black = white_of_floats(raw, dng), float(np.mean(raw.black_level_per_channel))
+    full = raw.raw_image_visible >= white
+    factor = 65535.0 / (white_level(raw) - black)
+    levels, most = (levelled(raw, dng), dng.most) if dng.gains else ({}, 1.0)
     pixels = raw.postprocess(
         demosaic_algorithm=METHODS[method],
         gamma=(1, 1),
@@ -72,14 +127,26 @@ def demosaiced(raw: rawpy.RawPy, method: str) -> RawPixels:
         user_wb=[1.0, 1.0, 1.0, 1.0],
         user_flip=0,
         highlight_mode=rawpy.HighlightMode.Clip,
-    )
-    mosaic = raw.raw_image_visible
-    full = mosaic >= white_level(raw)
-    saturated = full if full.ndim == 2 else full.any(axis=2)
+        **levels,
+    ).astype(np.float32)
+    pixels *= np.float32(most)
     channels = tuple("RGB"[: pixels.shape[2]])
-    black = float(np.mean(raw.black_level_per_channel))
-    black *= 65535.0 / (white_level(raw) - black)
-    return RawPixels(pixels.astype(np.float32), 65535.0, black, saturated, channels, (1,) * len(channels))
+    return RawPixels(pixels, (white - black) * factor, black * factor, full, channels, (1,) * len(channels))
+
+
+def levelled(raw: rawpy.RawPy, dng: Dng) -> dict[str, object]:
+    """Multiply the mosaic by its gains, over the greatest of them, in place and over all of 16 bits; and the levels
+    that LibRaw is to be told."""
+    mosaic = raw.raw_image_visible
+    height, width = mosaic.shape
+    colours = raw.raw_colors_visible
+    scale = FULL / (white_level(raw) - float(np.mean(raw.black_level_per_channel))) / dng.most
+    for y, x in np.ndindex(2, 2):
+        black = raw.black_level_per_channel[colours[y, x]]
+        gain = dng.gain(np.arange(y, height, 2), np.arange(x, width, 2), (height, width))
+        light = (mosaic[y::2, x::2].astype(np.float32) - np.float32(black)) * gain * scale
+        mosaic[y::2, x::2] = np.clip(np.round(light), 0, FULL).astype(np.uint16)
+    return {"user_black": 0, "user_sat": FULL}
 
 
 def white_level(raw: rawpy.RawPy) -> float:
@@ -91,16 +158,23 @@ def white_level(raw: rawpy.RawPy) -> float:
 def size(raw: rawpy.RawPy, demosaic: str) -> tuple[int, int]:
     """Width and height of the pixels that will be decoded."""
     width, height = raw.sizes.width, raw.sizes.height
-    return (width // 2, height // 2) if demosaic == "superpixel" else (width, height)
+    return (width // 2, height // 2) if demosaic == "superpixel" and has_cells(raw) else (width, height)
 
 
-def exif(raw: rawpy.RawPy) -> dict[str, float]:
-    """Exposure in EXIF's words; LibRaw gives 1 s at f/1 where it knows nothing: the ISO is then 0."""
+def attributes(raw: rawpy.RawPy, path: Path) -> Mapping[str, object]:
+    """Exposure in EXIF's words: the file's own where it is laid out as a TIFF, else what LibRaw found.
+
+    LibRaw gives 1 s at f/1 where it knows nothing.
+    """
     other = raw.other
-    if not other.iso_speed > 0:
-        return {}
-    return {
-        "ExposureTime": other.shutter_speed,
-        "FNumber": other.aperture,
-        "Exif:PhotographicSensitivity": other.iso_speed,
-    }
+    found: dict[str, object] = {}
+    if other.iso_speed > 0:
+        found["Exif:PhotographicSensitivity"] = other.iso_speed
+    if other.iso_speed > 0 or (other.shutter_speed, other.aperture) != (1.0, 1.0):
+        found |= {"ExposureTime": other.shutter_speed, "FNumber": other.aperture}
+    own = blocks.of_file(path)
+    if any(name in own for name in ("ExposureTime", "Exif:ShutterSpeedValue")):
+        found.pop("ExposureTime", None)
+    if any(name in own for name in ("FNumber", "Exif:ApertureValue")):
+        found.pop("FNumber", None)
+    return found | own

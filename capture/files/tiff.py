@@ -9,12 +9,16 @@ from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
-SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, EXTRA, DNG = (
-    254, 256, 257, 258, 262, 274, 277, 284, 338, 50706,
-)  # fmt: skip
-WANTED = {SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, EXTRA, DNG}
-NUMBERS = {1: "B", 3: "H", 4: "I", 16: "Q"}
-MOST_PAGES, MOST_ENTRIES, MOST_VALUES = 100, 4096, 64
+(
+    SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, CHILDREN, EXTRA, FORMAT, DNG, WHITE,
+    *OPCODES,
+) = (254, 256, 257, 258, 262, 274, 277, 284, 330, 338, 339, 50706, 50717, 51008, 51009, 51022)  # fmt: skip
+WANTED = {
+    SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, CHILDREN, EXTRA, FORMAT, DNG, WHITE,
+    *OPCODES,
+}  # fmt: skip
+NUMBERS = {1: "B", 3: "H", 4: "I", 7: "B", 13: "I", 16: "Q", 18: "Q"}
+MOST_PAGES, MOST_ENTRIES, MOST_VALUES, MOST_BYTES = 100, 4096, 64, 1 << 24
 MIN_IS_WHITE = 0
 READ = {0: "min-is-white gray", 1: "gray", 2: "RGB", 3: "a palette", 6: "YCbCr"}
 REFUSED = {
@@ -86,14 +90,24 @@ def is_dng(file: BinaryIO) -> bool:
     return any(DNG in tags for tags in islice(directories(file), 1))
 
 
-def directories(file: BinaryIO) -> Iterator[Tags]:
-    """The wanted tags of each directory along the chain; a damaged one ends it."""
+def with_children(file: BinaryIO) -> Iterator[Tags]:
+    """Each directory of the chain and those that it points to, as DNG has its raw picture."""
+    for tags in directories(file):
+        yield tags
+        for place in tags.get(CHILDREN, ()):
+            yield from islice(directories(file, place), 1)
+
+
+def directories(file: BinaryIO, place: int | None = None) -> Iterator[Tags]:
+    """The wanted tags of each directory along the chain, or of that which stands at ``place`` and what follows it; a
+    damaged one ends it."""
     file.seek(0)
     head = file.read(16)
     order = "<" if head[:2] == b"II" else ">"
     big = head[2:4] in (b"+\0", b"\0+")
     try:
-        (place,) = struct.unpack_from(order + ("Q" if big else "I"), head, 8 if big else 4)
+        if place is None:
+            (place,) = struct.unpack_from(order + ("Q" if big else "I"), head, 8 if big else 4)
         seen: set[int] = set()
         while place and place not in seen and len(seen) < MOST_PAGES:
             seen.add(place)
@@ -117,7 +131,8 @@ def directory(file: BinaryIO, place: int, order: str, *, big: bool) -> tuple[Tag
         tag, kind, number = struct.unpack_from(form, table, k * size)
         if tag in WANTED and kind in NUMBERS and number:
             value = table[(k + 1) * size - inline : (k + 1) * size]
-            tags[tag] = values(file, value, order + NUMBERS[kind] * min(number, MOST_VALUES))
+            most = MOST_BYTES if tag in OPCODES else MOST_VALUES
+            tags[tag] = values(file, value, f"{order}{min(number, most)}{NUMBERS[kind]}")
     return tags, following
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.exposure import Exposure, combine, filled
+from photogonio.capture.files.exposure import Exposure, combine, filled, stepped
 from photogonio.capture.files.images import Header, Image, read_header, read_image
 from photogonio.capture.linear import told
 from photogonio.capture.linear.clipping import clip_code
@@ -49,7 +49,9 @@ def prepare(
         photo.file: combine(photo, headers[photo.file].exposure if photo.file in headers else Exposure())
         for photo in photoset.photos
     }
+    exposures, steps = stepped(exposures)
     exposures, assumed = with_missing(photoset, exposures)
+    loose = () if cancels(photoset) else steps
     counted = [photo for view in photoset.views("sample") for photo in view.photos] or photoset.photos
     fields = frozenset().union(*(exposures[photo.file].known() for photo in counted))
     encoding, notes = encoding_of(photoset, images[0], exposures)
@@ -61,8 +63,8 @@ def prepare(
         sensor=sensor,
         exposures=exposures,
         fields=fields,
-        notes=(*notes, *told.notes(photoset, headers), sensor_note(sensor)),
-        warnings=(*assumed, *told.doubts(photoset, headers), *doubts(photoset, images[0], sensor)),
+        notes=(*notes, *(() if loose else steps), *told.notes(photoset, headers), sensor_note(sensor)),
+        warnings=(*assumed, *loose, *told.doubts(photoset, headers), *doubts(photoset, images[0], sensor)),
         decode=decode,
     )
     dark, unread = dark_frame(reader)
@@ -74,13 +76,19 @@ def prepare(
     return replace(reader, gain=gain, warnings=reader.warnings + unread)
 
 
+def cancels(photoset: PhotoSet) -> bool:
+    """Whether a white patch or a board's paper tells the lamp's strength in each photo and nothing is subtracted, so
+    that exposures hardly count."""
+    subtracted = any(photo.role in ("dark", "ambient") for photo in photoset.photos)
+    return not subtracted and (photoset.board is not None or bool(photoset.white_patches))
+
+
 def with_missing(
     photoset: PhotoSet, exposures: Mapping[str, Exposure]
 ) -> tuple[dict[str, Exposure], tuple[str, ...]]:
     """Exposures with those that some photos of the sample lack, where a white patch or a board's paper tells the lamp's
     strength in each photo and nothing is subtracted, so that they hardly count; and what is to be said of them."""
-    subtracted = any(photo.role in ("dark", "ambient") for photo in photoset.photos)
-    if subtracted or (photoset.board is None and not photoset.white_patches):
+    if not cancels(photoset):
         return dict(exposures), ()
     sample = [photo for photo in photoset.photos if photo.role in ("sample", "probe")]
     found, lacking = filled(exposures, sample)

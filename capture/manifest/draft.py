@@ -9,6 +9,7 @@ from itertools import groupby
 from pathlib import Path
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.exposure import Exposure, stepped
 from photogonio.capture.files.formats import HEAD, NAMES, OTHERS, PROMISED, SUFFIXES, by_content, by_name
 from photogonio.capture.files.images import Header, read_header
 from photogonio.capture.files.tone import LINEAR, SRGB, Tone
@@ -39,6 +40,7 @@ class Folder:
     photos: tuple[Photo, ...]  # in order of their paths
     tones: tuple[Tone, ...]  # of each
     passed: Mapping[str, str]  # files that look like photos and are none of them, and why
+    notes: tuple[str, ...]  # of the exposures
 
 
 def manifest_text(folder: Path) -> str:
@@ -48,7 +50,8 @@ def manifest_text(folder: Path) -> str:
     Raises InputError if there are no photos, if none can be read, or if the file names photos already.
     """
     found = survey(folder)
-    tables = photo_tables(found.photos) + passed_lines(found.passed)
+    notes = "".join(f"# {note}.\n" for note in found.notes)
+    tables = notes + photo_tables(found.photos) + passed_lines(found.passed)
     path = folder / MANIFEST
     if path.exists():
         text = path.read_text(encoding="utf-8")
@@ -98,7 +101,8 @@ def survey(folder: Path) -> Folder:
     if not headers:
         others = f"; found {', '.join(sorted(passed))[:NAMED]}" if passed else ""
         raise InputError(folder, f"no photo here ({PROMISED}){others}")
-    photos = [photo_of(name, header) for name, header in headers.items()]
+    exposures, notes = stepped({name: header.exposure for name, header in headers.items()})
+    photos = [photo_of(name, exposure) for name, exposure in exposures.items()]
     result: list[Photo] = []
     brackets = 0
     for inner, group in groupby(photos, key=lambda photo: inner_folder(photo)):
@@ -109,7 +113,7 @@ def survey(folder: Path) -> Folder:
         elif inner is not None and members[0].role in BY_LIGHT:
             members = [replace(photo, light=inner[1]) for photo in members]
         result += members
-    return Folder(tuple(result), tuple(header.tone for header in headers.values()), passed)
+    return Folder(tuple(result), tuple(header.tone for header in headers.values()), passed, notes)
 
 
 def read_all(folder: Path) -> tuple[dict[str, Header], dict[str, str], list[InputError]]:
@@ -158,8 +162,7 @@ def not_taken(path: Path) -> str | None:
     return f"is {NAMES[kind]} by its content, but not by its name; rename it ({endings})"
 
 
-def photo_of(name: str, header: Header) -> Photo:
-    exposure = header.exposure
+def photo_of(name: str, exposure: Exposure) -> Photo:
     return Photo(name, role_of(name), None, exposure.exposure_time, exposure.f_number, exposure.iso)
 
 

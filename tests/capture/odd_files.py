@@ -12,7 +12,7 @@ import numpy as np
 
 D50 = (0.9642, 1.0, 0.8249)
 ADOBE_COLORANTS = ((0.60974, 0.31111, 0.01947), (0.20528, 0.62567, 0.06087), (0.14919, 0.06322, 0.74457))
-BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 10: 8}  # of TIFF's types
+BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 10: 8}  # of TIFF's types
 
 
 def icc_profile(*curves: bytes, name: str = "a profile", space: bytes = b"RGB ") -> bytes:
@@ -109,7 +109,7 @@ def tiff_directory(entries: Sequence[Entry], place: int) -> bytes:
     size = 2 + 12 * len(entries) + 4
     table, values = struct.pack("<H", len(entries)), b""
     for tag, kind, numbers in sorted(entries):
-        form = {1: "B", 2: "B", 3: "H", 4: "I", 5: "I", 10: "i"}[kind]
+        form = {1: "B", 2: "B", 3: "H", 4: "I", 5: "I", 7: "B", 10: "i"}[kind]
         content = struct.pack(f"<{len(numbers)}{form}", *numbers)
         count = len(content) // BYTES[kind]
         if len(content) > 4:
@@ -173,3 +173,65 @@ def tiff_page(
         return tiff_directory(own, place)
 
     return page(place + len(page(0))) + content
+
+
+def rationals(values: Sequence[float]) -> list[int]:
+    return [part for value in values for part in (round(value * 10000), 10000)]
+
+
+def dng(
+    path: Path,
+    pixels: np.ndarray,
+    *,
+    white: int,
+    black: int = 0,
+    exif: Sequence[Entry] = (),
+    opcodes: dict[int, bytes] | None = None,
+) -> Path:
+    """A DNG of a mosaic (h, w, 1) of red, green, green, blue, or of linear pixels (h, w, 3)."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    height, width, channels = pixels.shape
+    content = np.ascontiguousarray(pixels).tobytes()
+
+    def entries(start: int, inner: int) -> list[Entry]:
+        found: list[Entry] = [
+            (254, 4, [0]), (256, 4, [width]), (257, 4, [height]), (258, 3, [8 * pixels.dtype.itemsize] * channels),
+            (259, 3, [1]), (262, 3, [32803 if channels == 1 else 34892]), (271, 2, list(b"Maker\0")),
+            (272, 2, list(b"Model\0")), (273, 4, [start]), (274, 3, [1]), (277, 3, [channels]), (278, 4, [height]),
+            (279, 4, [len(content)]), (284, 3, [1]), (339, 3, [3 if pixels.dtype.kind == "f" else 1] * channels),
+            (50706, 1, [1, 4, 0, 0]), (50708, 2, list(b"Maker Model\0")), (50714, 4, [black] * channels),
+            (50717, 4, [white] * channels), (50721, 10, rationals([1, 0, 0, 0, 1, 0, 0, 0, 1])),
+            (50728, 5, rationals([1, 1, 1])), (50778, 3, [21]),
+        ]  # fmt: skip
+        found += [(33421, 3, [2, 2]), (33422, 1, [0, 1, 1, 2])] if channels == 1 else []
+        found += [(tag, 7, list(data)) for tag, data in (opcodes or {}).items()]
+        return found + ([(34665, 4, [inner])] if exif else [])
+
+    inner = 8 + len(tiff_directory(entries(0, 0), 8))
+    more = tiff_directory(exif, inner) if exif else b""
+    first = tiff_directory(entries(inner + len(more), inner), 8)
+    path.write_bytes(b"II*\0" + struct.pack("<I", 8) + first + more + content)
+    return path
+
+
+def opcode(code: int, content: bytes) -> bytes:
+    return struct.pack(">4I", code, 0x01030000, 0, len(content)) + content
+
+
+def opcode_list(*codes: bytes) -> bytes:
+    return struct.pack(">I", len(codes)) + b"".join(codes)
+
+
+def gain_map(
+    points: np.ndarray,
+    size: tuple[int, int],
+    *,
+    first: tuple[int, int] = (0, 0),
+    pitch: int = 1,
+    planes: int = 1,
+) -> bytes:
+    """Of points (v, h, planes) spread evenly from edge to edge of a picture (height, width)."""
+    v, h, depth = points.shape
+    head = struct.pack(">10I", *first, *size, 0, planes, pitch, pitch, v, h)
+    places = struct.pack(">4d", 1 / (v - 1), 1 / (h - 1), 0.0, 0.0)
+    return opcode(9, head + places + struct.pack(">I", depth) + points.astype(">f4").tobytes())

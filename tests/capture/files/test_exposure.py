@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from photogonio.capture.files.exposure import Exposure, combine, filled, from_attributes
+from photogonio.capture.files.exposure import Exposure, combine, filled, from_attributes, stepped
 from photogonio.capture.files.images import read_header
 from photogonio.capture.photoset import Photo
 
@@ -55,3 +55,107 @@ def test_exposures_that_some_photos_lack_are_taken_as_the_others():
     assert found == {"a": Exposure(0.5), "b": Exposure(0.375), "c": Exposure(0.25), "d": Exposure(None)}
     assert lacking == {"exposure_time": ["b"]}
     assert filled({name: Exposure() for name in "abcd"}, photos)[1] == {}
+
+
+@pytest.mark.parametrize(
+    ("attributes", "expected"),
+    [
+        ({"Exif:ShutterSpeedValue": 6.0, "Exif:ApertureValue": 5.0}, (1 / 64, 2**2.5, None)),  # APEX alone
+        ({"ExposureTime": 1 / 60, "Exif:ShutterSpeedValue": 6.0}, (1 / 64, None, None)),  # the name of 1/64 s
+        ({"ExposureTime": 1 / 60, "Exif:ShutterSpeedValue": np.log2(60)}, (1 / 60, None, None)),
+        (
+            {"ExposureTime": 1 / 60, "Exif:ShutterSpeedValue": 7.0},
+            (1 / 60, None, None),
+        ),  # it speaks of something else
+        (
+            {"ExposureTime": 1 / 121, "Exif:ShutterSpeedValue": 7.0},
+            (1 / 121, None, None),
+        ),  # no name, but exact
+        (
+            {"ExposureTime": 1 / 50, "Exif:ShutterSpeedValue": 5.6},
+            (1 / 50, None, None),
+        ),  # tenths tell nothing
+        ({"FNumber": 11.0, "Exif:ApertureValue": 7.0}, (None, 2**3.5, None)),
+        (
+            {"Exif:PhotographicSensitivity": 65535, "Exif:RecommendedExposureIndex": 102400},
+            (None, None, 102400),
+        ),
+        (
+            {"Exif:PhotographicSensitivity": 65535, "Exif:StandardOutputSensitivity": 80000},
+            (None, None, 80000),
+        ),
+        ({"Exif:PhotographicSensitivity": 65535}, (None, None, 65535)),
+        ({"Exif:ISOSpeed": 200}, (None, None, 200)),
+        ({"Exif:ShutterSpeedValue": float("nan"), "Exif:ApertureValue": 1e9}, (None, None, None)),
+    ],
+)
+def test_apex_and_long_sensitivities(attributes, expected):
+    found = from_attributes(attributes)
+    for value, right in zip((found.exposure_time, found.f_number, found.iso), expected, strict=True):
+        assert value is None if right is None else value == pytest.approx(right, rel=1e-12)
+
+
+THIRDS = [30, 25, 20, 15, 13, 10, 8, 6, 5, 4, 3.2, 2.5, 2, 1.6, 1.3, 1, 0.8, 0.6, 0.5, 0.4, 0.3]
+PARTS = [
+    4,
+    5,
+    6,
+    8,
+    10,
+    13,
+    15,
+    20,
+    25,
+    30,
+    40,
+    50,
+    60,
+    80,
+    100,
+    125,
+    160,
+    200,
+    250,
+    320,
+    400,
+    500,
+    640,
+    800,
+    1000,
+]
+
+
+def test_names_of_a_camera_mean_steps_of_a_third():
+    """From 32 s ("30") on each step is 2^(1/3) shorter; 46 names down to 1/1024 s ("1/1000")."""
+    times = [*THIRDS, *(1 / part for part in PARTS)]
+    found, lines = stepped({str(time): Exposure(time) for time in times})
+    expected = [32 * 2 ** (-k / 3) for k in range(len(times))]
+    assert [one.exposure_time for one in found.values()] == pytest.approx(expected, rel=1e-12)
+    assert len(lines) == 1 and "true steps" in lines[0]
+    numbers = [1.4, 2.8, 3.5, 5.6, 8, 11, 16, 22]
+    found, _ = stepped({str(number): Exposure(f_number=number) for number in numbers})
+    squares = np.square([one.f_number for one in found.values()])
+    assert squares == pytest.approx([2, 8, 8 * 2 ** (2 / 3), 32, 64, 128, 256, 512], rel=1e-9)
+
+
+def test_times_that_are_no_names_stay_all_of_them():
+    phone = {"a": Exposure(1 / 60), "b": Exposure(1 / 121), "c": Exposure(1 / 30)}
+    assert stepped(phone) == (phone, ())
+
+
+def test_what_the_manifest_or_apex_says_is_no_name():
+    header = from_attributes({"ExposureTime": 1 / 60, "Exif:ShutterSpeedValue": float(np.log2(60))})
+    stated = combine(Photo("b", "sample", exposure_time=1 / 15), Exposure())
+    found, lines = stepped({"a": header, "b": stated, "c": Exposure(1 / 30)})
+    assert [round(1 / one.exposure_time, 6) for one in found.values()] == [60, 15, 32]
+    assert lines == ()  # one photo alone is not misled against another
+
+
+def test_one_and_the_same_time_is_nothing_to_speak_of():
+    assert stepped({"a": Exposure(1 / 60), "b": Exposure(1 / 60)})[1] == ()
+
+
+def test_thirds_are_steps_as_well_as_names():
+    """Some photos tell 1/64 s, others "1/30"."""
+    found, _ = stepped({"a": Exposure(1 / 64), "b": Exposure(1 / 30)})
+    assert [one.exposure_time for one in found.values()] == [1 / 64, 1 / 32]
