@@ -168,7 +168,10 @@ def _export(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("coefficients", metavar="COEFFICIENTS", help="coefficients.json")
     parser.add_argument("--channel", metavar="NAME", help="only this one")
-    parser.add_argument("--format", metavar="F", required=True, help="csv, merl, mitsuba or scatmech")
+    parser.add_argument("--format", metavar="F", required=True, help="csv, merl, mitsuba, modes or scatmech")
+    parser.add_argument(
+        "--order", metavar="N", type=_whole, help="of modes and scatmech; default: as many as say it closely"
+    )
     parser.add_argument(
         "-o", "--out", metavar="FILE", help="default: COEFFICIENTS' name with the format's suffix"
     )
@@ -266,6 +269,12 @@ def _auto_or_whole(text: str) -> int | str:
         return text
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"expected auto or a whole number, got {text!r}")
+    return int(text)
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number, got {text!r}")
     return int(text)
 
 

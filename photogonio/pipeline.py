@@ -45,7 +45,6 @@ from photogonio.report.summary import (
     physics_warnings,
     relit_warning,
     rescaled,
-    said_warnings,
     spoilt_warnings,
 )
 from photogonio.report.trust import DISTRUSTED, faults_of
@@ -428,7 +427,7 @@ def _announce(found: FitResult, table: FacetTable, reporter: Reporter) -> None:
     """What a fit chose, and what it had to put right."""
     for name, factor in rescaled(found):
         reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
-    for warning in (*physics_warnings(found), *said_warnings(found), *clipped(table), *doubts(found)):
+    for warning in (*physics_warnings(found), *clipped(table), *doubts(found)):
         reporter.warn(warning)
     for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")

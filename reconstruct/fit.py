@@ -20,14 +20,14 @@ from photogonio.reconstruct.estimate.model_discrepancy import Misfit, misfit_of
 from photogonio.reconstruct.estimate.model_selection import Candidate, choose, crosses, try_all
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
 from photogonio.reconstruct.estimate.weights import ViewScales, independence, level
-from photogonio.reconstruct.represent.anisotropic import closely, covariance_of_error, in_file
+from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
-from photogonio.reconstruct.represent.isotropic import Represented, represent
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, judge, turning_kinds
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty, uncertainty_of
+from photogonio.reconstruct.uncertainty.in_file import in_file
 from photogonio.reconstruct.uncertainty.validity import Region, region_of
 
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
@@ -41,11 +41,7 @@ MOST_CELLS = (
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 VIEW_ERROR = 0.003  # of a view's scale, at least
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
-MENDING = 6  # order up to which modes mend what finer ones ring; higher costs more and gains little
 MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
-# orders in which the model is said, each only while the relative representation error of the last is larger: narrow
-# glosses are worth modes beyond 16, which cost more than they say of others
-FINER = ((8, 0.001), (12, 0.001), (16, 0.001), (20, 0.003), (24, 0.003))
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +61,7 @@ class FitResult:
     """A BRDF and what led to it."""
 
     brdf: Brdf
-    model: Model  # as fitted, before it is said in the file's terms
+    model: Model  # as fitted, before it is held to physics
     cells: Cells  # used, with stray light removed and view scales applied
     predicted: np.ndarray  # (n, c) by ``brdf`` at the cells
     weight: np.ndarray  # (n, c) robust weights, about 1 and less
@@ -79,7 +75,7 @@ class FitResult:
 
     def standard_error(self, cells: Cells) -> np.ndarray:
         """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, of what it misses systematically,
-        and of its being said in modes."""
+        and of its being held to physics."""
         said = self.brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
         departed = (said - self.model.evaluate(cells)) / KNOWN
         return np.hypot(error_of(self.model, self.uncertainty, self.misfit, cells), departed)
@@ -253,19 +249,6 @@ def _orders(options: FitOptions, cells: Cells, symmetry: str) -> tuple[int, ...]
     return tuple(range((HIGHEST_AUTO if cells.binned else HIGHEST_AUTO_TABLE) + 1))
 
 
-def _said(model: Model, options: FitOptions, values: np.ndarray) -> Represented:
-    """In the file's terms, with the fewest modes that say it closely; the order that was asked for is kept."""
-    typical = np.sqrt(np.mean(values**2, axis=0))
-    order = model.basis.order
-    if model.turning:
-        return in_file(model, order) if options.order is not None else closely(model)
-    said = represent(model, order)
-    for finer, error in FINER if options.order is None else ():
-        if finer > order and (said.error / typical).max() > error:
-            said = represent(model, finer)
-    return said
-
-
 def _result(
     work: Cleaned,
     final: Fitted,
@@ -276,30 +259,23 @@ def _result(
     options: FitOptions,
 ) -> FitResult:
     model, cells = final.model, work.cells
-    said = _said(model, options, cells.value)
     misfit = misfit_of(cells, model.evaluate(cells), work.binning)
     region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
-    errors = spread.file_errors(model, said)
-
-    def brdf_of(kept: int) -> Brdf:
-        """With the first ``kept`` modes, whatever they say, of what need not say all."""
-        rows = said.rows(kept) if model.turning else slice(None)
-        return Brdf(
-            order=said.order,
-            channels=cells.channels,
-            modes=Basis(verdict.symmetry, said.order).modes[rows],
-            coefficients=said.coefficients[rows],
-            standard_errors=errors[rows],
-            symmetry=verdict.symmetry,
-            lobes=said.lobes,
-            scale="absolute" if options.absolute else "relative",
-            valid=region.valid(),
-        )
-
-    brdf = brdf_of(len(spread.basis.modes))
-    brdf, physics = _physical(brdf, brdf_of, said.error, model, spread, misfit, options.physics)
+    plain = Brdf(
+        order=spread.basis.order,
+        channels=cells.channels,
+        modes=spread.basis.modes,
+        coefficients=_padded(model.coefficients, spread.modes),
+        standard_errors=np.zeros((spread.modes, len(cells.channels))),
+        symmetry=verdict.symmetry,
+        lobes=lobes_of(model),
+        scale="absolute" if options.absolute else "relative",
+        valid=region.valid(),
+    )
+    held, physics = _physical(plain, model, spread, misfit, options.physics)
+    brdf = in_file(held, model, spread, misfit)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
-    diagnostics = _diagnostics(work, final, verdict, chosen, best, said) | {"physics": physics}
+    diagnostics = _diagnostics(work, final, verdict, chosen, best) | {"physics": physics}
     brdf = replace(brdf, fit=diagnostics)
     return FitResult(
         brdf,
@@ -318,7 +294,7 @@ def _result(
 
 
 def _diagnostics(
-    work: Cleaned, final: Fitted, verdict: Verdict, chosen: Candidate, best: Candidate, said: Represented
+    work: Cleaned, final: Fitted, verdict: Verdict, chosen: Candidate, best: Candidate
 ) -> dict[str, object]:
     """What was chosen and found, in plain JSON values."""
     return {
@@ -332,7 +308,6 @@ def _diagnostics(
         "views left out": list(work.discordant),
         "contradiction": None if np.isnan(work.contradiction) else work.contradiction,
         "views rescaled": [work.cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
-        "representation error": said.error.tolist(),
         "binning error": _binning_error(work),
     }
 
@@ -349,36 +324,30 @@ def error_of(model: Model, spread: Uncertainty, misfit: Misfit, cells: Cells) ->
     return np.hypot(spread.standard_error(model, cells), misfit.at(cells, model.evaluate(cells)))
 
 
+def _padded(coefficients: np.ndarray, modes: int) -> np.ndarray:
+    return np.pad(coefficients, ((0, modes - len(coefficients)), (0, 0)))
+
+
 def _physical(
-    brdf: Brdf,
-    brdf_of: Callable[[int], Brdf],
-    unsaid: np.ndarray,
-    model: Model,
-    spread: Uncertainty,
-    misfit: Misfit,
-    wanted: str,
+    brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, wanted: str
 ) -> tuple[Brdf, dict[str, object]]:
-    """The BRDF, held to physics where that is wanted, and what it took; ``brdf_of`` gives it with the first modes that
-    it is asked for, and ``unsaid`` (c,) is the representation error."""
+    """The BRDF, held to physics where that is wanted, and what it took. It has all modes that may move: those of
+    models that predict as well."""
     if wanted == "off":
         return brdf, {"held": False}
-
-    def error(cells: Cells) -> np.ndarray:
-        # what the file's terms cannot say is known, not a matter of chance: a fault of theirs is none of the data
-        said = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
-        return error_of(model, spread, misfit, cells) + np.abs(said - model.evaluate(cells))
-
-    turning = brdf.symmetry != "isotropic"
+    turning = model.turning
     if wanted == "auto":
+
+        def error(cells: Cells) -> np.ndarray:
+            return error_of(model, spread, misfit, cells)
+
         broken = violated_turning(brdf, error) if turning else violated(brdf, error(held_pairs()))
         if not broken:
             return brdf, {"held": False}
-    own = _movable(brdf, unsaid, spread)
-    plain = brdf_of(own.shape[1]) if turning else brdf
-    found = enforced_turning(plain, own) if turning else enforced(brdf, own)
+    own = spread.of_modes_alone()
+    found = enforced_turning(brdf, own) if turning else enforced(brdf, own)
     if found is None:
-        fault = "unmended" if turning and unsaid.any() else "contradicted"
-        return brdf, {"held": False, fault: True}
+        return brdf, {"held": False, "contradicted": True}
     said: dict[str, object] = {
         "least f": found.least,
         "largest albedo": found.albedo,
@@ -389,21 +358,4 @@ def _physical(
         return brdf, {"held": False, "contradicted": True} | said
     if not found.active:
         return brdf, {"held": False} | said
-    return replace(plain, coefficients=found.coefficients), {"held": True} | said
-
-
-def _movable(brdf: Brdf, unsaid: np.ndarray, spread: Uncertainty) -> np.ndarray:
-    """Covariance (c, k, k) of the modes, or of the first k, which may move.
-
-    What the file cannot say of a lobe of two roughnesses rings; the modes that mend it move by the measure of the
-    representation.
-    """
-    if brdf.symmetry != "isotropic" and unsaid.any():
-        order = min(max(MENDING, spread.basis.order), brdf.order)
-        own = covariance_of_error(brdf.symmetry, order, unsaid)
-    else:
-        size = len(brdf.modes)
-        own = np.zeros((len(brdf.channels), size, size))
-    known = min(spread.modes, own.shape[1])
-    own[:, :known, :known] += spread.of_modes_alone()[:, :known, :known]
-    return own
+    return replace(brdf, coefficients=found.coefficients), {"held": True} | said

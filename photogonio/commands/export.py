@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 from photogonio.capture.errors import InputError
@@ -18,15 +17,7 @@ def one_channel(brdf: Brdf, name: str) -> Brdf:
     """Only the channel of that name."""
     if name not in brdf.channels:
         raise InputError(f"--channel {name}", f"expected one of {', '.join(brdf.channels)}")
-    k = [brdf.channels.index(name)]
-    lobes = tuple(replace(lobe, f0=lobe.f0[k], weight=lobe.weight[k]) for lobe in brdf.lobes)
-    return replace(
-        brdf,
-        channels=(name,),
-        coefficients=brdf.coefficients[:, k],
-        standard_errors=brdf.standard_errors[:, k],
-        lobes=lobes,
-    )
+    return brdf.only([brdf.channels.index(name)])
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
@@ -40,7 +31,12 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         brdf = one_channel(brdf, args.channel)
     if brdf.scale == "relative":
         reporter.warn("the BRDF's scale is relative: the exported values are f up to one factor a channel")
+    asked = {} if args.order is None else {"order": args.order}
+    if asked and not form.ordered:
+        raise InputError(f"--order {args.order}", f"--format {args.format} holds no modes")
     with staged_file(out) as stage:
-        form.write(brdf, stage)
+        remark = form.write(brdf, stage, **asked)
+    if remark:
+        reporter.warn(remark)
     reporter.say(f"written to {out}")
     return {"format": args.format, "out": str(out), "channels": brdf.channels, "scale": brdf.scale}

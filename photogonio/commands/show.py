@@ -9,9 +9,9 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import load_brdf
+from photogonio.reconstruct.brdf.words import described
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import overview_figure
-from photogonio.report.summary import count_of
 from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
@@ -29,8 +29,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     for line in told_distrust(brdf, path.name):
         reporter.warn(line)
     source = Provenance(canonical_command("show", path.name, {}), {path.name: hash_file(path)})
-    lobes = count_of(len(brdf.lobes), "lobe")
-    title = f"{brdf.source.get('name', path.name)}: {brdf.symmetry}, modes to order {brdf.order}, {lobes}"
+    title = f"{brdf.source.get('name', path.name)}: {brdf.symmetry}, {described(brdf)}"
     valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
     figure = overview_figure(brdf, brdf.channels, title, valid=valid)
     with staged_file(out) as stage:
@@ -39,6 +38,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     return {
         "channels": brdf.channels,
         "order": brdf.order,
+        "model": described(brdf),
         "albedo": brdf.bihemispherical_albedo(),
         "directional_albedo": {
             f"{np.degrees(angle):.0f}": brdf.directional_albedo(angle) for angle in _ANGLES

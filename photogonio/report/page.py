@@ -10,6 +10,7 @@ import numpy as np
 
 from photogonio import __version__
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.words import described, lobe_details, lobe_in_words
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.calibration_page import calibration_sections
 from photogonio.report.html import (
@@ -27,8 +28,6 @@ from photogonio.report.plots import coverage_figure, lobes_figure, scatter_figur
 from photogonio.report.summary import (
     albedo_note,
     count_of,
-    fitted_lobes,
-    fitted_order,
     lead,
     listed,
     numbers,
@@ -143,8 +142,8 @@ def _cards(result: Result) -> list[Card]:
     cards += [
         Card(
             "model",
-            f"order {fitted_order(result.fit)}, {count_of(fitted_lobes(result.fit), 'lobe')}",
-            f"in the file: {len(brdf.modes)} modes to order {brdf.order}, {count_of(len(brdf.lobes), 'lobe')}",
+            f"order {brdf.order}, {count_of(len(brdf.lobes), 'lobe')}",
+            f"{described(brdf)}; {count_of(len(brdf.modes), 'mode')}",
         ),
         Card("albedo", listed(values["albedo"], ".3f"), f"{order}; {albedo_note(brdf)}"),
         Card(
@@ -170,8 +169,7 @@ def _ball(brdf: Brdf) -> np.ndarray:
 def _coefficients_text(brdf: Brdf) -> str:
     text = "Coefficients of the orthonormal modes, largest first, with their standard errors."
     for lobe in brdf.lobes:
-        f0, weight = listed(lobe.f0, ".4g"), listed(lobe.weight, ".4g")
-        text += f" Lobe: GGX of roughness {lobe.roughness:.3f}, base reflectance {f0}, weight {weight}."
+        text += f" Then {lobe_in_words(lobe)}: {lobe_details(lobe)}."
     return text
 
 

@@ -10,14 +10,13 @@ import numpy as np
 
 from photogonio.calib.setup import LeftOut
 from photogonio.options import Choice
+from photogonio.reconstruct.brdf.lobe_schema import lobe_document
+from photogonio.reconstruct.brdf.words import described
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
-from photogonio.reconstruct.represent.anisotropic import typical
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 from photogonio.report.misfit import relative_misfit
 from photogonio.report.plots import correlation
 from photogonio.report.trust import trust_numbers, verdict_lines
-
-LEAST_UNSAID = 0.03  # rms of f: representation error that is told
 
 if TYPE_CHECKING:
     from photogonio.reconstruct.brdf.brdf import Brdf
@@ -70,11 +69,6 @@ def physics_warnings(fit: FitResult) -> list[str]:
             "the data ask for more light out than came in, or for less than none, by more than their errors allow: "
             "the scale, a light or the stray light is wrong somewhere, or the law has no bound near grazing"
         ]
-    if found.get("unmended"):
-        return [
-            "the file's modes ring below zero where they say a lobe of two roughnesses, by more than modes of low "
-            "order can make up for: the result is not held to physics"
-        ]
     if found["held"]:
         least, albedo = found["least f"], found["largest albedo"]
         return [
@@ -82,19 +76,6 @@ def physics_warnings(fit: FitResult) -> list[str]:
             f"error; held to it, by {found['standard errors moved']:.1f} standard errors"
         ]
     return []
-
-
-def said_warnings(fit: FitResult) -> list[str]:
-    """What the file's modes cannot say of the model."""
-    if not fit.model.turning:
-        return []
-    share = float((np.array(fit.diagnostics["representation error"]) / typical(fit.model)).max())
-    if share <= LEAST_UNSAID:
-        return []
-    return [
-        f"the file says the fitted surface to within {share:.0%} rms: its ridge is too narrow for modes of order "
-        f"{fit.brdf.order}, and the file has no lobe of two roughnesses"
-    ]
 
 
 def doubts(fit: FitResult) -> list[str]:
@@ -194,16 +175,14 @@ def numbers(result: Result) -> dict[str, object]:
     return {
         "name": result.name,
         "order": brdf.order,
-        "fitted_order": fitted_order(result.fit),
+        "fitted_order": brdf.order,
         "symmetry": brdf.symmetry,
         "quantity": brdf.quantity,
         "scale": brdf.scale,
         "channels": brdf.channels,
         "modes": len(brdf.modes),
-        "lobes": [
-            {"model": lobe.model, "roughness": lobe.roughness, "f0": lobe.f0, "weight": lobe.weight}
-            for lobe in brdf.lobes
-        ],
+        "lobes": [lobe_document(lobe) for lobe in brdf.lobes],
+        "model": described(brdf),
         "albedo": brdf.bihemispherical_albedo(),
         "relative_rms": rms,
         "relative_median": median,
@@ -237,16 +216,6 @@ def photos_used(result: Result) -> int:
     return len(np.unique(result.table.group)) - len(result.fit.diagnostics["views left out"])
 
 
-def fitted_order(fit: FitResult) -> int:
-    """Of the modes as fitted; the file may need more, to say what a lobe of another family has beyond its own."""
-    return int(fit.diagnostics.get("order", fit.brdf.order))
-
-
-def fitted_lobes(fit: FitResult) -> int:
-    """How many lobes were fitted; the file may say one with several of its own."""
-    return len(fit.model.lobes.families)
-
-
 def count_of(count: int, what: str) -> str:
     return f"no {what}" if count == 0 else f"{count} {what}{'s' if count > 1 else ''}"
 
@@ -254,9 +223,8 @@ def count_of(count: int, what: str) -> str:
 def lead(result: Result) -> str:
     """The result in one sentence."""
     brdf = result.brdf
-    order, lobes = fitted_order(result.fit), count_of(fitted_lobes(result.fit), "lobe")
     scale = "in absolute units" if brdf.scale == "absolute" else "on a relative scale: no white reference"
-    text = f"{brdf.symmetry.capitalize()} BRDF of order {order} with {lobes}, {scale}."
+    text = f"{brdf.symmetry.capitalize()} BRDF: {described(brdf)}; {scale}."
     if result.setup is None:
         return f"{text} From {len(result.table)} measured pairs of directions."
     used, out = photos_used(result), len(result.left_out)

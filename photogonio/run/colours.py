@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,8 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.linear.colour_chart import ColourCorrection, colour_correction, srgb_from_xyz
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.photoset import MANIFEST, PhotoSet
-from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.mixing import mixed
 
 _CHANNELS = {"srgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
 _KEY = "[radiometry] colour"
@@ -64,20 +64,4 @@ def correction_note(found: ColourCorrection) -> dict[str, object]:
 def in_colours(brdf: Brdf, to_xyz: np.ndarray, space: str) -> Brdf:
     """The BRDF in linear sRGB or XYZ, by a matrix (3, 3) from the camera's colours to XYZ; exact, since both modes and
     lobes are linear in the channels."""
-    matrix = to_xyz if space == "xyz" else srgb_from_xyz() @ to_xyz
-    errors = np.sqrt(np.square(brdf.standard_errors) @ np.square(matrix).T)
-    return replace(
-        brdf,
-        channels=_CHANNELS[space],
-        coefficients=brdf.coefficients @ matrix.T,
-        standard_errors=errors,
-        lobes=tuple(_lobe(lobe, matrix) for lobe in brdf.lobes),
-    )
-
-
-def _lobe(lobe: Lobe, matrix: np.ndarray) -> Lobe:
-    """Fresnel's factor is f0 + (1 - f0) s: both weight and weight times f0 are mixed."""
-    weight = np.broadcast_to(np.asarray(lobe.weight, float), (3,))
-    mixed = matrix @ weight
-    mixed = np.where(np.abs(mixed) < 1e-12, 1e-12, mixed)
-    return replace(lobe, weight=mixed, f0=matrix @ (weight * np.broadcast_to(lobe.f0, (3,))) / mixed)
+    return mixed(brdf, to_xyz if space == "xyz" else srgb_from_xyz() @ to_xyz, _CHANNELS[space])

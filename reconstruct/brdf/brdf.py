@@ -5,47 +5,30 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf import schema as coefficients
-from photogonio.reconstruct.lobes.schlick import RETRO, ggx, retro
+from photogonio.reconstruct.brdf.errors import Uncertain
+from photogonio.reconstruct.brdf.errors_schema import is_beside, write_beside
+from photogonio.reconstruct.brdf.parameters import slopes
+from photogonio.reconstruct.lobes.lobe import Lobe
+from photogonio.reconstruct.lobes.lobe_sums import add_lobe
 from photogonio.reconstruct.modes import basis as modes
 from photogonio.reconstruct.modes import integrals
 from photogonio.reconstruct.modes.angles import spherical_angles
+from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.modes.quadrature import elevation_rule
 
-
-@dataclass(frozen=True, slots=True)
-class Lobe:
-    """GGX: weight D G2 F / (4 cos_i cos_r), height-correlated Smith G2, Schlick F; or a retro-reflective peak."""
-
-    roughness: float  # GGX alpha
-    f0: np.ndarray  # (c,) base reflectance
-    weight: np.ndarray  # (c,)
-    model: str = (
-        "ggx"  # one of photogonio.reconstruct.lobes.schlick.MODELS; a retro-reflective one has no use for f0
-    )
-    extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
-
-    def evaluate(self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike) -> np.ndarray:
-        """(..., c) BRDF, 1/sr; angles in radians that broadcast together."""
-        if self.model.startswith(RETRO):
-            peak = retro(theta_i, theta_r, dphi, self.roughness, self.model.removeprefix(RETRO))
-            return np.asarray(self.weight, float) * peak[..., None]
-        return np.asarray(self.weight, float) * ggx(theta_i, theta_r, dphi, self.roughness, self.f0)
-
-    def directional_albedo(self, theta_i: ArrayLike) -> np.ndarray:
-        """(..., c) fraction of the light from ``theta_i`` that the lobe sends out."""
-        return integrals.albedo_by_quadrature(self.evaluate, theta_i, self.roughness)
+TURNS = 8  # azimuths of half a turn at which a turning lobe's albedo is averaged
 
 
 @dataclass(frozen=True, slots=True)
 class Brdf:
-    """Sum of all modes (divided by the cosines that ``quantity`` names) and all lobes, 1/sr."""
+    """Sum of all modes (divided by the cosines that ``quantity`` names) and all lobes, 1/sr; 0 below the surface."""
 
     order: int
     channels: tuple[str, ...]
@@ -60,6 +43,8 @@ class Brdf:
     fit: dict[str, object] = field(default_factory=dict)
     source: dict[str, object] = field(default_factory=dict)
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
+    uncertainty: Uncertain | None = None  # of all parameters and of what is beyond them
+    version: int = 2  # of the file; 1 is kept while it says all
 
     def evaluate(
         self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike
@@ -71,17 +56,59 @@ class Brdf:
         """
         angles = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)])
         shape = angles[0].shape
-        ti, pi, tr, pr = modes.flat(*angles)
-        value = self._sum_of_modes(ti, pi, tr, pr)
-        if self.quantity != "brdf":
-            value /= modes.cosines(self.quantity, ti, tr)[:, None]
-        for lobe in self.lobes:
-            value += lobe.evaluate(ti, tr, pr - pi)
+        flat = modes.flat(*angles)
+        value = self._sum_of_modes(*flat)
+        terms = [lobe.terms() for lobe in self.lobes]
+
+        def finish(start: int, stop: int) -> None:
+            part, rows = [angle[start:stop] for angle in flat], value[start:stop]
+            if self.quantity != "brdf":
+                rows /= modes.cosines(self.quantity, part[0], part[2])[:, None]
+            for one in terms:
+                add_lobe(one, part, rows)
+            lowest = np.maximum(np.abs(part[0]), np.abs(part[2]))
+            if not lowest.max() <= 0.5 * np.pi:
+                rows[lowest > 0.5 * np.pi] = 0.0
+                rows[~np.isfinite(sum(part))] = np.nan
+
+        over_rows(finish, len(value))
         return value.reshape(*shape, value.shape[1])
 
     def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         """f (..., c), 1/sr, at unit vectors (..., 3) of the tangent frame that broadcast together."""
         return self.evaluate(*spherical_angles(incident), *spherical_angles(exit))
+
+    def standard_error(
+        self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike
+    ) -> np.ndarray:
+        """One standard error of f (..., c), 1/sr, from the covariance and what is beyond it; NaN where it is not known.
+
+        Angles as for :meth:`evaluate`.
+        """
+        angles = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)])
+        flat = modes.flat(*angles)
+        known = self.uncertainty
+        if known is None:
+            names, spread = (
+                (),
+                np.stack([np.diag(one**2) for one in np.asarray(self.standard_errors, float).T]),
+            )
+        else:
+            names, spread = known.parameters, known.spread()
+        names = names or tuple(map(str, range(len(self.modes))))
+        variance = np.empty((len(flat[0]), len(self.channels)))
+
+        def task(start: int, stop: int) -> None:
+            part = [angle[start:stop] for angle in flat]
+            change = slopes(self, *part, names)
+            taken = np.einsum("npc,cpq,nqc->nc", change, spread, change, optimize=True)
+            if known is not None:
+                beyond = known.relative(part[0], part[2], part[3] - part[1])
+                taken = np.maximum(taken, 0.0) + (beyond[:, None] * self.evaluate(*part)) ** 2
+            variance[start:stop] = taken
+
+        over_rows(task, len(variance), threads=1)
+        return np.sqrt(variance).reshape(*angles[0].shape, variance.shape[1])
 
     def directional_albedo(self, theta_i: ArrayLike, phi_i: ArrayLike = 0.0) -> np.ndarray:
         """(..., c) fraction of the light from (theta_i, phi_i) that is sent out; modes in closed form."""
@@ -89,7 +116,10 @@ class Brdf:
             self.symmetry, self.modes, self.coefficients, self.quantity, theta_i, phi_i
         )
         for lobe in self.lobes:
-            value = value + np.broadcast_to(lobe.directional_albedo(theta_i), value.shape)
+            if lobe.turning:
+                value = value + _albedo_of_turning(lobe, theta_i, phi_i, value.shape)
+            else:
+                value = value + np.broadcast_to(lobe.directional_albedo(theta_i), value.shape)
         return value
 
     def bihemispherical_albedo(self) -> np.ndarray:
@@ -97,13 +127,35 @@ class Brdf:
         value = integrals.bihemispherical_albedo(self.symmetry, self.modes, self.coefficients, self.quantity)
         theta, weight = elevation_rule(8, level=6)
         for lobe in self.lobes:
-            value = value + 2 * (weight * np.cos(theta)) @ lobe.directional_albedo(theta)
+            turns = lobe.azimuth + np.pi * np.arange(TURNS if lobe.turning else 1) / TURNS
+            sent = np.mean([lobe.directional_albedo(theta, turn) for turn in turns], axis=0)
+            value = value + 2 * (weight * np.cos(theta)) @ sent
         return value
 
+    @property
+    def turning(self) -> bool:
+        """Whether f changes when the sample is turned about its normal."""
+        return self.symmetry != "isotropic" or any(lobe.turning for lobe in self.lobes)
+
+    def only(self, channels: list[int]) -> Brdf:
+        """Of some channels alone, by their places."""
+        return replace(
+            self,
+            channels=tuple(self.channels[k] for k in channels),
+            coefficients=self.coefficients[:, channels],
+            standard_errors=self.standard_errors[:, channels],
+            lobes=tuple(lobe.only(channels) for lobe in self.lobes),
+            uncertainty=None if self.uncertainty is None else self.uncertainty.only(channels),
+        )
+
     def save(self, path: Path | str) -> None:
-        """Write the coefficient file (docs/modes.md), whole or not at all. Inverse of :func:`load_brdf`."""
-        text = json.dumps(coefficients.document(self), indent=1, allow_nan=False) + "\n"
-        path = Path(path)
+        """Write the coefficient file (docs/modes.md), whole or not at all. Inverse of :func:`load_brdf`.
+
+        The covariance of more than 150 parameters goes to ``covariance.npz`` beside it.
+        """
+        text, path = _text(coefficients.document(self)), Path(path)
+        if is_beside(self.uncertainty):
+            write_beside(self.uncertainty, path.parent)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as file:
@@ -114,6 +166,10 @@ class Brdf:
             Path(temporary).unlink(missing_ok=True)
 
     def _sum_of_modes(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
+        if not np.any(self.modes):  # none, or the constant alone
+            value = np.empty((len(theta_i), len(self.channels)))
+            value[:] = np.sum(self.coefficients, axis=0) / (2.0 * np.pi)
+            return value
         if self.symmetry == "isotropic":
             return modes.evaluate_isotropic(self.modes, self.coefficients, theta_i, theta_r, phi_r - phi_i)
         evaluate = modes.evaluate_general if self.symmetry == "general" else modes.evaluate_reciprocal
@@ -131,5 +187,28 @@ def load_brdf(path: Path | str) -> Brdf:
         raise InputError(path, error.strerror or "cannot be read") from error
     except ValueError as error:
         raise InputError(path, f"not a JSON file: {error}") from error
-    known, lobes = coefficients.parse(path, document)
-    return Brdf(**known, lobes=tuple(Lobe(**lobe) for lobe in lobes))
+    return Brdf(**coefficients.parse(path, document))
+
+
+def _text(document: dict[str, object]) -> str:
+    """JSON, a key a line; of version 1 with every number on a line of its own, as it always was."""
+    if document["version"] == 1:
+        return json.dumps(document, indent=1, allow_nan=False) + "\n"
+    lines = [
+        f"{json.dumps(key)}: {json.dumps(value, allow_nan=False, separators=(',', ':'))}"
+        for key, value in document.items()
+    ]
+    return "{" + ",\n ".join(lines) + "}\n"
+
+
+def _albedo_of_turning(
+    lobe: Lobe, theta_i: ArrayLike, phi_i: ArrayLike, shape: tuple[int, ...]
+) -> np.ndarray:
+    """(..., c) directional albedo of a lobe of two roughnesses, an azimuth at a time."""
+    theta, phi = np.broadcast_arrays(np.asarray(theta_i, float), np.asarray(phi_i, float))
+    value = np.empty(shape)
+    turns, place = np.unique(phi, return_inverse=True)
+    place = place.reshape(phi.shape)
+    for k, turn in enumerate(turns):
+        value[place == k] = lobe.directional_albedo(theta[place == k], turn)
+    return value

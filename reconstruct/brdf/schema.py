@@ -1,7 +1,8 @@
 """The coefficient file as plain values: what a reader must check, and how a writer keeps what it does not
 know.
 
-JSON, one object (docs/modes.md). Standard errors that are not known are ``null`` in the file and NaN here.
+JSON, one object (docs/modes.md). Standard errors that are not known are ``null`` in the file and NaN here. Version 1,
+with GGX lobes alone and no covariance, is read for good, and written back as such.
 """
 
 from __future__ import annotations
@@ -11,9 +12,15 @@ from typing import Any
 
 import numpy as np
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.lobes.schlick import MODELS
+from photogonio.reconstruct.brdf.errors_schema import errors_document, parse_errors
+from photogonio.reconstruct.brdf.lobe_schema import (
+    first_document,
+    is_of_first_version,
+    lobe_document,
+    parse_lobe,
+)
 
-FORMAT, VERSION = "surface-scattering-modes", 1
+FORMAT, VERSIONS = "surface-scattering-modes", (1, 2)
 _CHOICES = {
     "quantity": ("brdf", "brdf_cos", "brdf_cos_cos"),
     "symmetry": ("isotropic", "reciprocal", "general"),
@@ -33,38 +40,38 @@ _KEYS = {
     "source",
     *_CHOICES,
 }
-_LOBE_KEYS = {"model", "roughness", "f0", "weight"}
+_ERROR_KEYS = {"parameters", "covariance", "beyond"}  # of version 2
 
 
 def document(brdf) -> dict:
     """What the file says of a :class:`reconstruct.brdf.brdf.Brdf`, in JSON's types. Inverse of :func:`parse`."""
-    lobes = [
-        {
-            "model": lobe.model,
-            "roughness": float(lobe.roughness),
-            "f0": _floats(lobe.f0),
-            "weight": _floats(lobe.weight),
-            **lobe.extra,
-        }
-        for lobe in brdf.lobes
-    ]
+    version = 1 if brdf.version == 1 and is_first_version(brdf) else 2
+    lobes = [(first_document if version == 1 else lobe_document)(lobe) for lobe in brdf.lobes]
+    errors = {"standard_errors": _plain(np.asarray(brdf.standard_errors, float))}
+    if brdf.uncertainty is not None:
+        errors = _plain(errors_document(brdf.uncertainty))
     return {
         "format": FORMAT,
-        "version": VERSION,
+        "version": version,
         "quantity": brdf.quantity,
         "symmetry": brdf.symmetry,
         "order": int(brdf.order),
         "channels": list(brdf.channels),
         "modes": np.asarray(brdf.modes, int).tolist(),
         "coefficients": _floats(brdf.coefficients),
-        "standard_errors": _plain(np.asarray(brdf.standard_errors, float)),
-        "lobes": lobes,
+        "lobes": _plain(lobes),
+        **errors,
         "scale": brdf.scale,
         "valid": _plain(brdf.valid),
         "fit": _plain(brdf.fit),
         "source": _plain(brdf.source),
         **_plain(brdf.extra),
     }
+
+
+def is_first_version(brdf) -> bool:
+    """Whether version 1 says all of a BRDF."""
+    return brdf.uncertainty is None and all(is_of_first_version(lobe) for lobe in brdf.lobes)
 
 
 def _floats(values) -> list:
@@ -84,44 +91,53 @@ def _plain(value):
     return value
 
 
-def parse(path: Path | str, document: Any) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Arguments of a Brdf and of its lobes. InputError names the file and the key that cannot be used.
+def parse(path: Path | str, document: Any) -> dict[str, Any]:
+    """Arguments of a Brdf. InputError names the file and the key that cannot be used.
 
-    ``path`` is for the message only. Inverse of :func:`document`.
+    ``path`` is for the message, and for what lies beside the file. Inverse of :func:`document`.
     """
-    _check_format(path, document)
+    version = _check_format(path, document)
     channels = document.get("channels")
     if not isinstance(channels, list) or not channels or not all(isinstance(c, str) for c in channels):
         raise InputError(f"{path}: channels", f"a list of names is needed, not {channels!r}")
     known: dict[str, Any] = {key: _choice(path, document, key) for key in _CHOICES}
     rows = _modes(path, document, known["symmetry"])
     size = (len(rows), len(channels))
-    errors = _array(
-        path, "standard_errors", document.get("standard_errors", np.full(size, np.nan)), size, True
-    )
+    lobes = document.get("lobes", [])
+    if not isinstance(lobes, list) or not all(isinstance(lobe, dict) for lobe in lobes):
+        raise InputError(f"{path}: lobes", "a list of objects is needed")
+    known["lobes"] = tuple(parse_lobe(path, k, lobe, len(channels), version) for k, lobe in enumerate(lobes))
+    known["uncertainty"] = None
+    if version > 1 and _ERROR_KEYS & set(document):
+        known["uncertainty"] = parse_errors(path, document, size, known["lobes"])
+        errors = known["uncertainty"].standard_errors[: len(rows)]
+    else:
+        given = document.get("standard_errors", np.full(size, np.nan))
+        errors = _array(path, "standard_errors", given, size, True)
+    keys = _KEYS if version == 1 else _KEYS | _ERROR_KEYS
     known |= {
+        "version": version,
         "order": _order(path, document, known["symmetry"], rows),
         "channels": tuple(channels),
         "modes": rows,
         "coefficients": _array(path, "coefficients", document.get("coefficients"), size),
         "standard_errors": errors,
-        "extra": {key: value for key, value in document.items() if key not in _KEYS},
+        "extra": {key: value for key, value in document.items() if key not in keys},
     }
     for key in ("valid", "fit", "source"):
         known[key] = document.get(key, {})
         if not isinstance(known[key], dict):
             raise InputError(f"{path}: {key}", f"an object is needed, not {known[key]!r}")
-    lobes = document.get("lobes", [])
-    if not isinstance(lobes, list) or not all(isinstance(lobe, dict) for lobe in lobes):
-        raise InputError(f"{path}: lobes", "a list of objects is needed")
-    return known, [_lobe(path, k, lobe, len(channels)) for k, lobe in enumerate(lobes)]
+    return known
 
 
-def _check_format(path, document) -> None:
+def _check_format(path, document) -> int:
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise InputError(f"{path}: format", f"{FORMAT!r} is needed: this is no coefficient file")
-    if document.get("version") != VERSION:
-        raise InputError(f"{path}: version", f"{VERSION} is understood, not {document.get('version')!r}")
+    version = document.get("version")
+    if isinstance(version, bool) or version not in VERSIONS:
+        raise InputError(f"{path}: version", f"1 and 2 are understood, not {version!r}")
+    return version
 
 
 def _choice(path, document, key) -> str:
@@ -176,17 +192,3 @@ def _array(path, key, given, shape, may_miss=False) -> np.ndarray:
     if not (may_miss or np.isfinite(values).all()):
         raise InputError(f"{path}: {key}", "every number must be finite")
     return values
-
-
-def _lobe(path, place, lobe, channels) -> dict:
-    where = f"lobes[{place}]"
-    model = lobe.get("model")
-    if model not in MODELS:
-        raise InputError(f"{path}: {where}.model", f"one of {', '.join(MODELS)} is needed, not {model!r}")
-    roughness = lobe.get("roughness")
-    if not isinstance(roughness, int | float) or not 0 < roughness <= 1:
-        raise InputError(f"{path}: {where}.roughness", f"a number in (0, 1] is needed, not {roughness!r}")
-    known = {"model": model, "roughness": float(roughness)}
-    for key in ("f0", "weight"):
-        known[key] = _array(path, f"{where}.{key}", lobe.get(key), (channels,))
-    return known | {"extra": {key: value for key, value in lobe.items() if key not in _LOBE_KEYS}}

@@ -16,7 +16,7 @@ def write_csv(brdf: Brdf, path: Path) -> None:
 
     Isotropic: phi_i is 0 and phi_r goes half a turn, since the other half is its mirror image.
     """
-    isotropic = brdf.symmetry == "isotropic"
+    isotropic = not brdf.turning
     polar = np.arange(0.0, _LAST + 1, _STEP)
     turn = np.arange(0.0, 360.0, _TURN)
     phi_i = np.zeros(1) if isotropic else turn

@@ -16,8 +16,8 @@ def write_merl_table(brdf: Brdf, path: Path) -> None:
     Raises:
         InputError: the format cannot hold this BRDF.
     """
-    if brdf.symmetry != "isotropic":
-        raise InputError("--format merl", f"holds isotropic BRDFs only; this one is {brdf.symmetry}")
+    if brdf.turning:
+        raise InputError("--format merl", "holds isotropic BRDFs only; this one changes as the sample turns")
     count = len(brdf.channels)
     if count not in (1, 3):
         raise InputError("--format merl", f"holds three channels; this BRDF has {', '.join(brdf.channels)}")

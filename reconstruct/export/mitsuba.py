@@ -28,8 +28,10 @@ def write_mitsuba(brdf: Brdf, path: Path) -> None:
     Raises:
         InputError: the format, as written here, cannot hold this BRDF.
     """
-    if brdf.symmetry != "isotropic":
-        raise InputError("--format mitsuba", f"holds isotropic BRDFs only; this one is {brdf.symmetry}")
+    if brdf.turning:
+        raise InputError(
+            "--format mitsuba", "holds isotropic BRDFs only; this one changes as the sample turns"
+        )
     if len(brdf.channels) not in (1, 3):
         raise InputError("--format mitsuba", f"holds R, G and B; this BRDF has {', '.join(brdf.channels)}")
     named = set(brdf.channels) == set(CHANNELS)

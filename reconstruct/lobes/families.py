@@ -146,7 +146,7 @@ def turned_roughness(shape: np.ndarray) -> tuple[float, float, float]:
 def _mirror_parts(family: Family, shape: np.ndarray, f0: float, theta_i, theta_r, dphi, phi_i) -> np.ndarray:
     """(2, n) D G / (4 cos_i cos_r), and the same times (1 - cos_h)^5; or a coat's lobe, and its ground of albedo 1."""
     separable, beckmann = family.masking == "separable", family.distribution == "beckmann"
-    roughness, albedo = float(shape[0]), np.empty(0)
+    roughness, albedo = float(shape[0]), np.empty((0, 4))
     if family.fresnel == "dielectric":
         albedo = coat_albedo(separable, beckmann, roughness, float(f0))
     sine2, along = _turned(shape, theta_i, theta_r, dphi, phi_i) if family.turning else _STILL

@@ -11,10 +11,12 @@ from functools import lru_cache
 
 import numba
 import numpy as np
+from photogonio.reconstruct.modes.quadrature import gauss
+from scipy.interpolate import CubicSpline
 
-LAST = 0.5 * np.pi - 1e-3  # angle of incidence, radians
-ANGLES = np.linspace(0.0, LAST, 25)  # of incidence, at which a coat's albedo is known
-TILTS, TURNS = 32, 16  # half vectors: equal shares of the slopes, azimuths of half a turn
+# pieces of the square root of the cosine of incidence, between which a coat's albedo is a cubic; half vectors: Gauss
+# nodes of the slopes' shares, twice, and of the azimuths that reflect upward
+FAST, FINE = (16, 12, 8), (64, 32, 16)
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
@@ -57,53 +59,98 @@ def _beckmann_hidden(cos, roughness):
 
 
 @lru_cache(maxsize=256)
-def coat_albedo(separable: bool, beckmann: bool, roughness: float, f0: float) -> np.ndarray:
-    """Share of the light from each of :data:`ANGLES` that a rough dielectric sends back; the rest enters.
+def coat_albedo(
+    separable: bool, beckmann: bool, roughness: float, f0: float, rule: tuple[int, int, int] = FAST
+) -> np.ndarray:
+    """Share of the light that a rough dielectric sends back, as :func:`cubic_piece` takes it, (pieces, 4); the rest
+    enters.
 
     The mean over half vectors h drawn by D cos_h of F G <i, h> / (cos_i cos_h). Light that meets a second facet
-    counts as entered. Interpolated in the angle it is within 1e-3 of the integral.
+    counts as entered. Within 3e-5 of the integral at incidence below 75 degrees, 3e-4 at 89.5; :data:`FINE` within
+    1e-6 and 1e-5.
     """
-    across, gain = _gains(separable, beckmann, roughness)
-    return _mean_reflected(across, gain, f0)
+    across, gain = _gains(separable, beckmann, roughness, rule)
+    return np.ascontiguousarray(_to_pieces(rule[0]) @ _mean_reflected(across, gain, f0))
+
+
+@lru_cache(maxsize=2)
+def _to_pieces(pieces: int) -> np.ndarray:
+    """(pieces, 4, pieces + 1) a cubic spline's pieces from its values at the nodes."""
+    spline = CubicSpline(np.linspace(0.0, 1.0, pieces + 1), np.eye(pieces + 1))
+    return np.moveaxis(spline.c, 0, 1)
+
+
+@_inline
+def cubic_piece(table, cos):
+    """Pieces (k, 4) of cubics in sqrt(cos), on even pieces of [0, 1]."""
+    place = math.sqrt(max(cos, 0.0)) * len(table)
+    k = min(int(place), len(table) - 1)
+    x = (place - k) / len(table)
+    return ((table[k, 0] * x + table[k, 1]) * x + table[k, 2]) * x + table[k, 3]
 
 
 @lru_cache(maxsize=8)
-def _gains(separable: bool, beckmann: bool, roughness: float) -> tuple[np.ndarray, np.ndarray]:
-    """<i, h> and G <i, h> / (cos_i cos_h), 0 where nothing is reflected; of any Fresnel."""
-    share = (np.arange(TILTS) + 0.5) / TILTS
-    tan2 = -np.log1p(-share) if beckmann else share / (1.0 - share)
-    turns = np.cos((np.arange(TURNS) + 0.5) * np.pi / TURNS)
-    across, gain = np.empty((2, len(ANGLES), TILTS * TURNS))
-    _fill_gains(separable, beckmann, roughness, 1.0 / np.sqrt(1.0 + roughness**2 * tan2), turns, across, gain)
+def _gains(
+    separable: bool, beckmann: bool, roughness: float, rule: tuple[int, int, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """<i, h> and G <i, h> / (cos_i cos_h) times the half vectors' shares, (angles, half vectors); of any Fresnel."""
+    pieces, tilts, turns = rule
+    cosines = np.linspace(0.0, 1.0, pieces + 1) ** 2
+    across, gain = np.empty((2, pieces + 1, 2 * tilts * turns))
+    _fill_gains(separable, beckmann, roughness, cosines, *gauss(tilts), *gauss(turns), across, gain)
     return across, gain
 
 
 @_jit
-def _fill_gains(separable, beckmann, roughness, cos_hs, turns, across, gain):
+def _fill_gains(separable, beckmann, roughness, cosines, nodes, shares, turns, parts, across, gain):
+    a2 = roughness * roughness
     for a in range(len(across)):
-        cos_i, sin_i = math.cos(ANGLES[a]), math.sin(ANGLES[a])
-        for t in range(len(cos_hs)):
-            cos_h = cos_hs[t]
-            upright, aside = cos_i * cos_h, sin_i * math.sqrt(1.0 - cos_h * cos_h)
-            for k in range(len(turns)):
-                j = t * len(turns) + k
-                between = upright + aside * turns[k]
-                cos_r = 2.0 * between * cos_h - cos_i
-                reflected = between > 0.0 and cos_r > 0.0
-                across[a, j], gain[a, j] = min(max(between, 1e-6), 1.0), 0.0
-                if reflected:
+        cos_i = max(cosines[a], 1e-6)
+        sin_i = math.sqrt(1.0 - cos_i * cos_i)
+        # facets tilted by less than half of 90 - theta_i reflect upward whatever their azimuth, by more than half of
+        # 90 + theta_i never
+        bounds = (
+            0.0,
+            _share(beckmann, (1.0 - sin_i) / cos_i, a2),
+            _share(beckmann, (1.0 + sin_i) / cos_i, a2),
+        )
+        j = 0
+        for side in range(2):
+            low, width = bounds[side], bounds[side + 1] - bounds[side]
+            for t in range(len(nodes)):
+                node, part = nodes[t], shares[t]
+                if side == 1:  # the azimuths' reach begins and ends as a square root
+                    node, part = node * node * (3.0 - 2.0 * node), part * 6.0 * node * (1.0 - node)
+                share = min(low + width * node, 1.0 - 1e-15)
+                tan2 = a2 * (-math.log1p(-share) if beckmann else share / (1.0 - share))
+                cos_h = 1.0 / math.sqrt(1.0 + tan2)
+                upright, aside = cos_i * cos_h, sin_i * math.sqrt(1.0 - cos_h * cos_h)
+                # the azimuth from which on the reflected direction is below the surface
+                least = (0.5 * cos_i / cos_h - upright) / max(aside, 1e-30)
+                reach = math.acos(min(max(least, -1.0), 1.0))
+                for k in range(len(turns)):
+                    between = min(max(upright + aside * math.cos(reach * turns[k]), 1e-6), 1.0)
+                    cos_r = max(2.0 * between * cos_h - cos_i, 1e-9)
                     if beckmann:
                         seen = beckmann_visibility(separable, roughness, roughness, cos_i, cos_r)
                     else:
                         seen = ggx_visibility(separable, roughness, roughness, cos_i, cos_r)
-                    gain[a, j] = 4.0 * cos_r * seen * between / cos_h
+                    across[a, j] = between
+                    weight = width * part * parts[k] * (reach / math.pi)
+                    gain[a, j] = 4.0 * cos_r * seen * between / cos_h * weight
+                    j += 1
+
+
+@_inline
+def _share(beckmann, tan, a2):
+    """Of D cos_h, of the facets that are tilted less."""
+    return 1.0 - math.exp(-tan * tan / a2) if beckmann else tan * tan / (a2 + tan * tan)
 
 
 @_jit
 def _mean_reflected(across, gain, f0):
-    reflected, mean = np.empty(across.shape[1]), np.empty(len(across))
+    total = np.zeros(len(across))
     for a in range(len(across)):
-        for j in range(len(reflected)):
-            reflected[j] = dielectric_fresnel(across[a, j], f0) * gain[a, j]
-        mean[a] = reflected.mean()
-    return mean
+        for j in range(across.shape[1]):
+            total[a] += dielectric_fresnel(across[a, j], f0) * gain[a, j]
+    return total

@@ -11,8 +11,8 @@ import math
 import numba
 import numpy as np
 from photogonio.reconstruct.lobes.interface import (
-    LAST,
     beckmann_visibility,
+    cubic_piece,
     dielectric_fresnel,
     ggx_visibility,
 )
@@ -26,7 +26,7 @@ _ggx_density, _beckmann_density = _inline(ggx_density), _inline(beckmann_density
 
 @_jit
 def mirror_parts(angles, separable, beckmann, roughness, f0, albedo, sine2, along, parts):
-    """parts (2, n): D G / (4 cos_i cos_r), and the same times Schlick's (1 - cos_h)^5; or, where ``albedo`` (a,) of a
+    """parts (2, n): D G / (4 cos_i cos_r), and the same times Schlick's (1 - cos_h)^5; or, where ``albedo`` (k, 4) of a
     coat of ``f0`` is given, the coat's lobe and (1 - E(i)) (1 - E(r)) / pi of its ground.
 
     ``angles`` (3, n) are theta_i, theta_r and dphi, radians.
@@ -59,9 +59,7 @@ def mirror_parts(angles, separable, beckmann, roughness, f0, albedo, sine2, alon
         if len(albedo):
             for j in range(count):
                 parts[0, start + j] = lobe[j] * dielectric_fresnel(half[j], f0)
-                entered = (1.0 - _between(albedo, theta_i[start + j])) * (
-                    1.0 - _between(albedo, theta_r[start + j])
-                )
+                entered = (1.0 - cubic_piece(albedo, cos_i[j])) * (1.0 - cubic_piece(albedo, cos_r[j]))
                 parts[1, start + j] = entered / math.pi
         else:
             for j in range(count):
@@ -84,11 +82,3 @@ def _half_vectors(theta_i, theta_r, dphi, start, count, cos_i, cos_r, half, acro
         cos_r[j] = short_sine((0.5 * math.pi - cos_r[j]) + HALF_PI_REST)
         cosine = max(min(cos_i[j] * cos_r[j] + across[j], 1.0), -1.0)
         half[j] = 0.5 * math.sqrt(max(2.0 + 2.0 * cosine, 1e-18))
-
-
-@_inline
-def _between(nodes, theta):
-    """``nodes`` at even angles from 0 to LAST, interpolated; the last beyond."""
-    place = min(theta * ((len(nodes) - 1) / LAST), len(nodes) - 1.0)
-    first = min(int(place), len(nodes) - 2)
-    return nodes[first] + (place - first) * (nodes[first + 1] - nodes[first])

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.integrals import directional_albedo, exit_integral
 from photogonio.reconstruct.modes.parallel import cores
 from photogonio.reconstruct.modes.zernike import zernike_count, zernike_sequence
@@ -47,6 +48,7 @@ TOLERANCE = (
 POLAR, ALBEDO_POLAR = 18, 35  # angles of the grids: 5 and 2.5 degrees apart
 MORE_POLAR = (0, 3, 5)  # of one grid after another
 A_WAVE = 6  # azimuths to the finest mode's wave
+ALBEDO_WAVES = 5  # in azimuth, of a lobe of two roughnesses
 AZIMUTHS = (36, 96)  # at least and at most
 FOLLOWED = TOLERANCE / 6  # valleys less deep are left; the rest is for valleys that the grid does not show
 VALLEYS = 70_000  # followed in a round, times the modes of a hemisphere: some thousands at order 4, 200 at 24
@@ -123,20 +125,50 @@ class _Found:
 
 @dataclass(frozen=True, slots=True)
 class _Albedo:
-    """Directional albedo anywhere: the modes' in closed form, the lobes' by the polar angle alone."""
+    """Directional albedo anywhere: the modes' in closed form, the lobes' by smooth waves in azimuth."""
 
-    lobes: CubicSpline
+    lobes: tuple[_LobeAlbedo, ...]
 
     @classmethod
     def of(cls, brdf: Brdf) -> _Albedo:
-        theta = np.linspace(0.0, HIGHEST, ALBEDO_POLAR)
-        nothing = np.zeros((ALBEDO_POLAR, len(brdf.channels)))
-        return cls(CubicSpline(theta, sum((lobe.directional_albedo(theta) for lobe in brdf.lobes), nothing)))
+        return cls(tuple(_LobeAlbedo.of(lobe) for lobe in brdf.lobes))
+
+    def only(self, c: int) -> _Albedo:
+        """Of one channel."""
+        return _Albedo(tuple(one.only(c) for one in self.lobes))
 
     def at(self, brdf: Brdf, theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
         """(n, c) of ``brdf``, whose lobes are those."""
         modes = directional_albedo(brdf.symmetry, brdf.modes, brdf.coefficients, brdf.quantity, theta, phi)
-        return modes + self.lobes(theta)
+        for lobe in self.lobes:
+            modes = modes + lobe.at(theta, phi)
+        return modes
+
+
+@dataclass(frozen=True, slots=True)
+class _LobeAlbedo:
+    """Directional albedo of a lobe, the same half a turn on and mirrored about its azimuth."""
+
+    waves: CubicSpline  # of theta: (m, c) cos(2 k (phi - azimuth)), the first alone if it does not turn
+    azimuth: float
+
+    @classmethod
+    def of(cls, lobe: Lobe) -> _LobeAlbedo:
+        theta, count = np.linspace(0.0, HIGHEST, ALBEDO_POLAR), ALBEDO_WAVES if lobe.turning else 1
+        turns = 0.5 * np.pi * (np.arange(count) + 0.5) / count
+        sent = np.stack([lobe.directional_albedo(theta, lobe.azimuth + turn) for turn in turns], axis=1)
+        cosines = np.cos(2.0 * np.outer(np.arange(count), turns))
+        shares = np.where(np.arange(count) == 0, 1.0, 2.0)[:, None] / count * cosines
+        return cls(CubicSpline(theta, np.einsum("mt,atc->amc", shares, sent)), lobe.azimuth)
+
+    def only(self, c: int) -> _LobeAlbedo:
+        return _LobeAlbedo(CubicSpline(self.waves.x, self.waves(self.waves.x)[:, :, [c]]), self.azimuth)
+
+    def at(self, theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """(n, c)."""
+        waves = self.waves(theta)
+        turns = 2.0 * (np.asarray(phi) - self.azimuth)[..., None] * np.arange(waves.shape[-2])
+        return np.einsum("...m,...mc->...c", np.cos(turns), waves)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,9 +188,8 @@ class _Channel:
         rows = brdf.modes[:modes]
         basis = Basis(brdf.symmetry, int(rows[:, [0, 2]].max(initial=0)))
         outgoing = exit_integral(brdf.symmetry, rows, np.eye(modes), 1)
-        own = _Albedo(CubicSpline(albedo.lobes.x, albedo.lobes(albedo.lobes.x)[:, [c]]))
         size = float(_sizes(value[0][None], _grid(brdf.order))[0])
-        return cls(_only(brdf, c), basis, modes, value, size, own, outgoing)
+        return cls(brdf.only([c]), basis, modes, value, size, albedo.only(c), outgoing)
 
     def broken(self, change: np.ndarray) -> _Broken:
         """What the coefficients with ``change`` (k,) break by more than the tolerance, at its worst places."""
@@ -246,17 +277,6 @@ def _deepest(where: np.ndarray, lowest: np.ndarray, limit: float) -> np.ndarray:
     below = below[lowest[below] < limit]
     _, first = np.unique(np.round(where[below] / SAME), axis=0, return_index=True)
     return where[below[np.sort(first)[:DEEPEST]]]
-
-
-def _only(brdf: Brdf, c: int) -> Brdf:
-    """One channel of a BRDF."""
-    return replace(
-        brdf,
-        channels=brdf.channels[c : c + 1],
-        coefficients=brdf.coefficients[:, [c]],
-        standard_errors=brdf.standard_errors[:, [c]],
-        lobes=tuple(replace(lobe, f0=lobe.f0[[c]], weight=lobe.weight[[c]]) for lobe in brdf.lobes),
-    )
 
 
 def _grid(order: int) -> DirectionGrid:

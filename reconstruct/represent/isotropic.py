@@ -1,21 +1,22 @@
-"""A fitted model in the coefficient file's terms: height-correlated Schlick lobes with a weight, and modes.
+"""A BRDF in the terms of the file's first version: height-correlated Schlick lobes of GGX with a weight, and modes.
 
-What a lobe of another family has beyond the file's lobe of the same roughness goes into the modes, by least squares
-over the whole hemisphere of pairs. There is no noise in this, so its order may be higher than the order of the fit;
-what still remains is the representation error, and it is reported.
+What another lobe has beyond such a lobe of the same roughness goes into the modes, by least squares over the whole
+hemisphere of pairs. There is no noise in this, so its order may be higher than the order of the fit; what still
+remains is the representation error, and it is stated.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from photogonio.reconstruct.brdf.brdf import Lobe
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
-from photogonio.reconstruct.lobes.families import Family, lobe_columns
+from photogonio.reconstruct.lobes.families import Family
+from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.angles import (
     from_half_difference,
     half_difference,
@@ -28,7 +29,6 @@ FILE_FAMILY = Family("file", "schlick", "correlated", absolute=False)
 JUDGED = np.radians(70.0)  # the error is stated below it
 FADE = np.radians(76.0)  # beyond it the lobe counts less: few photos see it and few pictures show it
 FADE_WIDTH = np.radians(2.5)
-NOTHING = 1e-5  # of the largest coefficient
 BEYOND = 0.02  # weight of what lies beyond, against 1
 PENALTY = 1e-8  # of the weight's sum: keeps fine modes from trading places
 # roughness of the file's lobes that stand for one it does not know, over its own; its own first
@@ -43,116 +43,72 @@ LEAST_REACH = 0.2  # of the half vector's slope: what the nodes of all direction
 
 @dataclass(frozen=True, slots=True)
 class Represented:
-    """The model as the file says it."""
+    """What is said of some lobes."""
 
     order: int
-    coefficients: np.ndarray  # (m, c) of the isotropic basis up to ``order``
-    lobes: tuple[Lobe, ...]
-    error: np.ndarray  # (c,) rms of what is missing, cosine weighted, both angles below 70 degrees, 1/sr
-
-    def rows(self, kept: int) -> np.ndarray:
-        """(k,) places of the modes that say anything, and of the first ``kept`` whatever they say."""
-        size = np.abs(self.coefficients).max(1)
-        return np.flatnonzero((size > NOTHING * size.max()) | (np.arange(len(size)) < kept))
+    coefficients: np.ndarray  # (m, c) of the basis up to ``order``
+    lobes: tuple[Lobe, ...]  # of the first version
+    missing: np.ndarray  # (c,) rms of what is not said, cosine weighted, both angles below 70 degrees, 1/sr
 
 
-def represent(model: Model, order: int) -> Represented:
-    """An isotropic ``model`` in the file's terms with modes up to ``order``, no less than the model's own."""
-    channels, peak = model.coefficients.shape[1], _narrowest(model.lobes)
-    coefficients = np.zeros((len(Basis("isotropic", order).modes), channels))
-    coefficients[: len(model.coefficients)] = model.coefficients
-    lobes: list[Lobe] = []
-    missing: np.ndarray | float = 0.0
-    first = 0
-    for family, shape in zip(model.lobes.families, model.lobes.shapes, strict=True):
-        own = model.lobe_coefficients[first : first + len(family.coefficient_names)]
-        first += len(own)
-        if family.in_file:
-            lobes.append(as_it_is(family, shape, own))
-            continue
-        nearest = _nearest(family, shape, own, order, peak)
-        coefficients += nearest.coefficients
-        lobes += all_weighted(nearest.shapes, nearest.lobe_coefficients, channels)
-        missing = missing + nearest.missing
+def represent(lobes: Sequence[Lobe], channels: int, order: int, *, alone: bool = False) -> Represented:
+    """Isotropic ``lobes`` by modes up to ``order`` and lobes of the first version; by modes ``alone`` if asked."""
+    peak = _narrowest(lobes)
+    grid, _ = _grid(peak)
+    total = np.zeros((len(Basis("isotropic", order).modes), channels))
+    kept, missing = [], np.zeros((len(grid), channels))
+    for lobe in lobes:
+        for part, factors, is_ground in parts_of(lobe):
+            wanted = part.evaluate(grid.theta_i, grid.theta_r, grid.dphi)
+            shapes = () if alone or is_ground else standing_for(lobe)
+            found = _closest(wanted, LobeSet((FILE_FAMILY,) * len(shapes), shapes), order, peak)
+            total += found.coefficients @ factors
+            missing += (found.evaluate(grid) - wanted) @ factors
+            kept += all_weighted(shapes, found.lobe_coefficients, factors)
     judged = _judged(peak)
-    error = np.zeros(channels)
-    if np.ndim(missing):
-        error[:] = np.sqrt(np.average(missing**2, axis=0, weights=judged[judged > 0.0]))
-    return Represented(order, coefficients, tuple(lobes), error)
+    return Represented(order, total, tuple(kept), np.sqrt(np.average(missing**2, axis=0, weights=judged)))
 
 
-def as_it_is(family: Family, shape: np.ndarray, own: np.ndarray) -> Lobe:
-    if family.retro:
-        return Lobe(float(shape[0]), np.ones_like(own[0]), own[0], family.name)
-    if family.absolute:
-        return Lobe(roughness=float(shape[0]), f0=own[0], weight=np.ones_like(own[0]))
-    return _weighted(shape, own, own.shape[1])
+def parts_of(lobe: Lobe) -> Iterator[tuple[Lobe, np.ndarray, bool]]:
+    """Parts of a lobe, each a lobe of k channels with factors (k, c) to its own, and whether it is a ground alone: what
+    all channels share is said alike in all."""
+    if lobe.fresnel != "dielectric" and lobe.model != "retro":
+        yield lobe, np.eye(len(lobe.weight)), False
+        return
+    one, nothing = np.ones(1), np.zeros(1)
+    ground = None if lobe.ground is None else nothing
+    yield replace(lobe, f0=lobe.f0[:1], weight=one, ground=ground), lobe.weight[None], False
+    if lobe.ground is not None:
+        yield replace(lobe, f0=lobe.f0[:1], weight=nothing, ground=one), lobe.ground[None], True
 
 
-def all_weighted(shapes: tuple[np.ndarray, ...], coefficients: np.ndarray, channels: int) -> list[Lobe]:
-    """The file's lobes of roughnesses ``shapes`` with ``coefficients`` (2 lobes, c or 1); none that is nothing."""
-    pairs = np.split(coefficients, len(shapes))
-    return [
-        _weighted(shape, own, channels)
-        for shape, own in zip(shapes, pairs, strict=True)
-        if own.any() or len(pairs) == 1
-    ]
+def all_weighted(shapes: tuple[np.ndarray, ...], coefficients: np.ndarray, factors: np.ndarray) -> list[Lobe]:
+    """Lobes of roughnesses ``shapes`` with ``coefficients`` (2 lobes, k), times ``factors`` (k, c); none that is
+    nothing."""
+    pairs = np.split(coefficients @ factors, len(shapes)) if shapes else []
+    return [_weighted(shape, own) for shape, own in zip(shapes, pairs, strict=True) if own.any()]
 
 
-def _weighted(shape: np.ndarray, own: np.ndarray, channels: int) -> Lobe:
-    """The lobe whose constant and grazing parts are ``own`` (2, c or 1): weight f0 and weight (1 - f0)."""
+def _weighted(shape: np.ndarray, own: np.ndarray) -> Lobe:
+    """The lobe whose constant and grazing parts are ``own`` (2, c): weight f0 and weight (1 - f0)."""
     weight = own.sum(0)
     f0 = np.divide(own[0], weight, out=np.zeros_like(weight), where=weight > 0.0)
-    return Lobe(
-        roughness=float(shape[0]),
-        f0=np.broadcast_to(f0, channels).copy(),
-        weight=np.broadcast_to(weight, channels).copy(),
-    )
+    return Lobe(roughness=float(shape[0]), f0=f0, weight=weight)
 
 
-@dataclass(frozen=True, slots=True)
-class _Nearest:
-    coefficients: np.ndarray  # (m, c or 1)
-    shapes: tuple[np.ndarray, ...]  # (1,) roughness of each lobe
-    lobe_coefficients: np.ndarray  # (2 lobes, c or 1) of the file's family
-    missing: np.ndarray  # (k, c or 1) at the nodes below the limit
+def _narrowest(lobes: Sequence[Lobe]) -> float | None:
+    """The least roughness; None if the usual nodes resolve them all."""
+    least = min((lobe.mean_roughness for lobe in lobes), default=WIDE)
+    return least if least < WIDE else None
 
 
-def _narrowest(lobes: LobeSet) -> float | None:
-    """The least roughness of the lobes that the file does not know; None if the usual nodes resolve them all."""
-    foreign = [
-        float(shape[0])
-        for family, shape in zip(lobes.families, lobes.shapes, strict=True)
-        if not family.in_file
-    ]
-    return min(foreign) if min(foreign, default=WIDE) < WIDE else None
-
-
-def _nearest(family: Family, shape: np.ndarray, own: np.ndarray, order: int, peak: float | None) -> _Nearest:
-    """The file's lobes of about the same roughness, and modes, nearest to a lobe with coefficients ``own`` (q, c), on
-    nodes that resolve a ``peak`` of that roughness.
-
-    A ground under the lobe is said by modes alone, so that all channels keep the same lobe.
-    """
-    grid, _ = _grid(peak)
-    fixed, columns = lobe_columns(family, shape, grid.theta_i, grid.theta_r, grid.dphi)
-    lobes = len(own) - family.has_ground
-    wanted = fixed[:, None] + columns[:, :lobes] @ own[:lobes] if lobes else fixed[:, None]
-    shapes = standing_for(family, shape)
-    found = _closest(wanted, LobeSet((FILE_FAMILY,) * len(shapes), shapes), order, peak)
-    missing = found.evaluate(grid) - wanted
-    coefficients = found.coefficients
-    if family.has_ground:
-        ground = _closest(columns[:, lobes:], LobeSet(), order, peak)
-        coefficients = coefficients + ground.coefficients @ own[lobes:]
-        missing = missing + (ground.evaluate(grid) - columns[:, lobes:]) @ own[lobes:]
-    return _Nearest(coefficients, shapes, found.lobe_coefficients, missing[_judged(peak) > 0.0])
-
-
-def standing_for(family: Family, shape: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Roughnesses (1,) of the file's lobes that a lobe of another family is said by, beside modes."""
-    ratios = (1.0,) if family.turning else RATIOS[family.distribution]
-    return tuple(np.minimum(shape[:1] * ratio, 1.0) for ratio in ratios)
+def standing_for(lobe: Lobe) -> tuple[np.ndarray, ...]:
+    """Roughnesses (1,) of the first version's lobes that another is said by, beside modes; none of a peak about the
+    light itself."""
+    if lobe.model == "retro":
+        return ()
+    ratios = (1.0,) if lobe.turning else RATIOS[lobe.distribution]
+    return tuple(np.array([min(lobe.mean_roughness * ratio, 1.0)]) for ratio in ratios)
 
 
 def _closest(wanted: np.ndarray, lobes: LobeSet, order: int, peak: float | None) -> Model:

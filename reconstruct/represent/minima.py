@@ -73,7 +73,11 @@ def values(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
     theta, azimuth = grid.theta[:: grid.azimuths], grid.phi[: grid.azimuths]
     row, turn = np.divmod(np.arange(len(grid.theta)), grid.azimuths)
     between = (turn[None] - turn[:, None]) % grid.azimuths
-    for lobe in brdf.lobes:  # none turns with the sample
+    for lobe in brdf.lobes:
+        if lobe.turning:
+            phi = grid.phi[:, None]
+            result += np.moveaxis(lobe.evaluate(grid.theta[:, None], grid.theta, grid.phi - phi, phi), -1, 0)
+            continue
         table = np.moveaxis(lobe.evaluate(theta[:, None, None], theta[None, :, None], azimuth), -1, 0)
         result += table[:, row[:, None], row[None], between]
     return result
@@ -230,7 +234,7 @@ class Surface:
         theta_i, phi_i, theta_r, phi_r = np.moveaxis(moved_by(place, moves, self.highest), -1, 0)
         value /= cosines(self.brdf.quantity, theta_i, theta_r)
         for lobe in self.brdf.lobes:
-            value += lobe.evaluate(theta_i, theta_r, phi_r - phi_i)[..., 0]
+            value += lobe.evaluate(theta_i, theta_r, phi_r - phi_i, phi_i)[..., 0]
         return value
 
     def _modes(self, place: np.ndarray, steps: np.ndarray) -> np.ndarray:

@@ -17,9 +17,6 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.model_selection import Candidate, blocks_of
 from photogonio.reconstruct.estimate.weights import independence, level
-from photogonio.reconstruct.lobes.families import F0_BOUNDS
-from photogonio.reconstruct.represent.anisotropic import in_file
-from photogonio.reconstruct.represent.isotropic import Represented
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.covariance import Alternative, Problem, covariance
 from photogonio.reconstruct.uncertainty.lobe_weight import cover_slopes
@@ -77,21 +74,6 @@ class Uncertainty:
     def half_width(self, error: np.ndarray, level: float = 0.95) -> np.ndarray:
         """Half the width of the interval that holds the truth with probability ``level``, from standard errors."""
         return error * float(stdtrit(self.freedom, 0.5 + 0.5 * level))
-
-    def file_errors(self, model: Model, said: Represented) -> np.ndarray:
-        """Standard errors (m, c) of the coefficients in the file's terms."""
-        m, both = self.modes, min(len(said.coefficients), self.modes)
-        known = self.coefficients + len(model.lobes.flat())  # what a lobe covers moves no mode
-        changes = [_represented_change(model, said, p, self.coefficients) for p in range(known)]
-        variance = np.zeros_like(said.coefficients)
-        # of each mode itself, of what the lobes put into it, and of both together
-        for c, cov in enumerate(self.covariance):
-            variance[:both, c] = np.diag(cov)[:both]
-            if changes:
-                lobes, rest = np.stack([change[:, c] for change in changes], axis=1), slice(m, m + known)
-                variance[:, c] += np.einsum("rp,pq,rq->r", lobes, cov[rest, rest], lobes)
-                variance[:both, c] += 2.0 * np.einsum("rp,rp->r", lobes[:both], cov[:both, rest])
-        return np.hypot(np.sqrt(np.maximum(variance, 0.0)), self.scale_error * np.abs(said.coefficients))
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,19 +188,3 @@ def _moved(logs: np.ndarray, p: int, step: float) -> np.ndarray:
     moved = logs.copy()
     moved[p] += step
     return moved
-
-
-def _represented_change(model: Model, said: Represented, p: int, coefficients: int) -> np.ndarray:
-    """(m, c) change of the file's coefficients with lobe parameter ``p``: coefficients first, then shapes."""
-    if all(family.in_file for family in model.lobes.families):
-        return np.zeros_like(said.coefficients)
-    lobes, own = model.lobes, model.lobe_coefficients
-    if p < coefficients:
-        step = max(STEP * float(np.abs(own[p]).max()), F0_BOUNDS[0] * STEP)
-        own = own.copy()
-        own[p] += step
-    else:
-        step = STEP
-        lobes = lobes.with_flat(_moved(lobes.flat(), p - coefficients, step))
-    moved = in_file(Model(model.basis, model.coefficients, lobes, own), said.order)
-    return (moved.coefficients - said.coefficients) / step

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lobes.families import Family
 from photogonio.reconstruct.table.cells import Cells
 
 BULK_F0 = 0.043  # of plastics, lacquers, glasses: index 1.42 to 1.62, the middle
@@ -30,8 +31,23 @@ def cover_slopes(model: Model, cells: Cells) -> np.ndarray:
             continue
         fixed, columns = LobeSet((family,), (shape,)).columns(cells)
         mirror = fixed[:, None] + (0.0 if family.has_ground else 1.0) * columns @ own
-        slopes.append(_spread(float(shape[1]) if family.has_ground else own.max(initial=0.0)) * mirror)
+        slopes.append(_cover(family, shape, own) * mirror)
     return np.stack(slopes, axis=1) if slopes else np.empty((len(cells), 0, model.lobe_coefficients.shape[1]))
+
+
+def covers_of(model: Model) -> list[float]:
+    """Standard deviations of the weights' logarithms of the lobes of weight 1, in their order."""
+    covers, start = [], 0
+    for family, shape in zip(model.lobes.families, model.lobes.shapes, strict=True):
+        own = model.lobe_coefficients[start : start + len(family.coefficient_names)]
+        start += len(own)
+        if family.absolute:
+            covers.append(_cover(family, shape, own))
+    return covers
+
+
+def _cover(family: Family, shape: np.ndarray, own: np.ndarray) -> float:
+    return _spread(float(shape[1]) if family.has_ground else own.max(initial=0.0))
 
 
 def _spread(f0: float) -> float:

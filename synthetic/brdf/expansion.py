@@ -7,7 +7,7 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
-from photogonio.synthetic.brdf.glossy import ggx, schlick
+from photogonio.synthetic.brdf.lobes import lobe_value
 from photogonio.synthetic.brdf.reflectance import PairAngles, Reflectance
 
 COSINES = {"brdf": (0, 0), "brdf_cos": (1, 0), "brdf_cos_cos": (1, 1)}
@@ -57,7 +57,7 @@ def general_mode(mode: tuple[int, ...], pairs: PairAngles, *, reciprocal: bool) 
 
 @dataclass(frozen=True, eq=False)
 class Expansion(Reflectance):
-    """Sum of modes and GGX lobes, as the coefficient file lists them."""
+    """Sum of modes and lobes, as the coefficient file lists them."""
 
     symmetry: str  # "isotropic" | "reciprocal" | "general"
     quantity: str  # "brdf" | "brdf_cos" | "brdf_cos_cos"
@@ -67,7 +67,7 @@ class Expansion(Reflectance):
 
     @property
     def isotropic(self) -> bool:  # type: ignore[override]
-        return self.symmetry == "isotropic"
+        return self.symmetry == "isotropic" and not any(np.ndim(one["roughness"]) for one in self.lobes)
 
     @property
     def reciprocal(self) -> bool:  # type: ignore[override]
@@ -80,12 +80,7 @@ class Expansion(Reflectance):
         of_i, of_r = COSINES[self.quantity]
         total /= (pairs.cos_i**of_i * pairs.cos_r**of_r)[:, None]
         for lobe in self.lobes:
-            rough = float(lobe["roughness"])
-            total += (
-                ggx(pairs, rough, rough)[:, None]
-                * schlick(pairs.cos_d, lobe["f0"])
-                * np.array(lobe["weight"])
-            )
+            total += lobe_value(lobe, pairs)
         return total
 
     def mode(self, mode: tuple[int, ...], pairs: PairAngles) -> np.ndarray:

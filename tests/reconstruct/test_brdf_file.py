@@ -97,7 +97,7 @@ GOOD = {"format": "surface-scattering-modes", "version": 1, "order": 2, "channel
 LOBE = {"model": "ggx", "roughness": 0.3, "f0": [0.04], "weight": [1.0]}
 WRONG = {
     "format": {"format": "other"},
-    "version": {"version": 2},
+    "version": {"version": 3},
     "channels": {"channels": []},
     "quantity": {"quantity": "f"},
     "symmetry": {"symmetry": "round"},

@@ -1,0 +1,102 @@
+"""The numbers that a BRDF consists of, by their names in the coefficient file, and how f changes with each.
+
+Modes come first, in the file's order, then each lobe's numbers; angles are in degrees, as in the file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from photogonio.reconstruct.lobes.lobe import Lobe
+
+STEP = 1e-3  # of a number, in finite differences; degrees of an azimuth times 100
+LEAST = 1e-3  # size of a number of which the step is taken
+_NAME = re.compile(r"lobe (\d+) (.+)")
+
+
+def mode_names(symmetry: str, modes: np.ndarray) -> list[str]:
+    """``S n m l`` of isotropic modes, ``Z n l n' l'`` of others."""
+    letter = "S" if symmetry == "isotropic" else "Z"
+    return [" ".join([letter, *(str(int(n)) for n in row)]) for row in modes]
+
+
+def lobe_numbers(lobe: Lobe) -> tuple[str, ...]:
+    """What a lobe's numbers are called, without the lobe's own name."""
+    names = ("roughness along", "roughness across", "azimuth") if lobe.turning else ("roughness",)
+    if lobe.model == "retro":
+        return (*names, "weight")
+    return (*names, "f0", "weight", "ground") if lobe.model == "coat" else (*names, "f0", "weight")
+
+
+def lobe_parameter(name: str, lobes: Sequence[Lobe]) -> tuple[int, str] | None:
+    """The lobe's place and the number that ``name`` means; None if there is none."""
+    found = _NAME.fullmatch(name)
+    if found is None or int(found[1]) >= len(lobes):
+        return None
+    place, what = int(found[1]), found[2]
+    return (place, what) if what in lobe_numbers(lobes[place]) else None
+
+
+def number_of(lobe: Lobe, what: str) -> np.ndarray:
+    """(c,) the value of a number, the same for all channels where they share it."""
+    shared = {
+        "roughness": lobe.axes[0],
+        "roughness along": lobe.axes[0],
+        "roughness across": lobe.axes[1],
+        "azimuth": float(np.degrees(lobe.azimuth)),
+    }
+    if what in shared:
+        return np.full(len(lobe.weight), shared[what])
+    return np.array(getattr(lobe, what), float)
+
+
+def with_number(lobe: Lobe, what: str, value: np.ndarray) -> Lobe:
+    """A lobe with another value (c,) of a number; the first channel's where all share it."""
+    first = float(value[0])
+    if what == "roughness":
+        return replace(lobe, roughness=first)
+    if what == "roughness along":
+        return replace(lobe, roughness=(first, lobe.axes[1]))
+    if what == "roughness across":
+        return replace(lobe, roughness=(lobe.axes[0], first))
+    if what == "azimuth":
+        return replace(lobe, azimuth=float(np.radians(first)))
+    if what == "f0" and lobe.fresnel == "dielectric":
+        return replace(lobe, f0=np.full_like(value, first))
+    return replace(lobe, **{what: np.asarray(value, float)})
+
+
+def either_side(lobe: Lobe, what: str) -> tuple[Lobe, Lobe, float]:
+    """The lobe with a number a step less and a step more, and what lies between both."""
+    value = number_of(lobe, what)
+    step = 100.0 * STEP if what == "azimuth" else STEP * max(float(np.abs(value).max()), LEAST)
+    return with_number(lobe, what, value - step), with_number(lobe, what, value + step), 2.0 * step
+
+
+def slopes(brdf, theta_i, phi_i, theta_r, phi_r, parameters: Sequence[str]) -> np.ndarray:
+    """(n, p, c) derivatives of f by the parameters; angles (n,), radians. Modes that ``parameters`` name come first."""
+    modes = len(brdf.modes)
+    angles = [np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)]
+    result = np.empty((len(angles[0]), len(parameters), len(brdf.channels)))
+    unit = replace(brdf, lobes=(), uncertainty=None)
+    result[:, :modes] = _mode_slopes(unit, angles)[:, :, None]
+    for p, name in enumerate(parameters[modes:], start=modes):
+        place, what = lobe_parameter(name, brdf.lobes)
+        less, more, between = either_side(brdf.lobes[place], what)
+        ti, pi, tr, pr = angles
+        change = more.evaluate(ti, tr, pr - pi, pi) - less.evaluate(ti, tr, pr - pi, pi)
+        result[:, p] = change / between
+    return result
+
+
+def _mode_slopes(brdf, angles: Sequence[np.ndarray]) -> np.ndarray:
+    """(n, m) of the modes' coefficients."""
+    count = len(brdf.modes)
+    if not count:
+        return np.empty((len(angles[0]), 0))
+    names = tuple(str(k) for k in range(count))
+    unit = replace(brdf, coefficients=np.eye(count), standard_errors=np.zeros((count, count)), channels=names)
+    return unit.evaluate(*angles)

@@ -1,0 +1,30 @@
+"""Version 1 of the coefficient file: modes and GGX lobes alone, which older readers know."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.represent.developed import developed
+
+TOLD = 1e-6  # of the rms of f: less that is lost is rounding
+
+
+def write_modes(brdf: Brdf, path: Path, order: int | None = None) -> str | None:
+    """Write it with modes up to ``order``; what is lost, in words.
+
+    Raises:
+        InputError: the order does not do.
+    """
+    found = developed(brdf, order)
+    found.brdf.save(path)
+    return loss_in_words(found.loss, brdf.channels, found.brdf.order)
+
+
+def loss_in_words(loss: np.ndarray, channels: tuple[str, ...], order: int) -> str | None:
+    """As "modes to order 12 lose 0.1 % of f, rms below 70 degrees (R 0.1, G 0.1, B 0.05 %)"."""
+    if not loss.max(initial=0.0) > TOLD:
+        return None
+    each = ", ".join(f"{name} {100 * one:.2g}" for name, one in zip(channels, loss, strict=True))
+    return f"modes to order {order} lose {100 * loss.max():.2g} % of f, rms below 70 degrees ({each} %)"

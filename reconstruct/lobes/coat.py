@@ -1,0 +1,96 @@
+"""What a coat sends back of the light from each direction, and so what enters it: E(w) of docs/modes.md.
+
+E is an integral over the exit hemisphere, taken once for each coat, and looked up as a smooth function of the square
+root of the cosine: near grazing it changes within angles of the roughness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from photogonio.reconstruct.lobes.interface import FINE, coat_albedo
+from photogonio.reconstruct.lobes.lobe_sums import mirror_values
+from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
+from scipy.interpolate import CubicSpline, PPoly
+
+HARMONICS, TURNING_PIECES = 5, 24  # even waves in azimuth of a coat of two roughnesses, and pieces
+LEAST_FINE = 0.02  # roughness that the rule resolves
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """A rough dielectric surface."""
+
+    along: float  # roughness along the azimuth
+    across: float
+    azimuth: float  # radians
+    beckmann: bool
+    separable: bool
+    f0: float
+
+
+@dataclass(frozen=True, slots=True)
+class CoatAlbedo:
+    """E of one coat."""
+
+    spline: PPoly  # of sqrt(cos): (m,) even waves in azimuth, the first alone if isotropic
+    azimuth: float
+    table: np.ndarray  # (k, 4) as compiled code takes it; (0, 4) where it turns
+    mean: float  # 2 times the integral of E cos dcos, over all azimuths: under even light
+
+    def at(self, cos: np.ndarray, phi: np.ndarray | float = 0.0) -> np.ndarray:
+        """E (...) of directions."""
+        waves = self.spline(np.sqrt(np.maximum(cos, 0.0)))
+        if waves.shape[-1] == 1:
+            return waves[..., 0]
+        turn = 2.0 * (np.asarray(phi, float) - self.azimuth)
+        return np.sum(waves * np.cos(turn[..., None] * np.arange(waves.shape[-1])), axis=-1)
+
+    @property
+    def turning(self) -> bool:
+        return self.spline.c.shape[-1] > 1
+
+    def entered(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
+        """(n,) (1 - E(i)) (1 - E(r))."""
+        return (1.0 - self.at(np.cos(theta_i), phi_i)) * (1.0 - self.at(np.cos(theta_r), phi_r))
+
+
+@lru_cache(maxsize=64)
+def coat_albedo_of(interface: Interface) -> CoatAlbedo:
+    """E of a coat, with weight 1."""
+    if interface.along == interface.across:
+        table = coat_albedo(interface.separable, interface.beckmann, interface.along, interface.f0, FINE)
+        spline = PPoly(np.ascontiguousarray(table.T)[:, :, None], np.linspace(0.0, 1.0, len(table) + 1))
+    else:
+        table, spline = np.empty((0, 4)), _waves(interface)
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    nodes = 0.5 * (nodes + 1.0)
+    # cos dcos = 2 root^3 droot
+    mean = float(np.sum(0.5 * weights * 4.0 * nodes**3 * spline(nodes)[:, 0]))
+    return CoatAlbedo(spline, interface.azimuth, table, mean)
+
+
+def _waves(interface: Interface) -> CubicSpline:
+    """Even waves in azimuth of E, of sqrt(cos)."""
+    root = np.linspace(0.0, 1.0, TURNING_PIECES + 1)
+    turns = 0.5 * np.pi * (np.arange(HARMONICS) + 0.5) / HARMONICS
+    sent = np.stack([_albedo(interface, np.arccos(root**2), turn) for turn in turns], axis=1)
+    cosines = np.cos(2.0 * np.outer(turns, np.arange(HARMONICS)))
+    return CubicSpline(root, sent @ cosines * (np.where(np.arange(HARMONICS) == 0, 1.0, 2.0) / HARMONICS))
+
+
+def _albedo(interface: Interface, theta: np.ndarray, turn: float) -> np.ndarray:
+    """(n,) E at angles ``theta``, ``turn`` radians from the azimuth of the first roughness."""
+    own = (interface.along, interface.across, 0.0, interface.beckmann, interface.separable, interface.f0)
+
+    def value(incident, exit, dphi) -> np.ndarray:
+        total = 0.0
+        for side in (1.0, -1.0):
+            angles = np.broadcast_arrays(incident, turn, exit, turn + side * dphi)
+            flat = [np.asarray(a, float).reshape(-1) for a in angles]
+            total = total + 0.5 * mirror_values(own, flat).reshape(angles[0].shape)
+        return total[..., None]
+
+    return albedo_by_quadrature(value, theta, max(min(interface.along, interface.across), LEAST_FINE))[:, 0]
