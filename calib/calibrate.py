@@ -41,7 +41,7 @@ from photogonio.calib.diagnose.ambient_light import (
     note_beside,
 )
 from photogonio.calib.diagnose.displaced_ball import ball_elsewhere, note_ball, shows_limb
-from photogonio.calib.diagnose.ghosting import ghost_warnings
+from photogonio.calib.diagnose.ghosting import tell_ghosts
 from photogonio.calib.diagnose.glossy_print import shining, white_alone
 from photogonio.calib.diagnose.lamp_beam import Beam, note_beam
 from photogonio.calib.diagnose.moved_lamp import tell_shared_apart
@@ -125,7 +125,9 @@ def calibrate(
     note_falloff(falloff, remarks)
     account(photoset, settled, observations, remarks)
     kept = {view.name for view in views}
-    remarks.warnings += ghost_warnings(reader, settled.camera, photoset.sample, observations, kept)
+    tell_ghosts(
+        reader, settled.camera, photoset.sample, [s for s in observations if s.view.name in kept], remarks
+    )
     doubtful, common = doubted(photoset, settled, views, falloff)
     move = _plane_move(photoset, settled, observations)
     account_plane(photoset, move, remarks)
@@ -138,6 +140,7 @@ def calibrate(
         tuple(remarks.left_out),
         tuple(remarks.warnings),
         remarks.residuals,
+        diagnoses=tuple(remarks.diagnoses),
         mirror_balls=_mirror_balls(photoset, settled),
         boards=tuple(_board(settled, *board) for board in boards),
         ambient=ambient,
@@ -161,7 +164,9 @@ def _with_sample(
         if observation.probe or sample_in_picture(camera, observation.pose, photoset.sample):
             kept.append(observation)
         else:
-            remarks.leave_out(observation.view.name, "the sample lies outside the picture")
+            remarks.leave_out(
+                observation.view.name, "the sample lies outside the picture", "sample-outside-picture"
+            )
     if all(s.probe for s in kept):
         why = remarks.reasons() + _other_unit(photoset)
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + why)
@@ -233,7 +238,9 @@ def usable(
         if why is None:
             kept.append(observation)
         else:
-            remarks.leave_out(observation.view.name, why)
+            remarks.leave_out(
+                observation.view.name, why, "dark-photo" if observation.dark else "unsharp-print"
+            )
     if all(s.probe for s in kept):
         raise InputError(photoset.folder / MANIFEST, "no sample photo can be used: " + remarks.reasons())
     hand_over(observations, kept)
@@ -293,9 +300,13 @@ def _leave_black(observations: list[Observation], shiny: list[str], remarks: Rem
         if reading is not None:
             observation.reading = white_alone(reading)
     remarks.residuals["shining_print"] = shiny
-    remarks.warnings.append(
+    remarks.tell(
+        "glossy-print",
         f"the black print is no even share of the white beside it, in {len(shiny)} photos ({listed(shiny)}): it "
-        "shines, or light spreads in the lens. Only the white is read; print on matte paper, without toner"
+        "shines, or light spreads in the lens. Only the white is read; print on matte paper, without toner",
+        views=tuple(shiny),
+        amount=len(shiny),
+        allowed=True,
     )
 
 
@@ -314,7 +325,7 @@ def _with_lamp(settled: Settled, observations: list[Observation], remarks: Remar
         if why is None:
             kept.append(observation)
         else:
-            remarks.leave_out(observation.view.name, why)
+            remarks.leave_out(observation.view.name, why, "lamp-not-believed")
     return kept
 
 
@@ -336,7 +347,7 @@ def _views(
     for observation, found in zip(lit, read, strict=True):
         name = observation.view.name
         if found is None:
-            remarks.leave_out(name, reader.failed[name])
+            remarks.leave_out(name, reader.failed[name], "unreadable-photo")
             continue
         lights[name], readings[name], channels = found
         entry = settled.lamps[observation.light].entry
@@ -345,7 +356,9 @@ def _views(
         kept.append(observation)
     for name in denied_by_patch(settled, kept, readings):
         remarks.leave_out(
-            name, "the white patch is not lit as by the lamp that the mirror balls seem to show"
+            name,
+            "the white patch is not lit as by the lamp that the mirror balls seem to show",
+            "lamp-not-believed",
         )
         del readings[name]
     kept = [s for s in kept if s.view.name in readings]

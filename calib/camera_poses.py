@@ -9,7 +9,7 @@ from photogonio.calib.adjust.bundle import CameraModel
 from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from photogonio.calib.detect.observation import FIXED_POSE, POSE, Observation, Posed, light_id
 from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
-from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
+from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, tell_views
 from photogonio.calib.diagnose.marker_corners import listed_order, order_warning, reordered
 from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
 from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners, board_points
@@ -63,7 +63,7 @@ def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Rem
     probes = look(reader, photoset.views("probe"), tell, "looking at probe photos")
     boards = look(reader, photoset.views("calibration"), tell, "looking at calibration photos")
     for name, reason in reader.failed.items():
-        remarks.leave_out(name, reason)
+        remarks.leave_out(name, reason, "unreadable-photo")
     if not samples:
         raise InputError(photoset.folder / MANIFEST, "none of the sample photos can be read")
     return Photos(samples, probes, boards)
@@ -74,7 +74,7 @@ def _originals(photoset: PhotoSet, remarks: Remarks) -> tuple[View, ...]:
     views = photoset.views("sample")
     copied = copies(photoset.folder, [v.name for v in views if len(v.photos) == 1])
     for name, original in copied.items():
-        remarks.leave_out(name, f"it is the same file as {original}")
+        remarks.leave_out(name, f"it is the same file as {original}", "copied-photo")
     return tuple(v for v in views if v.name not in copied)
 
 
@@ -100,7 +100,7 @@ def _relisted(board: LooseMarkers, photos: Photos, remarks: Remarks) -> tuple[Lo
     if not orders:
         return board, photos
     board = reordered(board, orders)
-    remarks.warnings.append(order_warning(board, orders))
+    remarks.tell("marker-corner-order", order_warning(board, orders), amount=len(orders), allowed=True)
     points, every = board_points(board), []
     for one in photos.every:
         corners = one.corners
@@ -119,7 +119,7 @@ def find_camera(
     if entry.matrix is not None:
         distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
         camera = Camera(np.asarray(entry.matrix, float), distortion, size)
-        closer = photos.replaced(look_closer(reader, camera, photos.every, tell, remarks.warnings.append))
+        closer = photos.replaced(look_closer(reader, camera, photos.every, tell, remarks))
         return camera, CameraModel(size, distortion, ()), closer
     start = quick_camera(_useful(photos.every, size), size)
     if start is None:
@@ -127,7 +127,7 @@ def find_camera(
             photoset.folder / MANIFEST,
             "too few board corners in every photo to find the camera: give [camera] or calibration photos",
         )
-    closer = photos.replaced(look_closer(reader, start, photos.every, tell, remarks.warnings.append))
+    closer = photos.replaced(look_closer(reader, start, photos.every, tell, remarks))
     return fitted_camera(closer, size, remarks, reader.workers)
 
 
@@ -154,7 +154,7 @@ def fitted_camera(
         names = {boards[k][0] for k in bad}
         for k, reason in bad.items():
             if posed[k][0].view.photos[0].role == "calibration":
-                remarks.leave_out(boards[k][0], reason)
+                remarks.leave_out(boards[k][0], reason, "corners-astray")
         photos = replace(photos, boards=[s for s in photos.boards if s.view.name not in names])
         better = fit_camera([c for n, c, _ in boards if n not in names], size, workers)
         fit = better if better is not None else fit
@@ -192,7 +192,7 @@ def find_poses(
     for one in photos.boards:
         fit = fit_pose(camera, one.corners) if one.corners is not None else None
         if fit is None or one.corners is None:
-            remarks.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree")
+            remarks.leave_out(one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree", "no-pose")
         else:
             boards.append((POSE + one.view.name, one.corners.keep(fit.inlier), fit.pose))
     common = _common_pose(photoset, camera, photos.samples + photos.probes)
@@ -217,7 +217,7 @@ def _sight(
     if fit is None or one.corners is None:
         if one.view.photos[0].role == "sample":
             remarks.leave_out(
-                one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree: no camera pose"
+                one.view.name, f"fewer than {FEWEST_CORNERS} board corners agree: no camera pose", "no-pose"
             )
         return None
     corners = one.corners.keep(fit.inlier)
@@ -253,9 +253,13 @@ def _moved(camera: Camera, pose: Pose, one: Seen, remarks: Remarks) -> bool:
     miss = _misses(camera, pose, one.corners)
     if np.mean(miss > _ASTRAY) <= _MOVED or fit_pose(camera, one.corners) is None:
         return False
-    remarks.warnings.append(
+    remarks.tell(
+        "camera-moved",
         f"{one.view.name}: the board is {np.median(miss):.1f} px off where the fixed camera sees it in the others; "
-        "something moved, so this photo has a pose of its own"
+        "something moved, so this photo has a pose of its own",
+        views=(one.view.name,),
+        amount=float(np.median(miss)),
+        least=_ASTRAY,
     )
     return True
 
@@ -289,7 +293,7 @@ def check_camera(
     ]
     given = photoset.camera.matrix is not None
     if not given:
-        remarks.warnings += view_warnings(camera.size, photos)
+        tell_views(camera.size, photos, remarks)
     _refuse_misfit(
         photoset,
         camera,
@@ -298,10 +302,11 @@ def check_camera(
     )
     if photoset.board is not None:
         lamps = {number for entry in photoset.lights for number in entry.marker_ids}
-        remarks.warnings += board_doubts(photoset.board, camera, boards, lamps)
+        for doubt in board_doubts(photoset.board, camera, boards, lamps):
+            remarks.tell("board-rows", doubt)
     shape = board_shape(model, camera, photos, given)
     if shape is not None:
-        remarks.warnings += shape.warnings()
+        shape.tell(remarks)
         remarks.residuals["board"] = {
             "stretch": shape.stretch,
             "stretch_error": shape.stretch_error,

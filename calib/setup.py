@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.remarks import LeftOut
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere
 
 
@@ -93,12 +95,6 @@ class Falloff:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
-    name: str  # photo
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
 class Setup:
     """Everything calibration found."""
 
@@ -122,6 +118,7 @@ class Setup:
     scale_error: float = (
         0.0  # relative, that all strengths share by what is not known of lens, room and patches
     )
+    diagnoses: tuple[Diagnosis, ...] = ()  # what the warnings tell, by code
 
     @property
     def ball(self) -> Sphere:

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.setup import BoardSetup, Falloff, LeftOut, Light, Marks, Setup, ViewSetup
+from photogonio.calib.remarks import LeftOut
+from photogonio.calib.setup import BoardSetup, Falloff, Light, Marks, Setup, ViewSetup
+from photogonio.capture.diagnosis import by_code, from_codes
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.documents import read_json
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere
@@ -38,7 +40,8 @@ def setup_document(setup: Setup) -> dict[str, object]:
     """What the file says, in JSON's types; NaN is null. Inverse of :func:`setup_of`."""
     plain = _plain(setup)
     assert isinstance(plain, dict)
-    return {"format": _FORMAT, "version": 1} | plain
+    found = _plain(by_code(setup.diagnoses))
+    return {"format": _FORMAT, "version": 1} | plain | {"diagnoses": found}
 
 
 def setup_of(data: object, where: object) -> Setup:
@@ -136,6 +139,7 @@ def _setup(data: Mapping[str, Any]) -> Setup:
         ambient=_optional(data.get("ambient"), c),
         falloff=None if data.get("falloff") is None else _falloff(data["falloff"]),
         scale_error=_given(data.get("scale_error", 0.0)),
+        diagnoses=from_codes(data.get("diagnoses", {})),
     )
 
 

@@ -15,8 +15,10 @@ from photogonio.cache.kept import KeptSetup
 from photogonio.cache.scratch import Scratch
 from photogonio.cache.store import default_store
 from photogonio.calib.calibrate import calibrate as find_setup
-from photogonio.calib.setup import LeftOut, Setup
+from photogonio.calib.remarks import LeftOut
+from photogonio.calib.setup import Setup
 from photogonio.calib.setup_file import save_setup
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Image
 from photogonio.capture.linear.colour_chart import ColourCorrection
@@ -44,7 +46,7 @@ from photogonio.report.summary import (
     fit_choices,
     physics_warnings,
     relit_warning,
-    rescaled,
+    rescaled_photos,
     spoilt_warnings,
 )
 from photogonio.report.trust import DISTRUSTED, faults_of
@@ -110,9 +112,9 @@ def process(
             if not turned:
                 break
             setup = relit(setup, turned, photoset.white_patches)
-            reporter.warn(relit_warning(turned))
+            reporter.tell(relit_warning(turned))
     provenance = _provenance("process", photoset, options, reduced.hashes)
-    known = replace(known, warnings=tuple(reporter.warnings))
+    known = replace(known, diagnoses=tuple(reporter.diagnoses))
     result = replace(_of_photos(known, table, fit, beside, provenance, reporter), seconds=watch.seconds)
     if out is not None:
         write_result(result, Path(out))
@@ -181,7 +183,7 @@ def fit(
             fit=found,
             choices=fit_choices(found),
             left_out=(),
-            warnings=tuple(reporter.warnings),
+            diagnoses=tuple(reporter.diagnoses),
             provenance=provenance,
         )
         result = replace(result, faults=faults_of(result))
@@ -196,8 +198,7 @@ def _fitted_again(
     """The result of photos that were calibrated and reduced before."""
     if known.space != "camera" and options.channels:
         raise InputError("--channels", "all are needed, since the colours are mixed of them")
-    for warning in known.warnings:
-        reporter.warn(warning)
+    reporter.tell(*known.diagnoses)
     found, beside = _fitted_photos(table, known, options, reporter)
     return _of_photos(known, table, found, beside, provenance, reporter)
 
@@ -221,7 +222,7 @@ def _of_photos(
         fit=found,
         choices=(known.level, *fit_choices(found)),
         left_out=(*known.setup.left_out, *left_out),
-        warnings=tuple(reporter.warnings),
+        diagnoses=tuple(reporter.diagnoses),
         provenance=provenance,
         beside=beside,
         coloured=in_colours(found.brdf, known.matrix, known.space) if mixed else None,
@@ -261,7 +262,7 @@ def _calibrated(
     the colours of a chart. ``drawn``: a picture of every photo will be made."""
     again = drawn or photoset.radiometry.vignetting == "cos4"
     radiance = prepare(photoset, decode=scratch.keep if again else _keeping(photoset, scratch))
-    correction = find_correction(photoset, radiance, reporter.warn)
+    correction = find_correction(photoset, radiance, reporter.tell)
     kept = KeptSetup.of(photoset, default_store(), workers)
     setup = kept.load()
     if setup is not None:
@@ -276,8 +277,7 @@ def _calibrated(
     radiance = replace(without_veil(with_vignetting(radiance, setup), setup), decode=scratch.take)
     for note in radiance.notes:
         reporter.say(note)
-    for warning in (*radiance.warnings, *setup.warnings):
-        reporter.warn(warning)
+    reporter.tell(*radiance.diagnoses, *setup.diagnoses)
     told: dict[str, object] = {"radiometry": list(radiance.notes)}
     if correction is not None:
         told["colour"] = correction_note(correction)
@@ -417,18 +417,15 @@ def _announce_photos(
     reporter: Reporter,
 ) -> None:
     for photo in left_out:
-        reporter.warn(f"{photo.name}: left out, {photo.reason}")
-    for warning in spoilt_warnings(beside):
-        reporter.warn(warning)
+        message = f"{photo.name}: left out, {photo.reason}"
+        reporter.tell(Diagnosis("photo-left-out", message, views=(photo.name,)))
+    reporter.tell(*spoilt_warnings(beside))
     _announce(fit, table, reporter)
 
 
 def _announce(found: FitResult, table: FacetTable, reporter: Reporter) -> None:
     """What a fit chose, and what it had to put right."""
-    for name, factor in rescaled(found):
-        reporter.warn(f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected")
-    for warning in (*physics_warnings(found), *clipped(table), *doubts(found)):
-        reporter.warn(warning)
+    reporter.tell(*rescaled_photos(found), *physics_warnings(found), *clipped(table), *doubts(found))
     for choice in fit_choices(found):
         reporter.say(f"{choice.what} {choice.value}: {choice.reason}")
 

@@ -5,15 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from photogonio.calib.setup import LeftOut, Setup
+from photogonio.calib.remarks import LeftOut
+from photogonio.calib.setup import Setup
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.options import Choice
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.fit import FitResult
 from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.report.trust import Fault
 from photogonio.run.circumstances import Circumstances
 from photogonio.run.surroundings import LightAround
 from photogonio.system.provenance import Provenance
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A check that failed."""
+
+    code: str
+    found: str
+    cause: str
+
+    def __str__(self) -> str:
+        return f"{self.found} ({self.code}); likeliest cause: {self.cause}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +39,7 @@ class Result:
     fit: FitResult
     choices: tuple[Choice, ...]
     left_out: tuple[LeftOut, ...]
-    warnings: tuple[str, ...]
+    diagnoses: tuple[Diagnosis, ...]  # what the user is told, by code
     provenance: Provenance
     seconds: Mapping[str, float] = field(default_factory=dict)  # by stage; not written anywhere
     beside: LightAround | None = (
@@ -35,6 +48,11 @@ class Result:
     coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
     known: Circumstances | None = None  # what a fit of photos is told besides their table
     faults: tuple[Fault, ...] = ()  # checks that it fails; none: it may be trusted
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The diagnoses in words."""
+        return tuple(one.message for one in self.diagnoses)
 
     @property
     def brdf(self) -> Brdf:

@@ -28,6 +28,7 @@ from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.geometry.print_map import Print, draw_print
 from photogonio.calib.parallel import Found, Item, abreast
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.signal import Region, Windows, cut
 from photogonio.capture.photoset import Board, CharucoBoard, PhotoSet, View
@@ -225,12 +226,12 @@ def look_closer(
     camera: Camera,
     seen: list[Seen],
     progress: Progress,
-    warn: Callable[[str], None] | None = None,
+    remarks: Remarks | None = None,
 ) -> list[Seen]:
     """The corners of each view again, placed by the whole print around them, those that do not fit left out.
 
-    Where a few photos show that the markers are not where the board's numbers put them, they take no part, and
-    ``warn`` is told.
+    Where a few photos show that the markers are not where the board's numbers put them, they take no part, which is
+    told.
     """
     board = reader.photoset.board
     pattern = draw_print(board) if isinstance(board, CharucoBoard) else None
@@ -247,8 +248,8 @@ def look_closer(
     off = misplaced_markers(board, [(a, b) for a, b in pairs if a is not None and b is not None])
     if off is None:
         return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, found, strict=True)]
-    if warn is not None:
-        warn(misprint_warning(off))
+    if remarks is not None:
+        remarks.tell("markers-misplaced", misprint_warning(off), allowed=True)
     again = reader.abreast(lambda one: _closer(reader, pattern, camera, one, (True,)), seen)
     return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, again, strict=True)]
 

@@ -77,9 +77,15 @@ def note_beside(beside: Beside | None, ambient: np.ndarray | None, remarks: Rema
             if ambient is not None
             else "which is left in what the sample shows, since no paper or patch was weighed against the lamps"
         )
-        remarks.warnings.append(
+        remarks.tell(
+            "ambient-light",
             f"the board is lit by something besides the lamp, by {share:.0%} of what the lamp gives: {allowed}; darken "
-            'the room, or add a photo with the lamp off (role "ambient")'
+            'the room, or add a photo with the lamp off (role "ambient")',
+            amount=float(share),
+            error=float(doubt),
+            least=_BESIDE,
+            sigmas=_SURE_BESIDE,
+            allowed=True,
         )
 
 

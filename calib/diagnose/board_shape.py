@@ -20,6 +20,7 @@ from photogonio.calib.adjust.bundle import (
 from photogonio.calib.detect.observation import Posed
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.remarks import Remarks
 
 _FEW_PHOTOS = 4
 _FRONTAL = 12.0  # degrees: photos tilted less tell little of the focal length
@@ -50,29 +51,37 @@ def _rms(camera: Camera, corners: Corners, pose: Pose) -> float:
     return float(np.sqrt(np.mean((miss**2).sum(1))))
 
 
-def view_warnings(size: tuple[int, int], boards: list[Posed]) -> list[str]:
+def tell_views(size: tuple[int, int], boards: list[Posed], remarks: Remarks) -> None:
     """What the choice of photos leaves undetermined."""
     if not boards:
-        return []
-    warnings = []
+        return
     normals = np.array([pose.rotation[:, 2] for _, _, pose in boards])
     tilt = np.degrees(np.arccos(np.clip(-normals[:, 2], -1, 1)))
     middle = normals.mean(0) / np.linalg.norm(normals.mean(0))
     apart = np.degrees(np.arccos(np.clip(normals @ middle, -1, 1)))
     if len(boards) < _FEW_PHOTOS:
-        warnings.append(f"only {len(boards)} photos tell the camera: take eight or more of the board")
+        remarks.tell(
+            "few-camera-photos",
+            f"only {len(boards)} photos tell the camera: take eight or more of the board",
+            amount=len(boards),
+        )
     if tilt.max() < _FRONTAL:
-        warnings.append(
-            f"all photos are frontal (tilt at most {tilt.max():.0f} degrees): tilt the board by 30 to 45 degrees"
+        remarks.tell(
+            "frontal-photos",
+            f"all photos are frontal (tilt at most {tilt.max():.0f} degrees): tilt the board by 30 to 45 degrees",
         )
     elif apart.max() < _ALIKE:
-        warnings.append("the board is tilted alike in all photos: tilt it in different directions")
+        remarks.tell(
+            "tilted-alike", "the board is tilted alike in all photos: tilt it in different directions"
+        )
     reach = np.array(size, float) / 2
     pixels = np.concatenate([corners.pixels for _, corners, _ in boards])
     outward = np.linalg.norm((pixels - reach) / reach, axis=1) / np.sqrt(2)
     if outward.max() < _OUTER:
-        warnings.append("no corner in the outer third of the picture: its distortion there is a guess")
-    return warnings
+        remarks.tell(
+            "corners-in-middle",
+            "no corner in the outer third of the picture: its distortion there is a guess",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,21 +93,29 @@ class BoardShape:
     bend: np.ndarray  # (3,) sagitta over half the board, in its sizes, along x, y and the diagonal
     bend_error: np.ndarray
 
-    def warnings(self) -> list[str]:
+    def tell(self, remarks: Remarks) -> None:
         """In words, where it is sure and matters."""
-        said = []
         if abs(self.stretch) > max(_SURE * self.stretch_error, _STRETCHED):
             longer = "taller" if self.stretch > 0 else "wider"
-            said.append(
+            remarks.tell(
+                "board-stretched",
                 f"the board is {100 * abs(self.stretch):.2f} % {longer} than the manifest says: printed with "
-                "unequal scales, or square_length is wrong in one direction"
+                "unequal scales, or square_length is wrong in one direction",
+                amount=abs(self.stretch),
+                error=self.stretch_error,
+                least=_STRETCHED,
+                sigmas=_SURE,
             )
         worst = int(np.argmax(np.abs(self.bend) / np.maximum(self.bend_error, 1e-12)))
         if abs(self.bend[worst]) > max(_SURE * self.bend_error[worst], _BENT):
-            said.append(
-                f"the board is not flat (bent by {100 * abs(self.bend[worst]):.1f} % of its size): fix it to a plate"
+            remarks.tell(
+                "board-bent",
+                f"the board is not flat (bent by {100 * abs(self.bend[worst]):.1f} % of its size): fix it to a plate",
+                amount=float(abs(self.bend[worst])),
+                error=float(self.bend_error[worst]),
+                least=_BENT,
+                sigmas=_SURE,
             )
-        return said
 
 
 def board_shape(

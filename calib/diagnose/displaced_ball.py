@@ -106,9 +106,14 @@ def note_ball(photoset: PhotoSet, found: Sphere, remarks: Remarks) -> None:
         "," if found.radius == told.radius else f", with a radius of {found.radius:.3g}, half the manifest's,"
     )
     key = "sample.center" if found.radius == told.radius else "sample.center and sample.radius"
-    remarks.warnings.append(
+    remarks.tell(
+        "displaced-ball",
         f"the sample ball stands {off:.2g} {unit} off the manifest's center, at about [{place}]{size} and is taken to "
-        f"be there: correct {key}"
+        f"be there: correct {key}",
+        amount=off,
+        allowed=True,
+        center=found.center.tolist(),
+        radius=float(found.radius),
     )
 
 

@@ -7,26 +7,27 @@ from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.cones import outline
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.photoset import Plane, Sphere
 
 _TOLD = 0.01  # of the sample's part of the picture
 
 
-def ghost_warnings(
-    reader: Reader, camera: Camera, sample: Sphere | Plane, observations: list[Observation], names: set[str]
-) -> list[str]:
-    """A sentence for each view of ``names`` whose exposures disagree over more than a hundredth of the sample."""
-    told = []
+def tell_ghosts(
+    reader: Reader, camera: Camera, sample: Sphere | Plane, observations: list[Observation], remarks: Remarks
+) -> None:
+    """Tell of each view whose exposures disagree over more than a hundredth of the sample."""
     for observation in observations:
-        if observation.view.name not in names or len(observation.view.photos) < 2:
+        if len(observation.view.photos) < 2:
             continue
         share = _ghost_share(reader, camera, sample, observation)
         if share > _TOLD:
-            told.append(
-                f"{observation.view.name}: something moved between the exposures of its bracket: "
-                f"{share:.0%} of the sample's part of the picture is not used"
+            name = observation.view.name
+            message = (
+                f"{name}: something moved between the exposures of its bracket: {share:.0%} of the sample's part of "
+                "the picture is not used"
             )
-    return told
+            remarks.tell("moved-in-bracket", message, views=(name,), amount=share, least=_TOLD, allowed=True)
 
 
 def _ghost_share(reader: Reader, camera: Camera, sample: Sphere | Plane, observation: Observation) -> float:

@@ -50,7 +50,13 @@ def note_beam(settled: Settled, beam: Beam | None, remarks: Remarks) -> None:
         return
     power, error = settled.values["lamp"][2], np.sqrt(settled.covariance["lamp"][2, 2])
     remarks.residuals["lamp_beam"] = {"power": float(power), "error": float(error)}
-    remarks.warnings.append(
+    remarks.tell(
+        "lamp-beam",
         f"the lamps do not shine alike in all directions: beside the way to the sample their light falls off as the "
-        f"cosine to the power {power:.2f}, allowed for where patch and paper tell how strong they are"
+        f"cosine to the power {power:.2f}, allowed for where patch and paper tell how strong they are",
+        amount=float(power),
+        error=float(error),
+        least=_TOLD,
+        sigmas=_SURE,
+        allowed=True,
     )

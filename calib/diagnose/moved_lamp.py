@@ -144,10 +144,16 @@ def _part(name: str, groups: list[list[_Told]], remarks: Remarks) -> None:
             told.observation.light = f"{name} ({number})"
     lists = [", ".join(t.observation.view.name for t in group[:_NAMED]) for group in wanted[:_NAMED]]
     more = ", and so on" if len(wanted) > _NAMED or any(len(g) > _NAMED for g in wanted) else ""
-    remarks.warnings.append(
+    remarks.tell(
+        "lamp-in-several-places",
         f"photos of light {name!r} show it in directions {np.degrees(worst):.0f} degrees apart, in {len(wanted)} "
         f"places ({'; '.join(lists)}{more}): each is taken as a light of its own; give each place of a lamp an id of "
-        "its own"
+        "its own",
+        amount=float(worst),
+        least=float(SHARED_APART),
+        sigmas=SURE_APART,
+        allowed=True,
+        views=tuple(t.observation.view.name for group in wanted for t in group),
     )
 
 

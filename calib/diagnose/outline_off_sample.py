@@ -62,9 +62,13 @@ def cut_to_sample(
         where = f"{photoset.folder / MANIFEST}: sample.outline"
         raise InputError(where, "the board's print is seen in most of it: the flat sample lies elsewhere")
     corners = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y in kept)
-    remarks.warnings.append(
+    remarks.tell(
+        "outline-off-sample",
         f"the board's print is seen within the flat sample's outline, up to {deepest:.2g} {photoset.length_unit} from "
-        f"its border: the sample is taken to be within [{corners}]; correct sample.outline"
+        f"its border: the sample is taken to be within [{corners}]; correct sample.outline",
+        amount=deepest,
+        allowed=True,
+        outline=kept.tolist(),
     )
     return replace(photoset, sample=replace(plane, outline=kept))
 

@@ -266,7 +266,14 @@ def note_veil(veils: Mapping[str, Veil], remarks: Remarks) -> None:
         if share > 0
         else "the pictures' black is too low"
     )
-    remarks.warnings.append(
+    remarks.tell(
+        "veiling-glare",
         f"{what}: {share:+.2%} (+- {error:.2%}) of white paper. It is taken off: a lens that spreads light (glare; "
-        "keep lamps off it, and clean it) does it, and a wrong [radiometry] black_level"
+        "keep lamps off it, and clean it) does it, and a wrong [radiometry] black_level",
+        amount=abs(share),
+        error=error,
+        least=_LEAST,
+        sigmas=_SURE,
+        allowed=True,
+        share=share,
     )

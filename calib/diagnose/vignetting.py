@@ -157,12 +157,25 @@ def note_falloff(falloff: Falloff | None, remarks: Remarks) -> None:
         "allowed_for": falloff.allowed,
     }
     if falloff.allowed:
-        remarks.warnings.append(
+        remarks.tell(
+            "vignetting",
             f"the lens darkens the corners of its pictures by {-darker:.1%} (+- {error:.1%}): the paper of all photos "
-            'tells it, and it is allowed for; stop down, or take flat photos and say vignetting = "flat"'
+            'tells it, and it is allowed for; stop down, or take flat photos and say vignetting = "flat"',
+            amount=-darker,
+            error=error,
+            least=_DARK,
+            sigmas=_SURE,
+            allowed=True,
+            terms=falloff.terms.tolist(),
         )
     elif told(falloff):
-        remarks.warnings.append(
+        remarks.tell(
+            "dark-corners",
             f"the paper of all photos is darker toward the pictures' corners, by {-darker:.1%} (+- {error:.1%}), but a "
-            "lens that darkens them does not explain it: not allowed for; take flat photos"
+            "lens that darkens them does not explain it: not allowed for; take flat photos",
+            amount=-darker,
+            error=error,
+            least=_DARK,
+            sigmas=_SURE,
+            terms=falloff.terms.tolist(),
         )

@@ -95,8 +95,9 @@ def _as_told(
     doubt = _UNMEASURED if unread else 0.0
     _note_scale(readings, {}, None, remarks)
     if unread:
-        remarks.warnings.append(
-            "neither white patch nor paper can be read in any photo: all lamps are taken as equally strong"
+        remarks.tell(
+            "lamps-unmeasured",
+            "neither white patch nor paper can be read in any photo: all lamps are taken as equally strong",
         )
     lit = [np.pi * r.paper.value / given[n] for n, r in readings.items() if r.paper.value is not None]
     common, source = (np.median(lit, axis=0), "board") if lit else (1.0, "intensity")
@@ -154,9 +155,11 @@ def _make_do(readings: dict[str, StrengthReadings], remarks: Remarks) -> None:
         return
     doubt = float(np.median([(one.error / one.value).max() for one in rough.values()]))
     remarks.residuals["uneven_patches_error"] = doubt
-    remarks.warnings.append(
+    remarks.tell(
+        "patches-uneven",
         f"no white patch is evenly lit in any photo: the scale is by {len(rough)} that are not, by {doubt:.0%} in "
-        "themselves, and as unsure; keep shadows, reflections and the edge of the lamp's beam off them"
+        "themselves, and as unsure; keep shadows, reflections and the edge of the lamp's beam off them",
+        amount=doubt,
     )
     for name, one in rough.items():
         readings[name] = replace(readings[name], patch=one)
@@ -181,9 +184,12 @@ def _leave_unsharp(readings: dict[str, StrengthReadings], remarks: Remarks) -> N
         gained > np.maximum(_SPREAD * lost, WORST * chance)
     )
     for k in np.flatnonzero(blurred):
-        remarks.warnings.append(
+        remarks.tell(
+            "paper-unsharp",
             f"{names[k]}: its paper is not believed: beside the patch it is {-np.expm1(-lost[k]):.0%} darker than in "
-            f"the other photos, and black print {gained[k]:.1%} of white lighter; out of focus, or shaken?"
+            f"the other photos, and black print {gained[k]:.1%} of white lighter; out of focus, or shaken?",
+            views=(names[k],),
+            amount=float(lost[k]),
         )
         unsharp = no_strength("the print is not sharp")
         readings[names[k]] = replace(readings[names[k]], paper=unsharp, black=unsharp)
@@ -228,10 +234,13 @@ def _tell_scatter(readings: dict[str, StrengthReadings], remarks: Remarks) -> No
     log = np.array([np.log(r.patch.value / r.paper.value) for r in both])
     scatter = 1.4826 * float(np.median(np.abs(log - np.median(log, axis=0)), axis=0).max())
     if scatter > _NO_RATIO:
-        remarks.warnings.append(
+        remarks.tell(
+            "patch-and-paper-scatter",
             f"the white patch is not always as bright beside the board's paper: their ratio scatters by {scatter:.0%} "
             "from photo to photo. So it does if photos are not encoded as the manifest says (JPEG, and PNG of 8 bits, "
-            "mostly are sRGB), if the paper is glossy or not flat, or if lights are not where they are taken to be"
+            "mostly are sRGB), if the paper is glossy or not flat, or if lights are not where they are taken to be",
+            amount=scatter,
+            least=_NO_RATIO,
         )
 
 
@@ -255,7 +264,7 @@ def _wider(one: Strength, factor: float) -> Strength:
 
 def _refuse(readings: dict[str, StrengthReadings], name: str, why: str, remarks: Remarks) -> None:
     problem = f"{_REFUSED}: {why}"
-    remarks.warnings.append(f"{name}: {problem}")
+    remarks.tell("patch-not-believed", f"{name}: {problem}", views=(name,))
     readings[name] = replace(readings[name], patch=no_strength(problem))
 
 
@@ -302,8 +311,10 @@ def _fill(
     spread = np.maximum(1.4826 * np.median(np.abs(factors - middle), axis=0), _UNMEASURED * middle)
     for name in missing:
         reading = readings[name]
-        remarks.warnings.append(
-            f"{name}: {reading.patch.problem}; {reading.paper.problem}: its lamp is taken as the others"
+        remarks.tell(
+            "lamp-taken-as-others",
+            f"{name}: {reading.patch.problem}; {reading.paper.problem}: its lamp is taken as the others",
+            views=(name,),
         )
         tied[name] = Tied(middle * given[name], spread * given[name], "intensity")
 
@@ -361,7 +372,13 @@ def _note_scale(
 def _tell_problems(problems: dict[str, str], total: int, remarks: Remarks) -> None:
     """One warning for each reason why a patch was not used; those not believed have theirs."""
     for why in sorted({p for p in problems.values() if not p.startswith(_REFUSED)}):
-        names = [n for n, p in problems.items() if p == why]
+        code, names = "patches-not-used", [n for n, p in problems.items() if p == why]
         if why == DARKER and len(names) >= max(_MOSTLY * total, _FEW):
+            code = "patches-contradict"
             why = "white patches contradict one another, and the brightest for its reflectance is believed: check them"
-        remarks.warnings.append(f"{why}, in {len(names)} of {total} photos ({listed(names)})")
+        remarks.tell(
+            code,
+            f"{why}, in {len(names)} of {total} photos ({listed(names)})",
+            views=tuple(names),
+            amount=len(names),
+        )

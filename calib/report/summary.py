@@ -32,8 +32,10 @@ def account(photoset: PhotoSet, settled: Settled, observations: list[Observation
     remarks.residuals["corner_residual_sigmas"] = settled.corner_rms
     lonely = [lamp.name for lamp in settled.lamps.values() if lamp.one_ray and lamp.kind == "point"]
     if lonely:
-        remarks.warnings.append(
-            f"seen in one mirror ball only, so put as far away as the other lights: {', '.join(lonely)}"
+        remarks.tell(
+            "one-mirror-ball",
+            f"seen in one mirror ball only, so put as far away as the other lights: {', '.join(lonely)}",
+            amount=len(lonely),
         )
     _shared_lights(settled, observations, remarks)
     if settled.scene is not None and settled.shading:
@@ -47,18 +49,27 @@ def account(photoset: PhotoSet, settled: Settled, observations: list[Observation
 def _shared_lights(settled: Settled, observations: list[Observation], remarks: Remarks) -> None:
     """Lights that stood in several places under one name: each photo's paper tells its own, if it shows enough."""
     for lamp in settled.lamps.values():
-        found = [settled.shading.get(s.view.name) for s in observations if s.light == lamp.name]
-        fits = [fit for fit in found if fit is not None]
+        names = tuple(
+            s.view.name for s in observations if s.light == lamp.name and s.view.name in settled.shading
+        )
+        fits = [settled.shading[name] for name in names]
         if lamp.attached or len(fits) < 2:
             continue
         toward = np.array([fit.place / np.linalg.norm(fit.place) for fit in fits])
         apart = np.linalg.norm(toward - np.median(toward, axis=0), axis=1)
-        sure = apart > SURE_APART * np.array([aside(fit) for fit in fits])
+        errors = np.array([aside(fit) for fit in fits])
+        sure = apart > SURE_APART * errors
         worst = apart[sure].max(initial=0.0)
         if worst > SHARED_APART:
-            remarks.warnings.append(
+            remarks.tell(
+                "lamp-in-several-places",
                 f"photos of light {lamp.name!r} show it in directions {np.degrees(worst):.0f} degrees apart: give each "
-                "place of a lamp an id of its own"
+                "place of a lamp an id of its own",
+                amount=float(worst),
+                error=float(errors.max()),
+                sigmas=SURE_APART,
+                least=float(SHARED_APART),
+                views=names,
             )
 
 
@@ -99,14 +110,19 @@ def _sample(photoset: PhotoSet, settled: Settled, remarks: Remarks) -> None:
     }
     moved = float(np.linalg.norm(shift))
     if not believed(photoset, settled):
-        remarks.warnings.append(
+        remarks.tell(
+            "sample-not-believed",
             f"the sample ball seems to stand {moved:.3g} {photoset.length_unit} off the manifest's center: "
             "not believed, the manifest's is kept; check sample.center, sample.radius, and with a ruler whether the "
-            "board's squares are as long as the manifest says"
+            "board's squares are as long as the manifest says",
+            amount=moved,
         )
     elif moved > SAMPLE_PLACE * sample.radius:
-        remarks.warnings.append(
-            f"the sample ball stands {moved:.3g} {photoset.length_unit} off the manifest's center; this is allowed for"
+        remarks.tell(
+            "sample-moved",
+            f"the sample ball stands {moved:.3g} {photoset.length_unit} off the manifest's center; this is allowed for",
+            amount=moved,
+            allowed=True,
         )
 
 
@@ -127,29 +143,41 @@ def account_plane(photoset: PhotoSet, move: PlaneMove | None, remarks: Remarks) 
         "growth_error": error[6:],
     }
     if not move.plausible:
-        remarks.warnings.append(
+        remarks.tell(
+            "flat-sample-not-believed",
             "the flat sample's edges are not where the manifest puts them: not believed, the manifest's are kept; "
-            "check sample.outline and sample.height"
+            "check sample.outline and sample.height",
         )
         return
     tilt, sure = move.tilt
     if tilt > max(_SURE_TILT * sure, _TILTED):
-        remarks.warnings.append(
+        remarks.tell(
+            "flat-sample-tilted",
             f"the flat sample is tilted by {np.degrees(tilt):.1f} degrees against the board, "
-            "and is taken as level: lay it flat"
+            "and is taken as level: lay it flat",
+            amount=tilt,
+            error=sure,
+            least=float(_TILTED),
+            sigmas=_SURE_TILT,
         )
     far = np.abs(move.values[:4]) > np.maximum(_SURE_TILT * move.errors[:4], move.expected[:4])
     if far.any():
         unit = photoset.length_unit
-        remarks.warnings.append(
+        remarks.tell(
+            "flat-sample-moved",
             f"the flat sample lies {x:+.2g}, {y:+.2g} {unit} beside its outline and {height:+.2g} {unit} higher "
-            "than in the manifest; this is allowed for"
+            "than in the manifest; this is allowed for",
+            allowed=True,
+            shift=[x, y, height],
         )
     grown = np.abs(move.values[6:]) > np.maximum(_SURE_TILT * move.errors[6:], move.expected[6:])
     if grown.any():
-        remarks.warnings.append(
+        remarks.tell(
+            "flat-sample-size",
             f"the flat sample is {wider:+.1%} larger along x and {deeper:+.1%} along y than its outline in the "
-            "manifest; this is allowed for"
+            "manifest; this is allowed for",
+            allowed=True,
+            growth=[wider, deeper],
         )
 
 
@@ -173,19 +201,28 @@ def _balls(photoset: PhotoSet, settled: Settled, observations: list[Observation]
         place = ", ".join(f"{v:g}" for v in ball.center)
         moved = float(np.linalg.norm(shift))
         if moved > _BALL_ASTRAY * BALL_PLACE * ball.radius:
-            remarks.warnings.append(
+            remarks.tell(
+                "mirror-ball-moved",
                 f"mirror ball {k + 1} (at {place}) seems to stand {moved:.3g} {photoset.length_unit} elsewhere: "
-                "check its center and radius"
+                "check its center and radius",
+                amount=moved,
+                ball=k + 1,
             )
         elif others and rms[k] > _BALL_MISSES * max(min(others), 0.25):
-            remarks.warnings.append(
-                f"mirror ball {k + 1} (at {place}) contradicts the others: its highlights miss by {rms[k]:.1f} px"
+            remarks.tell(
+                "mirror-ball-contradicts",
+                f"mirror ball {k + 1} (at {place}) contradicts the others: its highlights miss by {rms[k]:.1f} px",
+                amount=rms[k],
+                ball=k + 1,
             )
     if settled.highlight_scale > _CONTRADICTED:
-        remarks.warnings.append(
+        remarks.tell(
+            "balls-and-paper-contradict",
             "what the mirror balls show and how the paper is lit contradict each other, by "
             f"{settled.highlight_scale:.0f} times what their errors allow: lights are uncertain. A lens that darkens "
-            "the corners does it (vignetting), and so do mirror balls that are not where the manifest says"
+            "the corners does it (vignetting), and so do mirror balls that are not where the manifest says",
+            amount=float(settled.highlight_scale),
+            least=_CONTRADICTED,
         )
     if told:
         remarks.residuals["mirror_balls"] = told

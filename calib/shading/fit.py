@@ -13,7 +13,7 @@ from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.visibility import direct
 from photogonio.calib.shading.derivatives import slopes
 from photogonio.calib.shading.model import LightOnPaper, LitPaper, ShadingScene, Weighing, lit, median_ratio
-from photogonio.calib.shading.model_error import Shown, shown
+from photogonio.calib.shading.model_error import ErrorShown, shown
 from photogonio.calib.shading.parameters import EVEN, LOCAL, THROWN
 
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
@@ -45,7 +45,7 @@ class ShadingFit:
     cost: float  # mean robust loss
     level: float  # of white paper by the lamp alone, in the middle of the board's samples, radiance
     beside: np.ndarray  # (2,) the same by light that is everywhere, as the paper alone has it, and its error
-    shown: Shown  # of the model's error in shadows
+    shown: ErrorShown  # of the model's error in shadows
 
     @property
     def place(self) -> np.ndarray:

@@ -24,7 +24,7 @@ _NOTHING = 1e-9  # of the largest
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ErrorShown:
     """What one view's squares show, in units of all that the view tells."""
 
     beyond: float  # squared scores beyond what else there is
@@ -33,7 +33,7 @@ class Shown:
     squared: float  # sum of the same squared
 
 
-NOTHING = Shown(0.0, 0.0, 0.0, 0.0)
+NOTHING = ErrorShown(0.0, 0.0, 0.0, 0.0)
 
 
 def shown(
@@ -43,7 +43,7 @@ def shown(
     square: np.ndarray,
     share: np.ndarray,
     factor: float,
-) -> Shown:
+) -> ErrorShown:
     """From weighted scores (count, n) and residuals (n,) of samples that tell of the error, in standard errors.
 
     ``normal`` (count, count) is the information of all samples, ``square`` (n,) that in which a sample lies, ``share``
@@ -60,7 +60,7 @@ def shown(
     total = float((np.linalg.solve(free, summed[:, :, None]) ** 2).sum())
     each, size = (parts**2).sum(0), np.trace(lever, axis1=1, axis2=2)
     rest = float(each @ (1 - factor**2 * share))
-    return Shown(total - rest, float(each @ share), float(size.sum()), float(size @ size))
+    return ErrorShown(total - rest, float(each @ share), float(size.sum()), float(size @ size))
 
 
 def _whitening(normal: np.ndarray) -> np.ndarray:
@@ -71,7 +71,7 @@ def _whitening(normal: np.ndarray) -> np.ndarray:
     return (axes[:, strong] / np.sqrt(size[strong])).T * scale
 
 
-def pooled(views: Iterable[Shown]) -> float:
+def pooled(views: Iterable[ErrorShown]) -> float:
     """Of the expected error, what all views show together."""
     found = list(views)
     beyond, expected = sum(v.beyond for v in found), sum(v.expected for v in found)

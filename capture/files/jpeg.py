@@ -16,14 +16,14 @@ GAIN_MAP = (b"http://ns.adobe.com/hdr-gain-map/", b"urn:iso:std:iso:ts:21496")  
 
 
 @dataclass(frozen=True, slots=True)
-class About:
+class JpegHeader:
     size: tuple[int, int]  # width, height
     components: int
     gain_map: bool
     exif: bytes
 
 
-def about(path: Path) -> About:
+def about(path: Path) -> JpegHeader:
     """Raises ValueError, saying why, if the file has no frame or one of colours that are not read."""
     frame, gain_map, exif = None, False, b""
     with path.open("rb") as file:
@@ -41,7 +41,7 @@ def about(path: Path) -> About:
     if components not in (1, 3):
         colours = "CMYK" if components == 4 else f"{components} components"
         raise ValueError(f"holds {colours}; expected gray or RGB")
-    return About((width, height), components, gain_map, exif)
+    return JpegHeader((width, height), components, gain_map, exif)
 
 
 def segments(file: BinaryIO) -> Iterator[tuple[int, bytes]]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
 from photogonio.capture.linear.reader import RadianceReader
@@ -18,14 +19,14 @@ from photogonio.capture.radiance import RadianceImage
 TOO_FULL = 0.01  # share of saturated pixels that spoils a dark or flat frame
 
 Read = TypeVar("Read", Signal, RadianceImage)
-Warnings = tuple[str, ...]
+Unread = tuple[Diagnosis, ...]  # frames that were left out
 
 
-def dark_frame(reader: RadianceReader) -> tuple[Dark | None, Warnings]:
+def dark_frame(reader: RadianceReader) -> tuple[Dark | None, Unread]:
     photos = [photo for photo in reader.photoset.photos if photo.role == "dark"]
     if not photos:
         return None, ()
-    kept, warnings = usable(
+    kept, unread = usable(
         reader,
         [View((photo,)) for photo in photos],
         lambda view: reader.signal(view.photos[0]),
@@ -33,16 +34,16 @@ def dark_frame(reader: RadianceReader) -> tuple[Dark | None, Warnings]:
     )
     black_known = reader.photoset.radiometry.black_level is not None or reader.sensor.encoding.black > 0
     exposures = [reader.exposures[view.name] for view, _ in kept]
-    return dark_of([signal for _, signal in kept], exposures, black_known=black_known), warnings
+    return dark_of([signal for _, signal in kept], exposures, black_known=black_known), unread
 
 
-def ambient_light(reader: RadianceReader) -> tuple[dict[str | None, RadianceImage], Warnings]:
+def ambient_light(reader: RadianceReader) -> tuple[dict[str | None, RadianceImage], Unread]:
     """Mean radiance of the ambient photos by the light that they name; None: for all other views."""
-    kept, warnings = usable(reader, reader.photoset.views("ambient"), reader.exposed)
+    kept, unread = usable(reader, reader.photoset.views("ambient"), reader.exposed)
     by_light: dict[str | None, list[RadianceImage]] = {}
     for view, image in kept:
         by_light.setdefault(view.light, []).append(image)
-    return {light: mean_image(images) for light, images in by_light.items()}, warnings
+    return {light: mean_image(images) for light, images in by_light.items()}, unread
 
 
 def mean_image(images: Sequence[RadianceImage]) -> RadianceImage:
@@ -51,19 +52,19 @@ def mean_image(images: Sequence[RadianceImage]) -> RadianceImage:
     return RadianceImage(value, variance, ~full, full)
 
 
-def flat_field(reader: RadianceReader) -> tuple[np.ndarray | None, Warnings]:
+def flat_field(reader: RadianceReader) -> tuple[np.ndarray | None, Unread]:
     """What radiance is multiplied by, (h, w, c), where the manifest asks for a flat field."""
     photoset = reader.photoset
     if photoset.radiometry.vignetting != "flat":
         return None, ()
-    kept, warnings = usable(
+    kept, unread = usable(
         reader,
         photoset.views("flat"),
         reader.exposed,
         full="a flat field, but much of it is saturated",
     )
     try:
-        return flat_gain(*mean_signal([image for _, image in kept])), warnings
+        return flat_gain(*mean_signal([image for _, image in kept])), unread
     except ValueError as error:
         raise InputError(photoset.folder / kept[0][0].name, str(error)) from error
 
@@ -78,7 +79,7 @@ def vignetting(reader: RadianceReader, camera: Rays | None) -> np.ndarray | None
 
 def usable(
     reader: RadianceReader, views: Iterable[View], read: Callable[[View], Read], *, full: str | None = None
-) -> tuple[list[tuple[View, Read]], Warnings]:
+) -> tuple[list[tuple[View, Read]], Unread]:
     """What can be read of some views, and why others cannot.
 
     ``full`` is what is said of a saturated one, if that matters. Raises the first view's InputError if none
@@ -96,4 +97,4 @@ def usable(
             faults.append(error)
     if faults and not kept:
         raise faults[0]
-    return kept, tuple(f"left out: {fault}" for fault in faults)
+    return kept, tuple(Diagnosis("unreadable-frame", f"left out: {fault}") for fault in faults)

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.exposure import Exposure, combine, filled, stepped
 from photogonio.capture.files.images import Header, Image, read_header, read_image
@@ -64,16 +65,21 @@ def prepare(
         exposures=exposures,
         fields=fields,
         notes=(*notes, *(() if loose else steps), *told.notes(photoset, headers), sensor_note(sensor)),
-        warnings=(*assumed, *loose, *told.doubts(photoset, headers), *doubts(photoset, images[0], sensor)),
+        diagnoses=(
+            *assumed,
+            *(Diagnosis("exposure-steps", line, allowed=True) for line in loose),
+            *told.doubts(photoset, headers),
+            *doubts(photoset, images[0], sensor),
+        ),
         decode=decode,
     )
     dark, unread = dark_frame(reader)
-    reader = replace(reader, dark=dark, warnings=reader.warnings + unread)
+    reader = replace(reader, dark=dark, diagnoses=reader.diagnoses + unread)
     ambient, unread = ambient_light(reader)
-    reader = replace(reader, ambient=ambient, warnings=reader.warnings + unread)
+    reader = replace(reader, ambient=ambient, diagnoses=reader.diagnoses + unread)
     flat, unread = flat_field(reader)
     gain = vignetting(reader, camera) if flat is None else flat
-    return replace(reader, gain=gain, warnings=reader.warnings + unread)
+    return replace(reader, gain=gain, diagnoses=reader.diagnoses + unread)
 
 
 def cancels(photoset: PhotoSet) -> bool:
@@ -85,7 +91,7 @@ def cancels(photoset: PhotoSet) -> bool:
 
 def with_missing(
     photoset: PhotoSet, exposures: Mapping[str, Exposure]
-) -> tuple[dict[str, Exposure], tuple[str, ...]]:
+) -> tuple[dict[str, Exposure], tuple[Diagnosis, ...]]:
     """Exposures with those that some photos of the sample lack, where a white patch or a board's paper tells the lamp's
     strength in each photo and nothing is subtracted, so that they hardly count; and what is to be said of them."""
     if not cancels(photoset):
@@ -93,9 +99,14 @@ def with_missing(
     sample = [photo for photo in photoset.photos if photo.role in ("sample", "probe")]
     found, lacking = filled(exposures, sample)
     return found, tuple(
-        f"no {field}, neither in the manifest nor in EXIF, in {len(files)} of {len(sample)} photos "
-        f"({', '.join(files[:NAMED])}{', ...' if len(files) > NAMED else ''}): taken as the others', which counts only "
-        "where neither white patch nor paper can be read"
+        Diagnosis(
+            "exposure-assumed",
+            f"no {field}, neither in the manifest nor in EXIF, in {len(files)} of {len(sample)} photos "
+            f"({', '.join(files[:NAMED])}{', ...' if len(files) > NAMED else ''}): taken as the others', which counts "
+            "only where neither white patch nor paper can be read",
+            amount=len(files),
+            views=tuple(files),
+        )
         for field, files in lacking.items()
     )
 
@@ -182,22 +193,33 @@ def sensor_of(photoset: PhotoSet, images: Sequence[Image], encoding: Encoding) -
     return sensor if noise else replace(sensor, noise=noise_of(sensor, images))
 
 
-def doubts(photoset: PhotoSet, image: Image, sensor: Sensor) -> tuple[str, ...]:
+def doubts(photoset: PhotoSet, image: Image, sensor: Sensor) -> tuple[Diagnosis, ...]:
     """What may be wrong with the set and cannot be told from it."""
     found = []
     if image.lossy and sensor.encoding.kind == "linear" and not image.tone.told:
         found.append(
-            'the photos are JPEG and read as linear; set [radiometry] encoding = "srgb" if a camera wrote them'
+            Diagnosis(
+                "jpeg-as-linear",
+                'the photos are JPEG and read as linear; set [radiometry] encoding = "srgb" if a camera wrote them',
+            )
         )
     loose = any(photo.role == "ambient" and photo.light is None for photo in photoset.photos)
     still = photoset.camera.fixed or photoset.camera.rotation is not None
     if loose and not still and len(photoset.views("sample")) > 1:
         found.append(
-            "ambient photos name no light and [camera] fixed is not set: they are subtracted from all photos"
-            " as if the camera had not moved"
+            Diagnosis(
+                "ambient-camera-moved",
+                "ambient photos name no light and [camera] fixed is not set: they are subtracted from all photos"
+                " as if the camera had not moved",
+            )
         )
     if sensor.noise.source == "assumed":
-        found.append("the photos are too small or too full to measure their noise; a usual one is assumed")
+        found.append(
+            Diagnosis(
+                "noise-assumed",
+                "the photos are too small or too full to measure their noise; a usual one is assumed",
+            )
+        )
     return tuple(found)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.exposure import FIELDS, Exposure
 from photogonio.capture.files.images import Image, read_image
@@ -57,8 +58,13 @@ class RadianceReader:
     veil: Mapping[str, np.ndarray] = field(default_factory=dict)  # (c,) radiance over whole photos, by view
     ambient: Mapping[str | None, RadianceImage] = field(default_factory=dict)  # by light
     notes: tuple[str, ...] = ()  # what was found of the sensor, in words
-    warnings: tuple[str, ...] = ()  # what a person should look at
+    diagnoses: tuple[Diagnosis, ...] = ()  # what a person should look at
     decode: Callable[..., Image] = read_image  # or one of the same arguments that keeps what it decoded
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The diagnoses in words."""
+        return tuple(one.message for one in self.diagnoses)
 
     def read(self, view: View, roi: Region | Windows | None = None) -> RadianceImage:
         """Radiance of a view, or of its region ``[x0, x1) x [y0, y1)``, or of windows.

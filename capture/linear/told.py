@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.files.images import Header
 from photogonio.capture.files.tone import LINEAR, SRGB, Curve, Tone, difference
 from photogonio.capture.photoset import MANIFEST, PhotoSet, Radiometry
@@ -23,28 +24,31 @@ def notes(photoset: PhotoSet, headers: Mapping[str, Header]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def doubts(photoset: PhotoSet, headers: Mapping[str, Header]) -> tuple[str, ...]:
+def doubts(photoset: PhotoSet, headers: Mapping[str, Header]) -> tuple[Diagnosis, ...]:
     """What the files say that the manifest contradicts, or that nobody says."""
     found = [
-        f"{photos(files)} {doubt}" for doubt, files in grouped((f, h.doubts) for f, h in headers.items())
+        Diagnosis("file-doubtful", f"{photos(files)} {doubt}", amount=len(files), views=tuple(files))
+        for doubt, files in grouped((f, h.doubts) for f, h in headers.items())
     ]
     curve = stated(photoset.radiometry)
     if curve is not None:
         key = f'{MANIFEST}: [radiometry] encoding = "{photoset.radiometry.encoding}"'
         against = ((f, contradiction(curve, h.tone)) for f, h in headers.items())
         for what, files in grouped(against):
-            found.append(
+            message = (
                 f'{photos(files)} {what}; {key} is obeyed. encoding = "auto" would take what the files say'
             )
+            found.append(Diagnosis("encoding-contradicted", message, amount=len(files), views=tuple(files)))
     if photoset.radiometry.encoding == "auto":
         silent = [
             file for file, head in headers.items() if not head.tone.told and head.tone.source == "8 bits"
         ]
         if silent:
-            found.append(
+            message = (
                 f"{photos(silent)} of 8 bits, name no tone curve, nor does [radiometry] encoding: read as sRGB; set "
                 'encoding = "linear" if their codes are in proportion to light'
             )
+            found.append(Diagnosis("encoding-untold", message, amount=len(silent), views=tuple(silent)))
     return tuple(found)
 
 

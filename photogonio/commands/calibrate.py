@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from photogonio.capture.diagnosis import by_code
 from photogonio.pipeline import calibrate
 from photogonio.report.calibration_text import calibration_lines
 from photogonio.report.marked_photos import pictures_folder
@@ -52,6 +53,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         "residuals": setup.residuals,
         "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in setup.left_out],
         "warnings": setup.warnings,
+        "diagnoses": by_code(setup.diagnoses),
         "trust": trust_numbers(faults),
         "out": args.out,
     }

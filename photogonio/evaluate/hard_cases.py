@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.schema import did_you_mean
 from photogonio.compare.metrics import Directions
@@ -21,7 +22,6 @@ from photogonio.pipeline import process
 from photogonio.reconstruct.fit import FitResult
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.report.summary import rescaled
 from photogonio.result import Result
 from photogonio.synthetic.scene.hard_cases import (
     ACCURATE,
@@ -49,7 +49,7 @@ class HardResult:
     error_70: float = math.nan  # relative L2 below 70 degrees, worst channel
     valid: float = math.nan  # degrees
     left_out: tuple[str, ...] = ()  # photos
-    told: tuple[str, ...] = ()  # warnings, photos left out with their reason, photos rescaled
+    told: tuple[Diagnosis, ...] = ()  # faults found, photos left out and rescaled among them
 
     @property
     def within(self) -> bool:
@@ -125,15 +125,13 @@ def measure(case: HardCase, sets: Path) -> HardResult:
         return HardResult(refused=str(error))
     truth = load_known(folder / TRUTH)
     error, stated = error_and_interval(result, truth)
-    told = [f"{photo.name}: left out, {photo.reason}" for photo in result.left_out]
-    told += [f"{name}: scale off by {factor - 1:+.1%}" for name, factor in rescaled(result.fit)]
     return HardResult(
         error=error,
         stated=stated,
         error_70=float(against(result.brdf, truth, INNER).measures["relative_l2"].max()),
         valid=result.brdf.valid.get("theta_r_max", 90.0),
         left_out=tuple(photo.name for photo in result.left_out),
-        told=tuple(dict.fromkeys([*told, *result.warnings])),
+        told=result.diagnoses,
     )
 
 
@@ -149,9 +147,9 @@ def judged(case: HardCase, found: HardResult, plain: float) -> Outcome:
         passed = passed and named
         said += ", the bad photo named" if named else ", the bad photo NOT named"
     elif case.must == TOLD:
-        telling = next((line for line in found.told if any(word in line for word in case.telling)), "")
-        passed = passed or bool(telling)
-        said += f", told: {telling}" if telling else ", not told"
+        telling = next((one for one in found.told if one.code in case.telling), None)
+        passed = passed or telling is not None
+        said += f", told: {telling.message}" if telling is not None else ", not told"
     elif case.must == ACCURATE:
         passed = passed and found.error_70 <= _SLACK * plain
         said += f", {100 * found.error_70:.2f} % below 70 degrees, the plain set {100 * plain:.2f} %"
@@ -160,11 +158,11 @@ def judged(case: HardCase, found: HardResult, plain: float) -> Outcome:
     return Outcome(case.name, case.must, bool(passed), said, found.error, found.stated, found.error_70)
 
 
-def names_faulty(told: Iterable[str], fault: FaultScene) -> bool:
-    """Whether every photo with a fault of its own is named in what is told."""
+def names_faulty(told: Iterable[Diagnosis], fault: FaultScene) -> bool:
+    """Whether every photo with a fault of its own is among those that what is told concerns."""
     faulty = [*fault.two_lamps, *(view for view, _ in fault.mislabelled)]
-    text = "\n".join(told)
-    return bool(faulty) and all(f"s{k:03d}" in text for k in faulty)
+    named = {Path(name).stem for one in told for name in one.views}
+    return bool(faulty) and all(f"s{k:03d}" in named for k in faulty)
 
 
 def error_and_interval(result: Result, truth: Known) -> tuple[float, float]:

@@ -77,7 +77,7 @@ class Report:
     leading_modes: Table
     all_modes: Table
     calibration: Sequence[Section]  # empty for tabulated measurements
-    warnings: Sequence[str]
+    warnings: Sequence[tuple[str, str]]  # code, as in docs/diagnoses.md, and words
     left_out: Sequence[tuple[str, str]]  # photo, reason
     provenance: Table
 

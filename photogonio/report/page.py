@@ -125,10 +125,10 @@ def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
     )
 
 
-def _other_warnings(result: Result) -> list[str]:
-    """Warnings but for those of left-out photos, which have a table of their own."""
-    told = tuple(f"{photo.name}: left out" for photo in result.left_out)
-    return [warning for warning in result.warnings if not warning.startswith(told)]
+def _other_warnings(result: Result) -> list[tuple[str, str]]:
+    """Codes and words of what is told, but for left-out photos, which have a table of their own."""
+    out = tuple(f"{photo.name}: left out" for photo in result.left_out)
+    return [(one.code, one.message) for one in result.diagnoses if not one.message.startswith(out)]
 
 
 def _cards(result: Result) -> list[Card]:

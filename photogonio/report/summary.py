@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from photogonio.calib.setup import LeftOut
+from photogonio.calib.remarks import LeftOut
+from photogonio.capture.diagnosis import Diagnosis, by_code
 from photogonio.options import Choice
 from photogonio.reconstruct.brdf.lobe_schema import lobe_document
 from photogonio.reconstruct.brdf.words import described
@@ -55,53 +56,78 @@ def rescaled(fit: FitResult) -> list[tuple[str, float]]:
     ]
 
 
+def rescaled_photos(fit: FitResult) -> list[Diagnosis]:
+    """The same, to be told."""
+    return [
+        Diagnosis(
+            "photo-rescaled",
+            f"{name}: {factor - 1:+.1%} off the scale of the other photos; corrected",
+            amount=abs(factor - 1),
+            views=(name,),
+            allowed=True,
+        )
+        for name, factor in rescaled(fit)
+    ]
+
+
 def contradicted_photos(fit: FitResult) -> tuple[LeftOut, ...]:
     """Photos that were reduced, and that the fit left out."""
     names = fit.diagnostics["views left out"]
     return tuple(LeftOut(name, "the other photos contradict it at the same directions") for name in names)
 
 
-def physics_warnings(fit: FitResult) -> list[str]:
+def physics_warnings(fit: FitResult) -> list[Diagnosis]:
     """What the fit had to be held to, or breaks too firmly to be held to."""
     found = fit.diagnostics["physics"]
     if found.get("contradicted"):
         return [
-            "the data ask for more light out than came in, or for less than none, by more than their errors allow: "
-            "the scale, a light or the stray light is wrong somewhere, or the law has no bound near grazing"
+            Diagnosis(
+                "physics-contradicted",
+                "the data ask for more light out than came in, or for less than none, by more than their errors allow: "
+                "the scale, a light or the stray light is wrong somewhere, or the law has no bound near grazing",
+            )
         ]
     if found["held"]:
         least, albedo = found["least f"], found["largest albedo"]
         return [
-            f"the plain fit broke physics (least f {least:.3g} 1/sr, largest albedo {albedo:.3f}) by more than its "
-            f"error; held to it, by {found['standard errors moved']:.1f} standard errors"
+            Diagnosis(
+                "physics-held",
+                f"the plain fit broke physics (least f {least:.3g} 1/sr, largest albedo {albedo:.3f}) by more than its "
+                f"error; held to it, by {found['standard errors moved']:.1f} standard errors",
+            )
         ]
     return []
 
 
-def doubts(fit: FitResult) -> list[str]:
+def doubts(fit: FitResult) -> list[Diagnosis]:
     """What the photos did not look at, and whether they agree where several did."""
-    cells, told = fit.cells, []
+    cells = fit.cells
+    told: list[Diagnosis] = []
     if not cells.binned:
         return told
     apart = fit.diagnostics["contradiction"]
     if apart is not None and apart > CONTRADICTED:
         told.append(
-            f"the photos contradict one another at the same directions, by {apart:.0%} in the middle: the sample or "
-            "the board moved, lights are not what they are taken for, or the sample is not alike everywhere"
+            Diagnosis(
+                "photos-contradict",
+                f"the photos contradict one another at the same directions, by {apart:.0%} in the middle: the sample "
+                "or the board moved, lights are not what they are taken for, or the sample is not alike everywhere",
+            )
         )
     across = np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi)
     along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
-    for where, cosine, what in (
-        ("the light's own direction", along + across, "a retro-reflective peak"),
-        ("the mirror direction", along - across, "a gloss"),
+    for code, where, cosine, what in (
+        ("retro-unseen", "the light's own direction", along + across, "a retro-reflective peak"),
+        ("mirror-unseen", "the mirror direction", along - across, "a gloss"),
     ):
         nearest = np.degrees(np.arccos(np.clip(cosine.max(), -1.0, 1.0)))
         if nearest > UNSEEN:
-            told.append(f"no photo looks within {nearest:.0f} degrees of {where}: {what} there was not seen")
+            message = f"no photo looks within {nearest:.0f} degrees of {where}: {what} there was not seen"
+            told.append(Diagnosis(code, message, amount=float(nearest), least=UNSEEN))
     return told + _steep(fit)
 
 
-def _steep(fit: FitResult) -> list[str]:
+def _steep(fit: FitResult) -> list[Diagnosis]:
     """A gloss that was seen from above alone; or, where none was found, that none could be that begins toward grazing,
     as a sheen does."""
     cells, lobes = fit.cells, fit.model.lobes
@@ -114,16 +140,23 @@ def _steep(fit: FitResult) -> list[str]:
     most = float(np.degrees(seen.max()))
     if not glosses:
         return [
-            f"light and camera were no more than {2 * most:.0f} degrees apart: what a sheen or gloss adds toward "
-            "grazing was not seen; look at the sample from lower, or put lamps lower opposite the camera"
+            Diagnosis(
+                "gloss-unseen-at-grazing",
+                f"light and camera were no more than {2 * most:.0f} degrees apart: what a sheen or gloss adds toward "
+                "grazing was not seen; look at the sample from lower, or put lamps lower opposite the camera",
+            )
         ]
     return [
-        f"the gloss was seen at no more than {most:.0f} degrees of incidence: how much brighter it "
-        "grows toward grazing is extrapolated; look at the sample from lower, or put lamps lower opposite the camera"
+        Diagnosis(
+            "gloss-extrapolated",
+            f"the gloss was seen at no more than {most:.0f} degrees of incidence: how much brighter "
+            "it grows toward grazing is extrapolated; look at the sample from lower, or put lamps lower opposite the "
+            "camera",
+        )
     ]
 
 
-def clipped(table: FacetTable) -> list[str]:
+def clipped(table: FacetTable) -> list[Diagnosis]:
     """Photos exposed so long that what the sample reflects most light to was lost."""
     used = np.bincount(table.group, table.count, minlength=len(table.groups))
     lost = table.left_out[:, LEFT_OUT.index("saturated")] if len(table.left_out) else np.zeros(len(used))
@@ -131,29 +164,38 @@ def clipped(table: FacetTable) -> list[str]:
     if not (share > CLIPPED).any():
         return []
     return [
-        f"the sample is clipped in {(share > CLIPPED).sum()} of {len(share)} photos, {share.max():.0%} of it in "
-        f"{table.groups[int(np.argmax(share))]}: its brightest directions were not measured; expose less"
+        Diagnosis(
+            "sample-clipped",
+            f"the sample is clipped in {(share > CLIPPED).sum()} of {len(share)} photos, {share.max():.0%} of it in "
+            f"{table.groups[int(np.argmax(share))]}: its brightest directions were not measured; expose less",
+        )
     ]
 
 
-def relit_warning(turned: Sequence[TurnedLight]) -> str:
+def relit_warning(turned: Sequence[TurnedLight]) -> Diagnosis:
     worst = max(turned, key=lambda one: one.angle)
-    return (
+    return Diagnosis(
+        "lights-turned",
         f"{len(turned)} lights turned to where the sample's shading has them rather than the highlights, "
-        f"{worst.id} most, by {np.degrees(worst.angle):.1f} degrees"
+        f"{worst.id} most, by {np.degrees(worst.angle):.1f} degrees",
+        amount=float(worst.angle),
+        allowed=True,
     )
 
 
-def spoilt_warnings(beside: LightAround) -> list[str]:
+def spoilt_warnings(beside: LightAround) -> list[Diagnosis]:
     """What was left out because nobody knows how much light the surroundings throw on the sample."""
     spoilt = beside.spoilt
     if spoilt is None or not (spoilt.pixels or spoilt.typical > TOLD_STRAY):
         return []
     share = spoilt.pixels / spoilt.of
     return [
-        "the light that the surroundings throw on the sample cannot be known, since "
-        f"{beside.why}: {spoilt.pixels} pixels ({share:.1%}) where it may be more than {spoilt.beyond:.0%} of the "
-        f"value are left out; it may be {spoilt.typical:.1%} in the middle one"
+        Diagnosis(
+            "surroundings-unknown",
+            "the light that the surroundings throw on the sample cannot be known, since "
+            f"{beside.why}: {spoilt.pixels} pixels ({share:.1%}) where it may be more than {spoilt.beyond:.0%} of the "
+            f"value are left out; it may be {spoilt.typical:.1%} in the middle one",
+        )
     ]
 
 
@@ -202,6 +244,7 @@ def numbers(result: Result) -> dict[str, object]:
         },
         "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in result.left_out],
         "warnings": result.warnings,
+        "diagnoses": by_code(result.diagnoses),
         "trust": trust_numbers(result.faults),
         "source": result.provenance.to_dict(),
     }

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from photogonio.report.misfit import relative_misfit, shared_misfit
+from photogonio.result import Fault
 
 if TYPE_CHECKING:
     from photogonio.calib.setup import Setup
@@ -43,18 +44,6 @@ class Check:
     means: str  # when it fails
     cause: str  # the likeliest
     found: Callable[..., str]  # what was found, in words; empty where the check holds
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """A check that failed."""
-
-    code: str
-    found: str
-    cause: str
-
-    def __str__(self) -> str:
-        return f"{self.found} ({self.code}); likeliest cause: {self.cause}"
 
 
 def _board(setup: Setup) -> str:

@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from photogonio.calib.setup import LeftOut, Setup
+from photogonio.calib.remarks import LeftOut
+from photogonio.calib.setup import Setup
 from photogonio.calib.setup_file import setup_document, setup_of
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Plane
 from photogonio.options import Choice
@@ -38,7 +40,7 @@ class Circumstances:
     symmetry: str  # that the manifest asks for, or the sample's shape
     level: Choice
     left_out: tuple[LeftOut, ...] = ()  # photos that could not be reduced
-    warnings: tuple[str, ...] = ()  # before the fit
+    diagnoses: tuple[Diagnosis, ...] = ()  # before the fit
     space: str = "camera"  # colours that the manifest asks for
     matrix: np.ndarray | None = None  # (3, 3) from the camera's to XYZ, where it asks for others
 
@@ -81,7 +83,7 @@ def packed(known: Circumstances) -> dict[str, np.ndarray]:
         "symmetry": known.symmetry,
         "level": [known.level.what, known.level.value, known.level.reason],
         "left_out": [[one.name, one.reason] for one in known.left_out],
-        "warnings": list(known.warnings),
+        "diagnoses": [one.to_dict() for one in known.diagnoses],
         "space": known.space,
         "matrix": None if known.matrix is None else known.matrix.tolist(),
         "brightness": None if shown.brightness is None else dict(shown.brightness),
@@ -138,7 +140,7 @@ def _circumstances(told: Mapping[str, Any], arrays: Mapping[str, np.ndarray], wh
         symmetry=symmetry,
         level=Choice(*map(str, told["level"])),
         left_out=tuple(LeftOut(str(name), str(reason)) for name, reason in told["left_out"]),
-        warnings=tuple(map(str, told["warnings"])),
+        diagnoses=tuple(map(Diagnosis.from_dict, told["diagnoses"])),
         space=str(told["space"]),
         matrix=None if matrix is None else np.array(matrix, float).reshape(3, 3),
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.colour_chart import ColourCorrection, colour_correction, srgb_from_xyz
 from photogonio.capture.linear.reader import RadianceReader
@@ -18,7 +19,7 @@ _KEY = "[radiometry] colour"
 
 
 def find_correction(
-    photoset: PhotoSet, radiance: RadianceReader, warn: Callable[[str], None]
+    photoset: PhotoSet, radiance: RadianceReader, tell: Callable[[Diagnosis], None]
 ) -> ColourCorrection | None:
     """By the set's chart photos; None without any, or with a warning if none of them will do.
 
@@ -35,7 +36,7 @@ def find_correction(
     except InputError as error:
         if asked:
             raise
-        warn(f"{error}: the chart is of no use, colours stay the camera's")
+        tell(Diagnosis("chart-unusable", f"{error}: the chart is of no use, colours stay the camera's"))
         return None
 
 

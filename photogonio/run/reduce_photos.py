@@ -18,7 +18,8 @@ import numpy as np
 
 from photogonio.cache.kept import code_key, key_of
 from photogonio.cache.store import Store
-from photogonio.calib.setup import LeftOut, Setup, ViewSetup
+from photogonio.calib.remarks import LeftOut
+from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Image
 from photogonio.capture.linear.reader import RadianceReader
@@ -214,7 +215,7 @@ def _shared_key(
     reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions, around: PhotoAround | None
 ) -> str:
     """Of all that bears on any view's table."""
-    # exposures and veils, which views hold, bear on single ones; folder, notes and warnings on none
+    # exposures and veils, which views hold, bear on single ones; folder, notes and diagnoses on none
     frames = (reader.dark, reader.gain, reader.ambient)
     sensor = (reader.channels, reader.size, reader.sensor, reader.fields, reader.photoset.radiometry)
     place = (setup.camera, setup.sample, setup.channels)

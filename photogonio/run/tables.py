@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.options import Options
 from photogonio.reconstruct.goniometer.read import read_samples
@@ -49,7 +50,7 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
     for note in samples.notes:
         reporter.say(f"{path.name}: {note}")
     for warning in samples.warnings:
-        reporter.warn(f"{path.name}: {warning}")
+        reporter.tell(Diagnosis("table-as-read", f"{path.name}: {warning}"))
     return TableRead(samples_table(samples), "absolute")
 
 

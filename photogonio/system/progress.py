@@ -6,6 +6,8 @@ import sys
 import time
 from collections.abc import Sequence
 
+from photogonio.capture.diagnosis import Diagnosis
+
 _LINE_EVERY = 5.0  # seconds between plain progress lines
 _BAR_AFTER = 1.0  # seconds before a bar appears
 
@@ -15,7 +17,7 @@ class Reporter:
 
     def __init__(self, *, quiet: bool = False, json: bool = False):
         self.quiet = quiet
-        self.warnings: list[str] = []
+        self.diagnoses: list[Diagnosis] = []
         self.failed = False  # the command did its work, and what it found is a failure
         self.distrusted = False  # results were written, and a check says that they are not to be trusted
         self._out = sys.stderr if json else sys.stdout
@@ -28,8 +30,18 @@ class Reporter:
             self.clear()
             print(text, file=self._out, flush=True)
 
+    @property
+    def warnings(self) -> list[str]:
+        """What was told, in words."""
+        return [one.message for one in self.diagnoses]
+
+    def tell(self, *found: Diagnosis) -> None:
+        """Warn of what was found, and keep it for the result."""
+        self.diagnoses += found
+        for one in found:
+            self.warn(one.message)
+
     def warn(self, text: str) -> None:
-        self.warnings.append(text)
         if not self.quiet:
             self.clear()
             print(f"warning: {text}", file=sys.stderr, flush=True)

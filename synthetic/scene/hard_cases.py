@@ -14,7 +14,8 @@ from photogonio.synthetic.scene.scene import load_scene
 
 @dataclass(frozen=True, slots=True)
 class HardCase:
-    """A scene, what must happen to it in one sentence, and the words of which one tells of its fault."""
+    """A scene, what must happen to it in one sentence, and the codes (docs/diagnoses.md) of which one tells of its
+    fault."""
 
     name: str
     scene: Scene
@@ -92,7 +93,7 @@ def black() -> Scene:
     return changed(matte, sensor={"bits": 8, "encoding": "srgb"})
 
 
-# name: what must happen, the scene, words of which one tells of the fault
+# name: what must happen, the scene, codes of which one tells of the fault
 CASES: dict[str, tuple[Any, ...]] = {
     PLAIN: (IN_INTERVAL, satin),
     "one-light": (IN_INTERVAL, lambda: satin(lamp={"count": 1, "elevation": (60.0, 60.0)})),
@@ -117,13 +118,23 @@ CASES: dict[str, tuple[Any, ...]] = {
         IN_INTERVAL,
         lambda: satin(sensor={"gain_electrons": 200.0, "read_noise_electrons": 0.5}),
     ),
-    "wrong-patch": (TOLD, wrong_patch, "patch", "white", "paper", "more than all light"),
+    "wrong-patch": (
+        TOLD,
+        wrong_patch,
+        "patch-not-believed",
+        "patch-and-paper-scatter",
+        "patches-contradict",
+        "patches-uneven",
+        "physics-contradicted",
+    ),
     "two-lamps": (NAMED, lambda: satin(fault={"two_lamps": (5,)})),
     "moved-sample": (
         TOLD,
         lambda: satin(fault={"moved_after": 5, "moved_by": (3.0, -2.0, 0.0)}),
-        "the sample",
-        "the ball",
+        "sample-moved",
+        "sample-not-believed",
+        "displaced-ball",
+        "photos-contradict",
     ),
     "mislabelled": (NAMED, mislabelled),
 }

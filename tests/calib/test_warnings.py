@@ -17,7 +17,7 @@ from photogonio.calib.detect.observation import FIXED_POSE, start_over
 from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.diagnose.allowances import NO_FALLOFF, settle_allowing
 from photogonio.calib.diagnose.ambient_light import light_beside, note_beside
-from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, view_warnings
+from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, tell_views
 from photogonio.calib.diagnose.lamp_beam import beam_of, note_beam
 from photogonio.calib.diagnose.unusable_photos import contradiction
 from photogonio.calib.diagnose.vignetting import brighten, note_falloff
@@ -89,6 +89,15 @@ class Drawn:
     def said(self, text: str) -> bool:
         return any(text in warning for warning in self.remarks.warnings)
 
+    def told(self, code: str) -> bool:
+        return code in self.remarks.codes()
+
+
+def view_codes(size, photos) -> list[str]:
+    remarks = Remarks()
+    tell_views(size, photos, remarks)
+    return remarks.codes()
+
 
 def posed(drawn: Drawn, chosen: list[int] | None = None):
     """Calibration photos as (name, corners, true pose)."""
@@ -100,35 +109,35 @@ def test_a_good_set_is_not_complained_of():
     drawn = Drawn(3)
     drawn.settled()
     # the drawn photos of the board do leave the pictures' corners empty
-    assert [w for w in drawn.remarks.warnings if "outer third" not in w] == []
+    assert set(drawn.remarks.codes()) <= {"corners-in-middle"}
     assert drawn.remarks.left_out == []
 
 
 def test_frontal_photos():
     drawn = Drawn(1)
     boards = [(n, c, replace(p, rotation=np.diag([1.0, -1, -1]))) for n, c, p in posed(drawn)]
-    assert any("tilt the board" in w and "frontal" in w for w in view_warnings(SIZE, boards))
-    assert not any("frontal" in w for w in view_warnings(SIZE, posed(drawn)))
+    assert "frontal-photos" in view_codes(SIZE, boards)
+    assert "frontal-photos" not in view_codes(SIZE, posed(drawn))
 
 
 def test_photos_tilted_alike():
     drawn = Drawn(1)
     steep = max(drawn.world.boards, key=lambda p: p.rotation[2, 2])
     boards = [(n, c, steep) for n, c, _ in posed(drawn)]
-    assert any("alike" in w for w in view_warnings(SIZE, boards))
+    assert "tilted-alike" in view_codes(SIZE, boards)
 
 
 def test_no_corner_in_the_outer_third():
     drawn = Drawn(1)
     middle = (np.array(SIZE) - 1) / 2
     near = [(n, c.keep((np.abs(c.pixels - middle) < 0.55 * middle).all(1)), p) for n, c, p in posed(drawn)]
-    assert any("outer third" in w for w in view_warnings(SIZE, near))
+    assert "corners-in-middle" in view_codes(SIZE, near)
     wide = [(n, replace(c, pixels=middle + 1.5 * (c.pixels - middle)), p) for n, c, p in posed(drawn)]
-    assert not any("outer third" in w for w in view_warnings(SIZE, wide))
+    assert "corners-in-middle" not in view_codes(SIZE, wide)
 
 
 def test_too_few_photos():
-    assert any("only 2 photos" in w for w in view_warnings(SIZE, posed(Drawn(1), [0, 1])))
+    assert "few-camera-photos" in view_codes(SIZE, posed(Drawn(1), [0, 1]))
 
 
 def moved(corners: Corners, change) -> Corners:
@@ -142,7 +151,7 @@ def test_a_print_of_unequal_scales():
         [moved(c, lambda p: p * [1, 1 / 1.006, 1]) for c in group] for group in (drawn.boards, drawn.samples)
     )
     drawn.camera()
-    assert drawn.said("taller than the manifest says")
+    assert drawn.told("board-stretched")
     stretch = drawn.remarks.residuals["board"]["stretch"]
     assert stretch == pytest.approx(0.006, abs=6 * drawn.remarks.residuals["board"]["stretch_error"])
 
@@ -159,8 +168,10 @@ def test_a_board_that_is_not_flat():
     camera, model, boards, _ = drawn.camera()
     shape = board_shape(model, camera, boards, False)
     assert shape is not None
-    assert any("not flat" in w for w in shape.warnings())
-    assert drawn.said("not flat")
+    remarks = Remarks()
+    shape.tell(remarks)
+    assert "board-bent" in remarks.codes()
+    assert drawn.told("board-bent")
 
 
 def test_a_photo_whose_corners_do_not_fit():
@@ -204,9 +215,9 @@ def test_a_still_camera_that_moved():
 def test_mirror_balls_and_paper_that_contradict_each_other_are_told(times, said):
     drawn = Drawn(12)
     found, observations = drawn.settled()
-    drawn.remarks.warnings.clear()
+    drawn.remarks.diagnoses.clear()
     account(drawn.photoset, replace(found, highlight_scale=times), observations, drawn.remarks)
-    assert any("contradict each other" in w for w in drawn.remarks.warnings) == said
+    assert drawn.told("balls-and-paper-contradict") == said
 
 
 def test_a_sample_ball_that_stands_elsewhere():
@@ -214,7 +225,7 @@ def test_a_sample_ball_that_stands_elsewhere():
     away = replace(drawn.world.sample, center=SAMPLE.center + np.array([1.2, 0, 0]))
     drawn.world = replace(drawn.world, sample=away)
     found, _ = drawn.settled()
-    assert drawn.said("off the manifest's center; this is allowed for")
+    assert drawn.told("sample-moved")
     np.testing.assert_allclose(found.values["sample"][:2], away.center[:2], atol=0.15)
 
 
@@ -224,7 +235,7 @@ def test_a_sample_ball_that_cannot_stand_there():
         drawn.world, sample=replace(drawn.world.sample, center=SAMPLE.center + np.array([5.0, 0, 0]))
     )
     drawn.settled()
-    assert drawn.said("not believed, the manifest's is kept")
+    assert drawn.told("sample-not-believed")
 
 
 def test_a_mirror_ball_that_stands_elsewhere_is_named():
@@ -234,7 +245,7 @@ def test_a_mirror_ball_that_stands_elsewhere_is_named():
         drawn.world, balls=(Ball(first.center + np.array([0, 3.0, 0]), first.radius), drawn.world.balls[1])
     )
     drawn.settled()
-    assert any("mirror ball 1 (at 10, 10, 8)" in w for w in drawn.remarks.warnings)
+    assert drawn.said("mirror ball 1 (at 10, 10, 8)")
     assert not drawn.said("mirror ball 2")
 
 
@@ -270,7 +281,7 @@ def test_one_light_in_two_places_is_told(apart, error, said):
     settled = SimpleNamespace(lamps={"one": Lamp("one", None, "point", places[0], "board")}, shading=shading)
     remarks = Remarks()
     _shared_lights(settled, observations, remarks)
-    assert any("id of its own" in w for w in remarks.warnings) == said
+    assert ("lamp-in-several-places" in remarks.codes()) == said
 
 
 @pytest.mark.parametrize("share", [0.0, 0.06])
@@ -294,7 +305,7 @@ def test_a_room_that_is_not_dark_is_told(share):
     # squares are uneven by 0.002, as one part of what shadows leave, and some of a shadow is penumbra
     assert found["share"] == pytest.approx(share, abs=5 * found["error"] + 0.1 * share)
     assert found["error"] < 0.004
-    assert drawn.said("lit by something besides the lamp") == (share > 0)
+    assert drawn.told("ambient-light") == (share > 0)
 
 
 @pytest.mark.parametrize("power", [0.0, 1.0])
@@ -322,7 +333,7 @@ def test_lamps_that_do_not_shine_alike_to_all_sides_are_told(power):
         found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet, beam.narrow)
         assert found.scene.narrow == pytest.approx(power, abs=4 * beam.error)
     note_beam(found, beam, drawn.remarks)
-    assert drawn.said("do not shine alike") == (power > 0)
+    assert drawn.told("lamp-beam") == (power > 0)
 
 
 def test_highlights_of_two_things_are_not_one_lamp():
@@ -417,7 +428,7 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
     left = lens(observations[0].reading.samples.aside, found.terms)
     np.testing.assert_allclose(observations[0].reading.level * left, before, rtol=1e-12)
     note_falloff(found, drawn.remarks)
-    assert drawn.said("darkens the corners") == (corner < 0)
+    assert drawn.told("vignetting") == (corner < 0)
     assert drawn.remarks.residuals["lens_falloff"]["allowed_for"] == (corner < 0)
 
 

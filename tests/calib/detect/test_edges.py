@@ -75,14 +75,14 @@ def test_what_is_sure_is_applied_but_the_tilt(move):
 def test_a_tilt_is_told(move):
     remarks = Remarks()
     account_plane(SET, move, remarks)
-    assert any("tilted by 0.8 degrees" in w for w in remarks.warnings)
+    assert "flat-sample-tilted" in remarks.codes()
     np.testing.assert_allclose(remarks.residuals["sample"]["tilt"], move.values[4:6])
 
 
 def test_an_outline_of_the_wrong_size_is_told(move):
     remarks = Remarks()
     account_plane(SET, move, remarks)
-    assert any("-4." in w and "+3." in w and "its outline" in w for w in remarks.warnings)
+    assert "flat-sample-size" in remarks.codes() and any("-4." in w and "+3." in w for w in remarks.warnings)
 
 
 def test_a_true_manifest_is_left_alone():
@@ -92,7 +92,7 @@ def test_a_true_manifest_is_left_alone():
     np.testing.assert_array_equal(plane.outline, PLANE.outline)
     assert plane.height == PLANE.height
     account_plane(SET, found, remarks)
-    assert remarks.warnings == []
+    assert remarks.codes() == []
 
 
 def test_one_photo_does_not_tell_height_from_place():
@@ -106,7 +106,7 @@ def test_what_cannot_be_is_not_believed():
     wild = PlaneMove(np.array([9.0, 0, 0, 0, 0, 0, 0, 0]), np.full(8, 0.01), 35.0)
     remarks = Remarks()
     account_plane(SET, wild, remarks)
-    assert any("not believed" in w for w in remarks.warnings)
+    assert "flat-sample-not-believed" in remarks.codes()
     assert wild.applied(PLANE) is PLANE
 
 

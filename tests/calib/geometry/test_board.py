@@ -15,6 +15,7 @@ from photogonio.calib.detect.subpixel import Around
 from photogonio.calib.geometry.board import board_points, board_size, dictionary, opencv_board
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
+from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import CharucoBoard, GridBoard
 
@@ -90,11 +91,11 @@ def test_the_whole_print_places_corners_better_than_their_saddle_points(first, c
 def test_markers_printed_off_their_places_do_not_pull_the_corners():
     """A print of 20 pixels a square: markers that should begin after 2.5 of them begin after 2."""
     images = {f"{k}.png": radiance(draw(CAMERA, p, NOISE, k, scale=20), NOISE) for k, p in enumerate(POSES)}
-    reader, warnings = reader_of(BOARD, images), []
+    reader, remarks = reader_of(BOARD, images), Remarks()
     seen = look(reader, views_of(reader), quiet, "")
     start = quick_camera([s.corners for s in seen], SIZE)
-    closer = look_closer(reader, start, seen, quiet, warnings.append)
-    assert len(warnings) == 1 and "markers are printed" in warnings[0]
+    closer = look_closer(reader, start, seen, quiet, remarks)
+    assert remarks.codes() == ["markers-misplaced"]
     miss = misses(closer)
     assert np.abs(miss.mean(0)).max() < 0.01
     assert np.sqrt((miss**2).sum(1).mean()) < 0.05
@@ -163,9 +164,9 @@ def test_markers_that_are_small_in_half_the_size_are_not_looked_for_there(first)
 
 
 def test_a_true_print_is_used_whole(reader, first):
-    warnings: list[str] = []
-    look_closer(reader, quick_camera([s.corners for s in first], SIZE), first, quiet, warnings.append)
-    assert warnings == []
+    remarks = Remarks()
+    look_closer(reader, quick_camera([s.corners for s in first], SIZE), first, quiet, remarks)
+    assert remarks.codes() == []
 
 
 def test_a_picture_shifted_by_whole_pixels_shifts_its_corners(reader):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.synthetic.scene.hard_cases import (
@@ -22,6 +23,7 @@ from photogonio.synthetic.scene.parts import FaultScene
 
 from photogonio.evaluate.hard_cases import HardResult, cells_at, judged, names_faulty, run_battery
 from photogonio.evaluate.hard_tables import TABLE_CASES
+from photogonio.report.diagnoses import ENTRIES
 from photogonio.system.progress import Reporter
 
 GOOD = HardResult(error=0.019, stated=0.02, error_70=0.012, valid=80.0)
@@ -63,7 +65,7 @@ def test_as_good_as_the_plain_set():
 
 
 def test_a_bad_photo_is_named_and_does_no_harm():
-    told = ("sample/s005.png: left out, disagrees",)
+    told = (Diagnosis("photo-left-out", views=("sample/s005.png",)),)
     assert passes(NAMED, replace(GOOD, told=told), two_lamps=(5,))
     assert not passes(NAMED, replace(WRONG, told=told), two_lamps=(5,))
     assert not passes(NAMED, replace(GOOD, told=told), two_lamps=(4,))
@@ -75,16 +77,17 @@ def test_a_bad_photo_is_named_and_does_no_harm():
 
 def test_every_bad_photo_must_be_named():
     fault = FaultScene(two_lamps=(1, 3))
-    assert names_faulty(["s001.png: left out", "s003.png: scale off"], fault)
-    assert not names_faulty(["s001.png: left out"], fault)
-    assert not names_faulty(["anything"], FaultScene())
+    first, second = (Diagnosis("x", views=(f"sample/{name}.png",)) for name in ("s001", "s003"))
+    assert names_faulty([first, second], fault)
+    assert not names_faulty([first], fault)
+    assert not names_faulty([first, second], FaultScene())
 
 
-def test_a_fault_is_told_by_its_own_words():
-    warned = replace(WRONG, told=("the board is tilted alike in all photos",))
-    assert not passes(TOLD, warned, "the patch")
-    assert passes(TOLD, replace(WRONG, told=("the patch is not white",)), "the patch")
-    assert passes(TOLD, GOOD, "the patch")
+def test_a_fault_is_told_by_its_own_code():
+    warned = replace(WRONG, told=(Diagnosis("tilted-alike"),))
+    assert not passes(TOLD, warned, "patch-not-believed")
+    assert passes(TOLD, replace(WRONG, told=(Diagnosis("patch-not-believed"),)), "patch-not-believed")
+    assert passes(TOLD, GOOD, "patch-not-believed")
 
 
 def test_every_row_of_the_battery_can_be_met():
@@ -93,7 +96,10 @@ def test_every_row_of_the_battery_can_be_met():
         hard = hard_case(name)
         assert hard.must in (IN_INTERVAL, ACCURATE, NAMED, TOLD)
         assert bool(hard.telling) == (hard.must == TOLD)
-        assert hard.must != NAMED or names_faulty([f"s{k:03d}" for k in range(12)], hard.scene.fault)
+        assert hard.must != NAMED or names_faulty(
+            [Diagnosis("x", views=tuple(f"s{k:03d}.png" for k in range(12)))], hard.scene.fault
+        )
+        assert set(hard.telling) <= {entry.code for entry in ENTRIES}
 
 
 def test_unknown_cases_are_refused(tmp_path):

@@ -45,4 +45,4 @@ def test_the_symmetry_is_said_first_with_its_reason():
 def test_what_physics_took_is_told(found, said):
     warnings = physics_warnings(SimpleNamespace(diagnostics={"physics": found}))
     assert len(warnings) == bool(said)
-    assert all(words in warnings[0] for words in said)
+    assert all(words in warnings[0].message for words in said)

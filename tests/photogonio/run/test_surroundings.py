@@ -86,7 +86,7 @@ def test_before_a_black_cloth_nothing_is_left_out_nor_told(tiny_set: TinySet):
     # of 0.001 of black that nobody takes away, over a lamp that gives 3 ALBEDO / pi on a white
     assert found.beside.spoilt.pixels == 0
     assert found.beside.spoilt.typical < 0.01
-    assert not any("cannot be known" in warning for warning in found.warnings)
+    assert "surroundings-unknown" not in [one.code for one in found.diagnoses]
     assert found.table.left_out[:, LEFT_OUT.index("stray")].sum() == 0
 
 
@@ -98,7 +98,7 @@ def test_pixels_that_a_white_ground_spoils_are_left_out_counted_and_told(tiny_se
     assert 0.1 * spoilt.of < spoilt.pixels <= 0.25 * spoilt.of
     lost = load_table(tmp_path / "out/table.npz").left_out[:, LEFT_OUT.index("stray")]
     assert lost.sum() == spoilt.pixels == spoilt.of - found.table.count.sum()
-    told = [warning for warning in found.warnings if "cannot be known" in warning]
+    told = [one.message for one in found.diagnoses if one.code == "surroundings-unknown"]
     assert len(told) == 1 and f"{spoilt.pixels} pixels" in told[0] and "proportions" in told[0]
     assert f"{spoilt.pixels} pixels of {spoilt.of} left out" in (tmp_path / "out/report.html").read_text()
     assert numbers(found)["stray_light_unknown"] == asdict(spoilt)
