@@ -12,6 +12,7 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import Matched, channel_names, match_columns, unused_note
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
 from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
+from photogonio.reconstruct.goniometer.spoilt import Spoilt, find_spoilt, without
 from photogonio.reconstruct.goniometer.text import TextTable, read_text
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
@@ -61,8 +62,8 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
         line=table.line[:, None],
     )
     samples = _side_by_side(table, samples, matched, told)
-    samples = _in_units(table.path, samples, told)
-    return samples
+    samples = believed(_of_known_errors(table.path, _measured(table.path, samples)))
+    return _in_units(table.path, samples, told.quantity)
 
 
 def _side_by_side(
@@ -97,22 +98,28 @@ def _unpaired(used: int, samples: GoniometerSamples, header: str) -> tuple[str, 
     )
 
 
-def _in_units(path: Path, samples: GoniometerSamples, told: Told) -> GoniometerSamples:
-    """In 1/sr, without rows that say nothing."""
-    factor = per_brdf(told.quantity, samples.theta_i, samples.theta_r)[:, None]
-    value = samples.value / factor
-    sigma = None if samples.sigma is None else samples.sigma / factor
-    parts = [samples.theta_i, samples.phi_i, samples.theta_r, samples.phi_r, value.sum(1)]
-    parts += [] if sigma is None else [sigma.sum(1)]
+def _measured(path: Path, samples: GoniometerSamples) -> GoniometerSamples:
+    """The rows that have numbers, and directions above the surface."""
+    parts = [samples.theta_i, samples.phi_i, samples.theta_r, samples.phi_r, *samples.value.T]
+    parts += [] if samples.sigma is None else [*samples.sigma.T]
     keep = np.all(np.isfinite(parts), axis=0)
     keep &= (samples.theta_i <= math.pi / 2) & (samples.theta_r <= math.pi / 2)
     if not keep.any():
         raise InputError(path, "no row has a value and both directions above the surface")
-    samples = replace(samples, value=value, sigma=sigma)
-    told_out = _left(samples, ~keep, "without a number, or with a direction below the surface")
-    samples = take(samples, keep)
-    return replace(
-        _of_known_errors(path, samples), warnings=samples.warnings + told_out, left_out=int((~keep).sum())
+    return _left(samples, keep, "without a number, or with a direction below the surface")
+
+
+def _in_units(path: Path, samples: GoniometerSamples, quantity: str) -> GoniometerSamples:
+    """In 1/sr; without the rows at grazing where a cosine leaves nothing."""
+    factor = per_brdf(quantity, samples.theta_i, samples.theta_r)[:, None]
+    if np.isnan(factor).all():
+        raise InputError(
+            path, f"no row says anything of f: all are {quantity} within half a degree of the horizon"
+        )
+    sigma = None if samples.sigma is None else samples.sigma / factor
+    samples = replace(samples, value=samples.value / factor, sigma=sigma)
+    return _left(
+        samples, np.isfinite(factor[:, 0]), f"within half a degree of the horizon, where {quantity} is 0"
     )
 
 
@@ -120,7 +127,7 @@ def _of_known_errors(path: Path, samples: GoniometerSamples) -> GoniometerSample
     """Raises InputError for values that are no BRDF whatever the unit, and for standard errors that cannot be."""
     middle = float(np.median(np.abs(samples.value[samples.value != 0.0]))) if samples.value.any() else 1.0
     if not LEAST < middle < LARGEST:
-        raise InputError(path, f"values are about {middle:.3g}: no BRDF in 1/sr, nor a multiple of one")
+        raise InputError(path, f"values are about {middle:.3g}: no BRDF, nor a multiple of one")
     if samples.sigma is None:
         return samples
     if (samples.sigma <= 0).any():
@@ -135,6 +142,34 @@ def _of_known_errors(path: Path, samples: GoniometerSamples) -> GoniometerSample
     return replace(samples, sigma=np.minimum(samples.sigma, UNSURE * middle))
 
 
+def believed(samples: GoniometerSamples) -> GoniometerSamples:
+    """Without the rows that hold a number and are no measurements, which are told."""
+    spoilt = find_spoilt(samples)
+    if not spoilt:
+        return samples
+    keep = without(samples, spoilt)
+    said = tuple(_said(samples, one) for one in spoilt)
+    rest = take(samples, keep)
+    return replace(rest, warnings=samples.warnings + said, left_out=samples.left_out + int((~keep).sum()))
+
+
+def _said(samples: GoniometerSamples, one: Spoilt) -> str:
+    """What is told of rows that are left out."""
+    count = len(one.rows)
+    text = f"{count} row{'s' if count > 1 else ''} left out"
+    if len(samples.channels) > 1:
+        text += f" for {samples.channels[one.channel]}"
+    text += f": {one.mark:.10g} where the rows around them say about {one.instead:.3g}"
+    if one.lamp is not None:
+        text += f", within {math.degrees(one.lamp):.0f} degrees of the lamp's direction: the detector hid the lamp"
+    elif one.mark:
+        text += ": a mark of a missing value"
+    if samples.line is None:
+        return text
+    line = samples.line[one.rows, min(one.channel, samples.line.shape[1] - 1)]
+    return f"{text} ({lines_of(line)})"
+
+
 def take(samples: GoniometerSamples, keep: np.ndarray) -> GoniometerSamples:
     """The rows that a mask or an index array names."""
     names = ("theta_i", "phi_i", "theta_r", "phi_r", "value", "sigma", "line")
@@ -142,11 +177,15 @@ def take(samples: GoniometerSamples, keep: np.ndarray) -> GoniometerSamples:
     return replace(samples, **{name: None if row is None else row[keep] for name, row in given.items()})
 
 
-def _left(samples: GoniometerSamples, out: np.ndarray, why: str) -> tuple[str, ...]:
-    if not out.any():
-        return ()
-    count = int(out.sum())
-    return (f"{count} row{'s' if count > 1 else ''} left out, {why} ({lines_of(samples.line[out, 0])})",)
+def _left(samples: GoniometerSamples, keep: np.ndarray, why: str) -> GoniometerSamples:
+    """The rows of a mask, and what is told of the others."""
+    if keep.all():
+        return samples
+    count = int((~keep).sum())
+    lines = "" if samples.line is None else f" ({lines_of(samples.line[~keep, 0])})"
+    said = f"{count} row{'s' if count > 1 else ''} left out, {why}{lines}"
+    rest = take(samples, keep)
+    return replace(rest, warnings=(*samples.warnings, said), left_out=samples.left_out + count)
 
 
 def lines_of(line: np.ndarray, most: int = 12) -> str:

@@ -1,0 +1,86 @@
+"""What the rows about a pair of directions say of it: local fits, without any model of the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+from scipy.spatial import cKDTree
+
+NEIGHBOURS = 14
+RIDGE = 1e-3  # of the spread of places, so that a direction in which none differ has no slope
+ROUNDS = 4  # of weighing neighbours by how far they are from the others
+_BATCH = 20000
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What neighbours say of each of q places: of a value above zero."""
+
+    value: np.ndarray  # (q,) by logarithms that are linear over the neighbourhood
+    spread: np.ndarray  # (q,) standard error of its logarithm, by what the neighbours miss
+    straight: np.ndarray  # (q,) by values that are linear
+    rough: np.ndarray  # (q,) standard error of that
+
+    @property
+    def least(self) -> np.ndarray:
+        """(q,) what a value can hardly be below."""
+        return self.value * np.exp(-3.0 * np.minimum(self.spread, 200.0))
+
+
+def places(samples: GoniometerSamples) -> np.ndarray:
+    """(n, 4) points of an isotropic surface's pairs, whose distance is about the angle between directions."""
+    dphi = np.abs((samples.phi_r - samples.phi_i + np.pi) % (2.0 * np.pi) - np.pi)
+    sine = np.sin(samples.theta_r)
+    return np.column_stack(
+        [samples.theta_i, sine * np.cos(dphi), sine * np.sin(dphi), np.cos(samples.theta_r)]
+    )
+
+
+def expected(at: np.ndarray, value: np.ndarray, where: np.ndarray, *, own: bool = False) -> Expected:
+    """What rows at places ``at`` (n, 4) with ``value`` (n,) above zero say of places ``where`` (q, 4).
+
+    ``own``: ``where`` are the rows themselves, each to be judged by the others. The fit is linear in the places,
+    weighted by nearness; its error is that of a fresh reading.
+    """
+    count = min(NEIGHBOURS + own, len(at))
+    tree = cKDTree(at)
+    parts = []
+    for start in range(0, len(where), _BATCH):
+        here = where[start : start + _BATCH]
+        distance, row = tree.query(here, k=[*range(1 + own, count + 1)])
+        parts.append(_fitted(at[row] - here[:, None], distance, value[row]))
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    return Expected(*columns)
+
+
+def _fitted(offset: np.ndarray, distance: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Value and error (q,) of logarithms and of plain values at the origin, of neighbours (q, k)."""
+    scale = np.median(distance, axis=1, keepdims=True) + 1e-6
+    near = 1.0 / (1.0 + (distance / scale) ** 2)
+    design = np.concatenate([np.ones_like(distance)[..., None], offset[..., :3] / scale[..., None]], axis=2)
+    logs, spread, weight = _line(design, near, np.log(value), near, rounds=ROUNDS)
+    straight, rough, _ = _line(design, weight, value, near, rounds=0)
+    most = np.log(value).max(1) + 1.0  # a slope leads anywhere
+    return np.exp(np.clip(logs, -700.0, most)), spread, straight, rough
+
+
+def _line(
+    design: np.ndarray, weight: np.ndarray, readings: np.ndarray, near: np.ndarray, *, rounds: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """At the origin the value (q,) and error (q,) of planes through readings (q, k), and the weights (q, k) that
+    readings far from the others, a peak in the corner, have lost."""
+    ridge = np.diag([0.0, 1.0, 1.0, 1.0]) * RIDGE
+    free = readings.shape[1] / max(readings.shape[1] - 4.0, 1.0)
+    for left in range(rounds, -1, -1):
+        gram = np.einsum("qk,qka,qkb->qab", weight, design, design)
+        penalty = ridge * weight.sum(1)[:, None, None] + 1e-12 * np.eye(4)
+        solver = np.linalg.solve(gram + penalty, np.einsum("qk,qka->qak", weight, design))
+        terms = np.einsum("qak,qk->qa", solver, readings)
+        missed = np.abs(readings - np.einsum("qka,qa->qk", design, terms))
+        if left:
+            typical = 1.4826 * np.median(missed, axis=1, keepdims=True) + 1e-9
+            weight = near / (1.0 + (missed / (2.0 * typical)) ** 2) ** 2
+    variance = free * (weight * missed**2).sum(1) / np.maximum(weight.sum(1), 1e-300)
+    return terms[:, 0], np.sqrt(variance * (1.0 + np.sum(solver[:, 0] ** 2, axis=1))), weight

@@ -1,0 +1,268 @@
+"""Rows that hold a number and are no measurement: where the detector hid the lamp, and marks of missing values.
+
+A value is suspected by what it is (zero, repeated exactly, far from all others), and judged by what its neighbours say,
+never by itself: a dark surface has true zeros, noise falls below zero, a peak is far from all others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from photogonio.reconstruct.goniometer.neighbours import Expected, expected, places
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+FEWEST = 8  # rows with values above zero, by which others can be judged
+JUDGED = 500  # rows of a kind that are looked at
+MOST = 0.6  # of those, that must contradict what their neighbours say
+SURE = 8.0  # standard deviations of the noise
+QUIET = 0.15  # of the rows are where nothing but noise spoils a local fit
+STEPS = (
+    3.0  # steps of the table's digits, or standard deviations of its noise about zero, that may read as zero
+)
+DECAYED = 0.5  # of the least value around zeros: there values have fallen below what is told from zero
+ZERO = 1e-9  # of the middle value
+NEAR_LAMP = np.radians(30.0)  # the widest that a detector hides
+APART = 3.0  # factor between a mark of a missing value and what neighbours say
+FAR = 20.0  # factor between the largest value and the next that is suspect
+OFTEN = 0.01  # of the rows, that hold the same largest value
+IMPOSSIBLE = 1e6  # factor between a value and what neighbours say that no peak has
+PEAK = np.radians(15.0)  # half angle within which large values may be a peak
+CLOSE, ALONE = (
+    9,
+    0.6,
+)  # nearest rows, itself among them, and the share of good ones about a zero that stands alone
+LINKED = 20  # nearest rows that a zero hangs together with
+_MARKS = {9, 99, 999, 9999, 99999, 999999, 32767, 32768, 65535, 2147483647}
+
+
+@dataclass(frozen=True, slots=True)
+class Spoilt:
+    """Rows of one kind that are no measurements."""
+
+    rows: np.ndarray  # (m,) ascending
+    channel: int
+    mark: float  # the value that they hold
+    instead: float  # 1/sr: what neighbours say, in the middle
+    lamp: float | None  # radians from the lamp's direction, within which all are; None: elsewhere
+
+
+def find_spoilt(samples: GoniometerSamples) -> list[Spoilt]:
+    """Kinds of rows that are no measurements; a row may be in several."""
+    at, found = places(samples), []
+    for channel, value in enumerate(samples.value.T):
+        found += _of_channel(samples, at, value, channel)
+    return found
+
+
+def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> list[Spoilt]:
+    size = np.abs(value[value != 0.0])
+    if not len(size):
+        return []
+    marks = _suspects(at, value)
+    zero = np.abs(value) <= ZERO * np.median(size)
+    good = ~np.isin(value, marks) & ~zero & (value > 0.0)
+    if good.sum() < FEWEST or not (zero.any() or len(marks) or (value < 0).any()):
+        return []
+    known = _Known.of(at, value, good, marks)
+    found = []
+    for mark in marks:
+        rows = np.flatnonzero(value == mark)
+        one = _marked(samples, known, rows, float(mark), channel)
+        found += [] if one is None else [one]
+    out = np.concatenate([one.rows for one in found]) if found else np.empty(0, int)
+    hidden = np.setdiff1d(np.flatnonzero(zero), out)
+    return found + _zeros(samples, known, hidden, channel)
+
+
+def _suspects(at: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Values that may be marks: below zero and repeated, or far below all others, or the largest if they are repeated
+    or far above the next. The same value at the same place is not repeated."""
+    keys = np.unique(np.column_stack([value, np.rint(at * 1e4)]), axis=0)[:, 0]
+    values, count = np.unique(keys, return_counts=True)
+    middle = float(np.median(value[value > 0.0])) if (value > 0.0).any() else 1.0
+    below = values < 0.0
+    suspect = values[below & ((count > 1) | (values < -FAR * middle) | _is_mark(values))].tolist()
+    for k in range(len(values) - 1, max(len(values) - 6, 0), -1):
+        often = OFTEN * len(value) < count[k] < 0.5 * len(value) and count[k] >= FEWEST
+        least = 1.0 if often else APART if count[k] > 1 else FAR
+        if values[k] <= 0.0 or not values[k] > least * max(values[k - 1], middle):
+            break
+        suspect.append(values[k])
+    return np.array(suspect)
+
+
+def _is_mark(values: np.ndarray) -> np.ndarray:
+    """Whether numbers are such as programs write for a missing one."""
+    size = np.abs(values)
+    return np.isin(size, list(_MARKS)) | (size == 1.0) | (size >= 1e29)
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """The rows that others are judged by, and their noise."""
+
+    at: np.ndarray  # (n, 4) of all rows
+    value: np.ndarray  # (n,) of all rows
+    good: np.ndarray  # (n,) bool
+    relative: float  # noise of bright rows, over their value
+    constant: float  # noise of dim rows, 1/sr
+    step: float  # 1/sr: the digits' step, and the noise that values below zero show
+
+    @classmethod
+    def of(cls, at: np.ndarray, value: np.ndarray, good: np.ndarray, marks: np.ndarray) -> _Known:
+        rows = np.flatnonzero(good)
+        rows = rows[:: max(len(rows) // JUDGED, 1)]
+        told = expected(at[good], value[good], at[rows], own=True)
+        bright = told.value >= np.median(told.value)
+        relative = float(np.quantile(told.spread[bright], QUIET))
+        constant = float(np.quantile((told.spread * told.value)[~bright], QUIET)) if (~bright).any() else 0.0
+        below = -value[(value < 0.0) & ~np.isin(value, marks)]
+        noise = float(np.median(below)) / 0.6745 if len(below) else 0.0
+        return cls(at, value, good, relative, constant, max(_step(value[good]), noise))
+
+    def expected(self, rows: np.ndarray) -> Expected:
+        return expected(self.at[self.good], self.value[self.good], self.at[rows])
+
+    def noise(self, value: np.ndarray) -> np.ndarray:
+        """(q,) 1/sr, of readings of ``value``."""
+        return np.maximum(np.hypot(self.relative * value, min(self.constant, 1e300)), self.step)
+
+
+def _step(value: np.ndarray) -> float:
+    """The step of the digits of values (n,): what all differences are multiples of; about 0 where none is."""
+    gaps = np.diff(np.unique(value))
+    return float(gaps.min()) if len(gaps) else 0.0
+
+
+def _some(rows: np.ndarray) -> np.ndarray:
+    return rows[:: max(len(rows) // JUDGED, 1)]
+
+
+def _marked(samples, known: _Known, rows: np.ndarray, mark: float, channel: int) -> Spoilt | None:
+    """The rows that hold a suspected mark, if they are no measurements."""
+    some = _some(rows)
+    told = known.expected(some)
+    if mark < 0.0:
+        wrong = (-mark > SURE * known.noise(told.value)) & (-mark > SURE * known.step)
+        wrong |= (told.least > STEPS * known.step) & (told.value - mark > SURE * known.noise(told.value))
+    else:
+        apart = np.log(mark) - np.log(told.value)
+        wrong = apart > np.maximum(SURE * told.spread, np.log(APART))
+        elsewhere = np.mean(half_angle(samples, some) > PEAK)
+        written = bool(_is_mark(np.array([mark]))[0]) and mark != 1.0
+        if not (written or elsewhere > 1.0 - MOST or np.median(apart) > np.log(IMPOSSIBLE)):
+            return None
+    if wrong.mean() < MOST:
+        return None
+    return Spoilt(rows, channel, mark, float(np.median(told.value)), None)
+
+
+def _zeros(samples, known: _Known, rows: np.ndarray, channel: int) -> list[Spoilt]:
+    """Zeros that are none: all that hang together, if their neighbours contradict most, or those of them that stand
+    among others; and whatever surrounds the lamp's direction, and nothing else."""
+    found = [_of_cluster(known, cluster) for cluster in _clusters(known.at, rows)]
+    if not found:
+        return []
+    out = np.sort(np.concatenate(found))
+    if len(out) < len(rows) and (_mostly_wrong(known, rows) or _around_lamp(samples, known, rows)):
+        out = rows
+    if not len(out):
+        return []
+    told, angle = known.expected(_some(out)), lamp_angle(samples, out)
+    lamp = float(angle.max()) if _hides_lamp(samples, known, angle) else None
+    return [Spoilt(out, channel, 0.0, float(np.median(told.value)), lamp)]
+
+
+def _of_cluster(known: _Known, cluster: np.ndarray) -> np.ndarray:
+    """Those rows of a cluster that are no zeros: all, some or none."""
+    if len(cluster) > known.good.sum():
+        return cluster[:0]
+    some = _some(cluster)
+    told = known.expected(some)
+    wrong = _contradicted(known, told)
+    if wrong.mean() >= MOST and not _decayed(known, cluster, told):
+        return cluster
+    if len(some) < len(cluster):
+        return cluster[:0]
+    _, near = cKDTree(known.at).query(known.at[cluster], k=min(CLOSE, len(known.at)))
+    return cluster[wrong & (known.good[near.reshape(len(cluster), -1)].mean(1) > ALONE)]
+
+
+def _mostly_wrong(known: _Known, rows: np.ndarray) -> bool:
+    """Whether most zeros are contradicted, so that the others, of which neighbours know too little, are none either."""
+    wrong = _contradicted(known, known.expected(_some(rows))).mean() >= MOST
+    return bool(wrong) and len(rows) <= known.good.sum()
+
+
+def _around_lamp(samples, known: _Known, rows: np.ndarray) -> bool:
+    """Whether zeros surround the lamp's direction at more than one incidence, and nothing else, where values had not
+    faded before."""
+    angle = lamp_angle(samples, rows)
+    if np.ptp(samples.theta_i[rows]) < PEAK or not _hides_lamp(samples, known, angle):
+        return False
+    told = known.expected(_some(rows))
+    return float(np.median(told.value)) > STEPS * known.step and not _decayed(known, rows, told)
+
+
+def _contradicted(known: _Known, told: Expected) -> np.ndarray:
+    """(q,) bool: a zero there is none, whether values run straight or fall by equal factors."""
+    above = told.least > STEPS * known.step
+    sure = told.value > SURE * known.noise(told.value)
+    straight = told.straight - 3.0 * told.rough > 0.0
+    return above & sure & (straight | (told.spread < 0.1))
+
+
+def _decayed(known: _Known, cluster: np.ndarray, told: Expected) -> bool:
+    """Whether values fall, toward these zeros, below the least that is told from zero around them."""
+    good = np.flatnonzero(known.good)
+    _, near = cKDTree(known.at[good]).query(known.at[_some(cluster)], k=min(4, len(good)))
+    least = float(known.value[good[np.unique(near)]].min())
+    return float(np.median(told.value)) < DECAYED * least
+
+
+def _clusters(at: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
+    """Rows that are among the nearest of one another, of all."""
+    if not len(rows):
+        return []
+    _, near = cKDTree(at).query(at[rows], k=min(LINKED, len(at)))
+    number = np.full(len(at), -1)
+    number[rows] = np.arange(len(rows))
+    other = number[near.reshape(len(rows), -1)]
+    first = np.repeat(np.arange(len(rows)), other.shape[1])
+    linked = other.ravel() >= 0
+    graph = coo_matrix(
+        (np.ones(linked.sum()), (first[linked], other.ravel()[linked])), shape=(len(rows), len(rows))
+    )
+    count, label = connected_components(graph, directed=False)
+    return [rows[label == k] for k in range(count)] if count < 200 else [rows]
+
+
+def _hides_lamp(samples, known: _Known, angle: np.ndarray) -> bool:
+    """Whether hardly a row is bright between such angles (m,) from the lamp and the lamp itself."""
+    widest = float(angle.max())
+    inside = lamp_angle(samples, np.flatnonzero(known.good)) < 0.85 * widest
+    return widest < NEAR_LAMP and inside.sum() <= 0.1 * len(angle)
+
+
+def lamp_angle(samples: GoniometerSamples, rows: np.ndarray) -> np.ndarray:
+    """(m,) radians between the directions of a pair."""
+    cosine = np.einsum("ij,ij->i", samples.incident[rows], samples.exit[rows])
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
+def half_angle(samples: GoniometerSamples, rows: np.ndarray) -> np.ndarray:
+    """(m,) radians between the normal and the direction half-way between those of a pair."""
+    half = samples.incident[rows] + samples.exit[rows]
+    return np.arccos(np.clip(half[:, 2] / np.maximum(np.linalg.norm(half, axis=1), 1e-12), -1.0, 1.0))
+
+
+def without(samples: GoniometerSamples, spoilt: list[Spoilt]) -> np.ndarray:
+    """(n,) bool: rows that are in no kind of ``spoilt``."""
+    keep = np.ones(len(samples.value), bool)
+    for one in spoilt:
+        keep[one.rows] = False
+    return keep
