@@ -55,5 +55,12 @@ class Result:
         return tuple(one.message for one in self.diagnoses)
 
     @property
+    def measured(self) -> Setup:
+        """How the photos were taken. Raises TypeError where there were none."""
+        if self.setup is None:
+            raise TypeError("tabulated measurements have no setup")
+        return self.setup
+
+    @property
     def brdf(self) -> Brdf:
         return self.fit.brdf if self.coloured is None else self.coloured

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from photogonio.capture.errors import InputError
@@ -71,7 +72,7 @@ class FitResult:
     misfit: Misfit
     symmetry: Verdict
     region: Region  # what is determined, seen and extrapolated
-    diagnostics: dict[str, object]  # plain JSON values
+    diagnostics: dict[str, Any]  # plain JSON values
 
     def standard_error(self, cells: Cells) -> np.ndarray:
         """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, of what it misses systematically,

@@ -146,7 +146,7 @@ def all_finite(pixels: np.ndarray) -> bool:
     if pixels.dtype != np.float16:
         return bool(np.isfinite(pixels).all())
     bits = pixels.view(np.uint16) & EXPONENT  # numpy takes half floats one by one
-    return int(bits.max(initial=0)) < EXPONENT
+    return bool(bits.max(initial=0) < EXPONENT)
 
 
 def copies(folder: Path, names: Sequence[str]) -> dict[str, str]:

@@ -65,7 +65,7 @@ def find_chart(value: np.ndarray) -> np.ndarray:
         if detector.process(picture, 3):
             for chart in detector.getListColorChecker():
                 if chart.getCost() < best_cost:
-                    best_cost, best = chart.getCost(), chart.getBox().astype(float)
+                    best_cost, best = chart.getCost(), np.asarray(chart.getBox(), float)
     if best is None:
         raise ValueError("no 24-patch ColorChecker found")
     return best

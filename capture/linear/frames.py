@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import cv2
 import numpy as np
 from photogonio.capture.files.exposure import Exposure
-from photogonio.capture.linear.signal import Region, Signal, cut
+from photogonio.capture.linear.signal import Region, Signal, Windows, cut
 from scipy.interpolate import RectBivariateSpline
 
 SAME_TIME = 0.01  # relative difference of exposure times that counts as none
@@ -25,7 +25,8 @@ GRID = 129  # knots of the cos^4 field along each side
 class Rays(Protocol):
     """What cos^4 needs of a camera (photogonio.calib.geometry.camera.Camera)."""
 
-    size: tuple[int, int]
+    @property
+    def size(self) -> tuple[int, int]: ...
 
     def rays(self, pixels: np.ndarray) -> np.ndarray: ...
 
@@ -33,7 +34,8 @@ class Rays(Protocol):
 class Aside(Protocol):
     """What a falloff needs of one."""
 
-    size: tuple[int, int]
+    @property
+    def size(self) -> tuple[int, int]: ...
 
     def aside(self, pixels: np.ndarray) -> np.ndarray: ...
 
@@ -47,7 +49,7 @@ class Dark:
     variance: np.ndarray  # (h, w, c) float32
     hot: np.ndarray  # (h, w) bool
 
-    def at(self, time: float | None, region: Region | None) -> np.ndarray:
+    def at(self, time: float | None, region: Region | Windows | None) -> np.ndarray:
         """Dark signal of an exposure time."""
         if self.rate is None or time is None:
             return cut(self.bias, region)
@@ -68,7 +70,7 @@ def mean_signal(signals: Sequence[MeasuredLight]) -> tuple[np.ndarray, np.ndarra
     """Mean and variance of the mean, (h, w, c) float32 each."""
     value = np.mean([signal.value for signal in signals], axis=0, dtype=np.float32)
     variance = np.sum([signal.variance for signal in signals], axis=0, dtype=np.float32)
-    return value, variance / np.float32(len(signals) ** 2)
+    return np.asarray(value), np.asarray(variance) / np.float32(len(signals) ** 2)
 
 
 def dark_of(signals: Sequence[Signal], exposures: Sequence[Exposure], *, black_known: bool) -> Dark:
@@ -120,7 +122,7 @@ def flat_gain(value: np.ndarray, variance: np.ndarray) -> np.ndarray:
     return (1.0 / relative).astype(np.float32)
 
 
-def falloff_gain(camera: Aside, terms: Sequence[float]) -> np.ndarray:
+def falloff_gain(camera: Aside, terms: Iterable[float]) -> np.ndarray:
     """What to multiply by, (h, w, 1) float32, against a lens that leaves exp(terms[0] a + terms[1] a^2 + ...) of the
     light at ``a`` of ``camera.aside``. Rows at a time: no picture of doubles is in memory."""
     width, height = camera.size

@@ -84,6 +84,7 @@ def signal_of(image: Image, sensor: Sensor, region: Region | Windows | None = No
         image, region = widened_part(image, region), None
     pixels = cut(image.pixels, region)
     line = straight(image, sensor)
+    steps: np.ndarray | float
     if line is not None:
         value, variance = line_signal(image, line, sensor.noise, region)
     elif pixels.dtype.kind == "u":
@@ -186,6 +187,7 @@ def _fill_level(
     level: np.ndarray,
     usable: np.ndarray,
 ) -> None:
+    clip: np.integer | np.floating
     if pixels.dtype.kind == "u":
         clip = np.int64(min(np.ceil(sensor.clip), np.iinfo(pixels.dtype).max + 1))
     else:
@@ -218,7 +220,7 @@ def linear_signal(image: Image, pixels: np.ndarray, sensor: Sensor) -> tuple[np.
         value *= np.float32(line.scale)
         value += np.float32(line.offset)
         if line.step == 0.0:
-            return value, np.float32(line.floor)
+            return value, np.asarray(line.floor, np.float32)
         return value, np.float32(line.floor) + np.square(value * np.float32(line.step))
     if pixels.dtype.kind == "u":
         return look_up(pixels, *encoding.lookup(int(image.full_scale), channels))
@@ -235,7 +237,9 @@ def look_up(pixels: np.ndarray, value: np.ndarray, variance: np.ndarray) -> tupl
     """Both tables (codes, c) at the codes of pixels (h, w, c)."""
     shape = pixels.shape
     if pixels.dtype == np.uint8:
-        return tuple(cv2.LUT(pixels, table[:, None]).reshape(shape) for table in (value, variance))
+        return cv2.LUT(pixels, value[:, None]).reshape(shape), cv2.LUT(pixels, variance[:, None]).reshape(
+            shape
+        )
     found = np.empty(shape, np.float32), np.empty(shape, np.float32)
     for c in range(shape[2]):
         found[0][..., c] = value[:, c][pixels[..., c]]

@@ -75,7 +75,7 @@ def _write(path: Path, seen: Seen) -> None:
         if one is not None:
             parts |= {prefix + name: np.asarray(getattr(one, name)) for name in names}
     with path.open("wb") as file:
-        np.savez(file, **parts)
+        np.savez(file, allow_pickle=False, **parts)
 
 
 def _unpacked(view: View, parts: Mapping[str, np.ndarray]) -> Seen:

@@ -136,7 +136,7 @@ class _Kept:
 
     def read(self, file: int) -> Image:
         found = {name: _mapped(file, kind, shape, at) for name, kind, shape, at in self.arrays}
-        return replace(self.bare, **found)
+        return replace(self.bare, pixels=found["pixels"], saturated=found.get("saturated"))
 
 
 def _size(image: Image) -> int:
@@ -150,7 +150,7 @@ def _paged(size: int) -> int:
 
 
 def _write(file: int, content: np.ndarray | bytes, place: int) -> None:
-    rest = memoryview(content).cast("B")
+    rest = (content.data if isinstance(content, np.ndarray) else memoryview(content)).cast("B")
     while rest:
         done = os.pwrite(file, rest[:PIECE], place)
         rest, place = rest[done:], place + done

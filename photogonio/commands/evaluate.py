@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from photogonio import __version__
 from photogonio.cache.kept import code_key
@@ -67,13 +69,13 @@ def _finish(
     args: argparse.Namespace,
     reporter: Reporter,
     *,
-    scores: list[Score] = (),
-    points: list[Point] = (),
-    outcomes: list[Outcome] = (),
-) -> dict[str, object]:
+    scores: Sequence[Score] = (),
+    points: Sequence[Point] = (),
+    outcomes: Sequence[Outcome] = (),
+) -> dict[str, Any]:
     options = {"quick": args.quick or None, "hard": args.hard or None}
     rows = [score.to_dict() for score in scores]
-    numbers: dict[str, object] = {
+    numbers: dict[str, Any] = {
         "source": {
             "program": "photogonio",
             "version": __version__,

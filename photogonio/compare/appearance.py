@@ -81,8 +81,8 @@ def _delta_e_itp(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     import colour
 
     wide = colour.matrix_RGB_to_RGB(colour.RGB_COLOURSPACES["sRGB"], colour.RGB_COLOURSPACES["ITU-R BT.2020"])
-    pair = [colour.RGB_to_ICtCp(np.maximum(x @ wide.T, 0.0) * _WHITE_LUMINANCE) for x in (a, b)]
-    return colour.delta_E(*pair, method="ITP")
+    one, other = (colour.RGB_to_ICtCp(np.maximum(x @ wide.T, 0.0) * _WHITE_LUMINANCE) for x in (a, b))
+    return colour.delta_E(one, other, method="ITP")
 
 
 def _delta_e_2000(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -90,10 +90,10 @@ def _delta_e_2000(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     import colour
 
     space = colour.RGB_COLOURSPACES["sRGB"]
-    pair = [
+    one, other = (
         colour.XYZ_to_Lab(np.clip(x, 0.0, 1.0) @ space.matrix_RGB_to_XYZ.T, space.whitepoint) for x in (a, b)
-    ]
-    return colour.delta_E(*pair, method="CIE 2000")
+    )
+    return colour.delta_E(one, other, method="CIE 2000")
 
 
 def _psnr(a: np.ndarray, b: np.ndarray) -> float:

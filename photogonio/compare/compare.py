@@ -61,17 +61,17 @@ def compare(a: Known, b: Known, *, mask: float = np.radians(80.0), scale: bool =
     measures = pointwise(value_a, value_b, at)
     seen = None
     if a.evaluate is not None and b.evaluate is not None:
-        judged, reference = _everywhere(a, take_a, factor), _everywhere(b, take_b, 1.0)
+        judged, reference = _everywhere(a.evaluate, take_a, factor), _everywhere(b.evaluate, take_b, 1.0)
         measures |= _integrals(judged, reference, at, mask)
         seen = appearance(judged, reference, channels)
     return Comparison((a.name, b.name), channels, mask, factor, measures, at, value_a, value_b, seen)
 
 
-def _everywhere(known: Known, channels: list[int], factor: np.ndarray | float) -> metrics.Evaluate:
+def _everywhere(known: metrics.Evaluate, channels: list[int], factor: np.ndarray | float) -> metrics.Evaluate:
     """f of the channels compared; what a table marks as not measured counts as 0."""
 
     def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
-        return np.nan_to_num(known.evaluate(incident, exit)[:, channels] * factor)
+        return np.nan_to_num(known(incident, exit)[:, channels] * factor)
 
     return evaluate
 
@@ -110,8 +110,8 @@ def _match(a: Known, b: Known) -> tuple[tuple[str, ...], list[int], list[int]]:
         return b.channels, list(range(len(a.channels))), list(range(len(b.channels)))
     if len(b.channels) == 1 or len(a.channels) == 1:
         many = a if len(b.channels) == 1 else b
-        spread = [list(range(len(k.channels))) if k is many else [0] * len(many.channels) for k in (a, b)]
-        return many.channels, *spread
+        of_a, of_b = (list(range(len(k.channels))) if k is many else [0] * len(many.channels) for k in (a, b))
+        return many.channels, of_a, of_b
     raise InputError(
         a.name, f"channels {', '.join(a.channels)} are not those of {b.name}: {', '.join(b.channels)}"
     )
@@ -123,8 +123,7 @@ def _values(a: Known, b: Known, mask: float) -> tuple[Directions, np.ndarray, np
         raise InputError(
             a.name, f"is known at other directions than {b.name}; one of the two must be known at all"
         )
-    value_a = a.value if a.at is not None else a.evaluate(at.incident, at.exit)
-    value_b = b.value if b.at is not None else b.evaluate(at.incident, at.exit)
+    value_a, value_b = a.values(at), b.values(at)
     edge = np.cos(mask - _ROUNDING)
     keep = (at.cos_i > edge) & (at.cos_r > edge) & np.isfinite(value_a + value_b).all(1)
     if not keep.any():

@@ -35,6 +35,14 @@ class Known:
     value: np.ndarray | None = None  # (n, c) 1/sr
     warnings: tuple[str, ...] = ()
 
+    def values(self, at: Directions) -> np.ndarray:
+        """(n, c) 1/sr at pairs of directions, which are its own where it has such."""
+        if self.value is not None:
+            return self.value
+        if self.evaluate is None:
+            raise ValueError(f"{self.name} is known nowhere")
+        return self.evaluate(at.incident, at.exit)
+
 
 def find_brdf(path: Path) -> Path:
     """The file itself, or the coefficients or the truth in a folder."""

@@ -57,9 +57,9 @@ class Bench:
         """Without what stray light may spoil that is not known."""
         return table if self.beside.unknown is None else without_spoilt(table, self.beside.unknown)[0]
 
-    def error(self, table: FacetTable, **asked: int | None) -> float:
+    def error(self, table: FacetTable, order: int | None = None) -> float:
         """Relative L2 below 70 degrees of the fit."""
-        options = FitOptions(absolute=self.setup.scale == "absolute", **asked)
+        options = FitOptions(order=order, absolute=self.setup.scale == "absolute")
         fit = fit_table(
             table,
             options,

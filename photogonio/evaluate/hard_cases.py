@@ -121,8 +121,8 @@ def measure(case: HardCase, sets: Path) -> HardResult:
     folder = rendered(case.scene, sets, workers=1, reporter=Reporter(quiet=True))
     try:
         result = process(folder, None, Options(workers=1))
-    except InputError as error:
-        return HardResult(refused=str(error))
+    except InputError as refusal:
+        return HardResult(refused=str(refusal))
     truth = load_known(folder / TRUTH)
     error, stated = error_and_interval(result, truth)
     return HardResult(

@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from photogonio.capture.errors import InputError
+
+Row = Mapping[str, Any]  # a scene of an ``evaluate.json``
 
 WORSE = 1.1  # of the former error
 LEAST = 0.001  # relative error: smaller changes are nobody's loss
@@ -14,7 +17,7 @@ SLOWER = 1.5  # of the former time
 LEAST_SECONDS = 1.0
 
 
-def load_scores(path: Path) -> dict[str, Mapping[str, object]]:
+def load_scores(path: Path) -> dict[str, Row]:
     """The scenes of an ``evaluate.json``, by name.
 
     Raises:
@@ -27,9 +30,7 @@ def load_scores(path: Path) -> dict[str, Mapping[str, object]]:
         raise InputError(path, f"is no evaluate.json ({error})") from None
 
 
-def regressions(
-    former: Mapping[str, Mapping[str, object]], rows: Sequence[Mapping[str, object]]
-) -> list[str]:
+def regressions(former: Mapping[str, Row], rows: Sequence[Row]) -> list[str]:
     """What has become worse, a line each; scenes that only one of the two has are passed over."""
     lines = []
     for row in rows:

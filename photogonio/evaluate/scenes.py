@@ -50,7 +50,8 @@ SUITE = (
 )
 QUICK = ("matte-ball", "example", "plastic-ball", "oren-nayar-ball")
 SMALLER, QUICK_LAMPS, QUICK_CALIBRATION = 0.7, 8, 4
-Job, Done = TypeVar("Job"), TypeVar("Done")
+Job = TypeVar("Job")
+Done = TypeVar("Done")
 INNER, OUTER = np.radians(70.0), np.radians(80.0)  # masks: what all errors are quoted at, and the field's
 
 
@@ -101,7 +102,7 @@ def evaluate_scenes(scenes: Sequence[Scene], sets: Path, *, workers: int, report
         InputError: a set cannot be used.
     """
     jobs = [(scene, sets) for scene in scenes]
-    scores = []
+    scores: list[Score] = []
     for done, found in enumerate(spread_over_processes(_score, jobs, workers)):
         reporter.progress("evaluating scenes", done + 1, len(jobs))
         if isinstance(found, Refusal):
@@ -153,7 +154,7 @@ def evaluate_scene(scene: Scene, sets: Path, *, workers: int, reporter: Reporter
         scene=scene.name,
         inner=inner,
         outer=outer,
-        calibration=calibration_error(result.setup, load_truth(folder)),
+        calibration=calibration_error(result.measured, load_truth(folder)),
         result=result,
         seconds=dict(result.seconds),
         megabytes=peak_megabytes(),

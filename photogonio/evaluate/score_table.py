@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def _width(form: str) -> int:
     return int(form.lstrip(">").split(".")[0].rstrip("d"))
 
 
-def _cell(value: object, factor: float, form: str) -> str:
+def _cell(value: Any, factor: float, form: str) -> str:
     """One entry; a dash where there is no such number."""
     if value is None or (isinstance(value, float) and not np.isfinite(value)):
         return "-".rjust(_width(form))

@@ -85,7 +85,7 @@ def tradeoffs(folder: Path, score: Score, turn: Settings, workers: int) -> list[
     settings = settings_of(score.result.table.level, turn)
     runs = list(dict.fromkeys(run for *_, run in settings))
     shares = [runs[k::workers] for k in range(min(workers, len(runs)))]
-    jobs = [(folder, score.result.setup, score.result.table, share) for share in shares]
+    jobs = [(folder, score.result.measured, score.result.table, share) for share in shares]
     found: dict[Run, tuple[float, float]] = {}
     for share, timed in zip(shares, spread_over_processes(_timed, jobs, workers), strict=True):
         found |= dict(zip(share, timed, strict=True))
@@ -112,7 +112,7 @@ def _timed(job: tuple[Path, Setup, FacetTable, list[Run]]) -> list[tuple[float, 
 def error_of(bench: Bench, run: Run) -> float:
     """Relative L2 below 70 degrees, worst channel, of what the run fits."""
     table = direct_table(bench, run.samples) if run.samples else bench.table(run.level, run.stride)
-    return bench.error(table) if run.order is None else bench.error(table, order=run.order)
+    return bench.error(table, run.order)
 
 
 def mark_knees(points: Sequence[Point]) -> list[Point]:

@@ -46,9 +46,10 @@ def _tangent(normal: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, np.ndar
     x = np.array([1.0, 0.0, 0.0]) - normal[:, :1] * normal
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     y = np.cross(normal, x)
-    return tuple(
+    toward, viewer = (
         np.column_stack([x @ v, y @ v, normal @ v]) for v in (np.asarray(light), np.array([0.0, 0.0, 1.0]))
     )
+    return toward, viewer
 
 
 def to_display(radiance: np.ndarray, *, white: float | None = None, background: float = 0.97) -> np.ndarray:

@@ -99,9 +99,11 @@ def picture_bytes(figure: Figure, *, kind: str = "png", source: str = "") -> byt
     ``source`` says where it came from; the file keeps it among its metadata.
     """
     stream = io.BytesIO()
-    metadata = (
-        {"Date": None, "Description": source} if kind == "svg" else {"Software": None, "Comment": source}
-    )
+    metadata: dict[str, str | None]
+    if kind == "svg":
+        metadata = {"Date": None, "Description": source}
+    else:
+        metadata = {"Software": None, "Comment": source}
     with rc_context({"svg.hashsalt": "photogonio"}):
         figure.savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
     return stream.getvalue()
@@ -110,7 +112,8 @@ def picture_bytes(figure: Figure, *, kind: str = "png", source: str = "") -> byt
 def image_bytes(image: np.ndarray) -> bytes:
     """An sRGB image (h, w, 3), 0 to 1, as PNG."""
     stream = io.BytesIO()
-    imsave(stream, np.clip(image, 0.0, 1.0), format="png", metadata={"Software": None})
+    # None leaves the key out, which the stub of imsave does not know, unlike that of savefig
+    imsave(stream, np.clip(image, 0.0, 1.0), format="png", metadata={"Software": None})  # type: ignore[dict-item]
     return stream.getvalue()
 
 

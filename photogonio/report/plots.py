@@ -141,15 +141,20 @@ def lobes_figure(
     channels: Sequence[str],
     *,
     valid: float = np.pi / 2,
-    figure: Figure | SubFigure | None = None,
-) -> Figure | SubFigure:
+) -> Figure:
     """f in the plane of incidence as polar curves, light from the left at 0, 30 and 60 degrees.
 
     Beyond ``valid`` (radians, of the exit angle) the curves are dashed: not seen, or hardly.
     """
-    if figure is None:
-        figure = Figure(figsize=(9.6, 2.7))
-        figure.subplots_adjust(left=0.05, right=0.99, bottom=0.02, top=0.9, wspace=0.04)
+    figure = Figure(figsize=(9.6, 2.7))
+    figure.subplots_adjust(left=0.05, right=0.99, bottom=0.02, top=0.9, wspace=0.04)
+    _draw_lobes(figure, evaluate, channels, valid)
+    return figure
+
+
+def _draw_lobes(
+    figure: Figure | SubFigure, evaluate: Evaluate, channels: Sequence[str], valid: float
+) -> None:
     axes = figure.subplots(1, len(_LOBE_ANGLES))
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     seen = np.abs(theta) <= valid
@@ -164,7 +169,6 @@ def lobes_figure(
             ax.plot(x[:, k], y[:, k], color=colour, linewidth=1.0, linestyle=(0, (2, 2)))
             ax.plot(np.where(seen, x[:, k], np.nan), y[:, k], color=colour, linewidth=1.8, label=channels[k])
     axes[0].legend(loc="upper left", fontsize=8, frameon=False, bbox_to_anchor=(-0.12, 1.12))
-    return figure
 
 
 def _dress_half(ax: Axes, top: float, angle: float) -> None:
@@ -199,10 +203,14 @@ def cuts_figure(
     channels: Sequence[str],
     *,
     valid: float = np.pi / 2,
-    figure: Figure | SubFigure | None = None,
-) -> Figure | SubFigure:
+) -> Figure:
     """f against the exit angle: in the plane of incidence, and across it."""
-    figure = figure or Figure(figsize=(9.6, 3.3), layout="constrained")
+    figure = Figure(figsize=(9.6, 3.3), layout="constrained")
+    _draw_cuts(figure, evaluate, channels, valid)
+    return figure
+
+
+def _draw_cuts(figure: Figure | SubFigure, evaluate: Evaluate, channels: Sequence[str], valid: float) -> None:
     axes = figure.subplots(1, 2)
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     for ax, azimuth, title in zip(
@@ -225,7 +233,6 @@ def cuts_figure(
         ax.set_title(title, fontsize=10, color=_INK)
         ax.legend(title="light at", fontsize=8, title_fontsize=8, frameon=False, loc="upper left", ncols=3)
         _dress(ax)
-    return figure
 
 
 def overview_figure(
@@ -234,9 +241,10 @@ def overview_figure(
     """Everything at a glance: lobes, cuts, and a shaded ball under three lights."""
     figure = Figure(figsize=(10.2, 9.6), layout="constrained")
     figure.suptitle(title, fontsize=13, color=_INK)
-    top, middle, bottom = figure.subfigures(3, 1, height_ratios=[2.8, 3.4, 3.2])
-    lobes_figure(evaluate, channels, valid=valid, figure=top)
-    cuts_figure(evaluate, channels, valid=valid, figure=middle)
+    parts = figure.subfigures(3, 1, height_ratios=[2.8, 3.4, 3.2])
+    top, middle, bottom = np.asarray(parts)
+    _draw_lobes(top, evaluate, channels, valid)
+    _draw_cuts(middle, evaluate, channels, valid)
     balls = [shaded_sphere(evaluate, light, size=320) for light in BALL_LIGHTS.values()]
     white = max(float(np.nanquantile(ball, 0.98)) for ball in balls)
     for ax, ball, name in zip(bottom.subplots(1, len(balls)), balls, BALL_LIGHTS, strict=True):

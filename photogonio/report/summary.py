@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -209,7 +209,7 @@ def _short(value: object) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def numbers(result: Result) -> dict[str, object]:
+def numbers(result: Result) -> dict[str, Any]:
     """The result's numbers, for ``--json``."""
     brdf = result.brdf
     observed, fitted = result.fit.cells.value, result.fit.predicted
@@ -292,5 +292,5 @@ def closing_lines(result: Result) -> str:
     return "\n".join(lines)
 
 
-def listed(values: Sequence[float], form: str) -> str:
+def listed(values: Iterable[float], form: str) -> str:
     return " · ".join(format(float(value), form) for value in values)

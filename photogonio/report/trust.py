@@ -47,7 +47,7 @@ class Check:
 
 
 def _board(setup: Setup) -> str:
-    rms = np.array([one.pose_rms for one in (*setup.views, *setup.boards)])
+    rms = np.array([one.pose_rms for some in (setup.views, setup.boards) for one in some])
     rms = rms[np.isfinite(rms)]
     allowed = max(BOARD, BOARD_PART * max(setup.camera.size))
     if not len(rms) or np.median(rms) <= allowed:

@@ -5,6 +5,10 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 from photogonio.capture.diagnosis import Diagnosis
 
@@ -21,7 +25,7 @@ class Reporter:
         self.failed = False  # the command did its work, and what it found is a failure
         self.distrusted = False  # results were written, and a check says that they are not to be trusted
         self._out = sys.stderr if json else sys.stdout
-        self._bar = None
+        self._bar: tqdm | None = None
         self._label = ""
         self._started = self._spoken = 0.0
 

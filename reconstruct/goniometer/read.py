@@ -84,7 +84,7 @@ def _side_by_side(
         value=samples.value[rows].reshape(wide),
         sigma=None if samples.sigma is None else samples.sigma[rows].reshape(wide),
         channels=names,
-        line=np.repeat(samples.line[rows, 0], samples.value.shape[1], axis=1),
+        line=np.repeat(samples.lines[rows, 0], samples.value.shape[1], axis=1),
         warnings=_unpaired(rows.size, samples, told.channel_by),
     )
 
@@ -136,7 +136,7 @@ def _of_known_errors(path: Path, samples: GoniometerSamples) -> GoniometerSample
     if small.any():
         row = int(np.argmax(small))
         raise InputError(
-            f"{path}: line {samples.line[row, 0]}",
+            f"{path}: line {samples.lines[row, 0]}",
             f"a standard error of {samples.sigma[row].min():.3g}, of values of {middle:.3g}, cannot be",
         )
     return replace(samples, sigma=np.minimum(samples.sigma, UNSURE * middle))
@@ -173,8 +173,8 @@ def _said(samples: GoniometerSamples, one: Spoilt) -> str:
 def take(samples: GoniometerSamples, keep: np.ndarray) -> GoniometerSamples:
     """The rows that a mask or an index array names."""
     names = ("theta_i", "phi_i", "theta_r", "phi_r", "value", "sigma", "line")
-    given = {name: getattr(samples, name) for name in names}
-    return replace(samples, **{name: None if row is None else row[keep] for name, row in given.items()})
+    given = {name: row[keep] for name in names if (row := getattr(samples, name)) is not None}
+    return replace(samples, **given)
 
 
 def _left(samples: GoniometerSamples, keep: np.ndarray, why: str) -> GoniometerSamples:

@@ -91,11 +91,12 @@ class TextTable:
     def number(self, name: str) -> np.ndarray:
         """The column (n,), NaN where a cell says nothing. Raises InputError for a cell that is another text."""
         place = self.header.index(name)
-        if self.texts[place]:
-            wrong = np.flatnonzero(self.codes[place] > 0)
+        codes = self.codes[place]
+        if self.texts[place] and codes is not None:
+            wrong = np.flatnonzero(codes > 0)
             if len(wrong):
                 row = wrong[0]
-                text = self.texts[place][self.codes[place][row] - 1]
+                text = self.texts[place][codes[row] - 1]
                 raise InputError(
                     f"{self.path}: line {self.line[row]}", f"{name} is {text!r}; expected a number"
                 )
@@ -140,7 +141,8 @@ def read_text(path: Path) -> TextTable:
 
 
 def _read(path: Path, file: Iterable[str]) -> TextTable:
-    lines, remarks = enumerate(file, 1), []
+    lines = enumerate(file, 1)
+    remarks: list[tuple[int, str]] = []
     first = list(islice(_told(lines, remarks), LOOK))
     if "\0" in "".join(text for _, text in first):
         raise InputError(path, "is not text; expected a table of measurements (CSV)")

@@ -24,7 +24,7 @@ class Told:
     def to_dict(self) -> dict[str, object]:
         """What was told, as command-line options; what was not is None."""
         pairs = {"columns": self.columns, "where": dict(self.where)}
-        joined = {
+        joined: dict[str, object] = {
             name: ",".join(f"{a}={b}" for a, b in told.items()) if told else None
             for name, told in pairs.items()
         }

@@ -35,6 +35,13 @@ class GoniometerSamples:
     )
 
     @property
+    def lines(self) -> np.ndarray:
+        """Lines of the file. Raises TypeError where there was none."""
+        if self.line is None:
+            raise TypeError("these samples are from no file")
+        return self.line
+
+    @property
     def incident(self) -> np.ndarray:
         """Unit vectors (n, 3) toward the light, tangent frame."""
         return unit_vectors(self.theta_i, self.phi_i)

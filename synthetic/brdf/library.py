@@ -59,7 +59,7 @@ def checked(key: str, value: object, where: object) -> object:
         raise InputError(where, f"{key}: expected more than 0, got {value!r}")
     if key in NOT_NEGATIVE and min(values) < 0:
         raise InputError(where, f"{key}: expected 0 or more, got {value!r}")
-    return tuple(float(v) for v in values) if isinstance(value, list | tuple) else value
+    return tuple(map(float, values)) if isinstance(value, list | tuple) else value
 
 
 def angle_grid(step_degrees: float = 5.0) -> np.ndarray:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from photogonio.capture.errors import InputError
 
 if TYPE_CHECKING:
     from photogonio.synthetic.scene.model import Scene
 
-Rule = tuple[str, Callable[[object], bool]]  # what is expected, whether a value is so
+Rule = tuple[str, Callable[[Any], bool]]  # what is expected, whether a value is so
 NEEDED = {  # by a board of each kind
     "charuco": ("squares", "square_length", "marker_length"),
     "aruco-grid": ("markers", "marker_length", "marker_separation"),
@@ -144,7 +144,9 @@ def _values(scene: Scene) -> Iterator[tuple[str, object, Rule]]:
 
 def _check_board(scene: Scene, where: object) -> None:
     board = scene.board
-    for key in NEEDED[board.kind] if board else ():
+    if board is None:
+        return
+    for key in NEEDED[board.kind]:
         if not getattr(board, key):
             raise InputError(f"{where}: board.{key}", f"a board of kind {board.kind} needs it")
 

@@ -6,7 +6,7 @@ import tomllib
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
-from typing import get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.schema import did_you_mean
@@ -61,8 +61,10 @@ def overlaid(below: dict[str, object], above: dict[str, object]) -> dict[str, ob
     """Keys of ``above`` replace those of ``below``; tables are laid over each other, but for the BRDF's."""
     out = dict(below)
     for key, value in above.items():
-        mix = key != "brdf" and isinstance(value, dict) and isinstance(out.get(key), dict)
-        out[key] = overlaid(out[key], value) if mix else value
+        under = out.get(key)
+        if key != "brdf" and isinstance(value, dict) and isinstance(under, dict):
+            value = overlaid(under, value)
+        out[key] = value
     return out
 
 
@@ -71,7 +73,7 @@ def without_board(table: dict[str, object]) -> dict[str, object]:
     return {**table, "board": None} if table.get("board") is False else table
 
 
-def read(kind: type, table: object, where: str):
+def read(kind: Any, table: object, where: str) -> Any:
     """A dataclass from a table, its unknown keys and wrong types refused."""
     if not isinstance(table, dict):
         raise InputError(where, f"expected a table, got {table!r}")
@@ -90,7 +92,7 @@ def required(item) -> bool:
     return item.default is item.default_factory  # both are dataclasses.MISSING
 
 
-def convert(hint: object, value: object, where: str) -> object:
+def convert(hint: Any, value: object, where: str) -> object:
     """A TOML value as the type that a field is declared to have; InputError otherwise."""
     if get_origin(hint) is UnionType:
         return None if value is None else convert(get_args(hint)[0], value, where)
