@@ -21,7 +21,7 @@ ROOMS = {
 }
 # The floors inside a room, the upper ones first: each takes from itself and from what stands in a line below.
 FLOORS = {
-    "capture": ["manifest linear", "target files", "codes", "diagnosis errors photoset radiance"],
+    "capture": ["manifest linear", "target files", "containers codes", "diagnosis errors photoset radiance"],
     "calib": [
         "calibrate",
         "camera_poses report",

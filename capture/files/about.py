@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
+from photogonio.capture.containers import exif, icc, jpeg, jxl, png, tiff
+from photogonio.capture.containers.tone import LINEAR, Tone, of_cicp, of_exif, untold
 from photogonio.capture.errors import InputError
-from photogonio.capture.files import decode, exif, exr, heif, icc, jpeg, jxl, png, tiff
-from photogonio.capture.files.tone import LINEAR, Tone, of_cicp, of_exif, untold
+from photogonio.capture.files import decode, exr, heif
 
 BITS = {"uint8": 8, "uint16": 16}
 MIRRORED = {2, 4, 5, 7}  # of EXIF's orientations

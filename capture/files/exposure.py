@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
+from typing import Any
 
 from photogonio.capture.files import stops
 from photogonio.capture.photoset import Photo
@@ -121,7 +122,8 @@ def stepped(exposures: Mapping[str, Exposure]) -> tuple[dict[str, Exposure], tup
         steps = stops.true_steps(field, named.values())
         moved = {value: math.log(step / value) for value, step in steps.items()}
         for file, value in named.items():
-            found[file] = replace(found[file], **{field: steps.get(value, value)})
+            change: dict[str, Any] = {field: steps.get(value, value)}
+            found[file] = replace(found[file], **change)
         if moved and max(moved.values()) - min(moved.values()) > LEAST_MOVE:
             value = max(moved, key=lambda one: abs(moved[one]))
             lines.append(STEPPED[field].format(shown(field, value), shown(field, steps[value])))

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from photogonio.capture.containers.tiff import is_dng
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.tiff import is_dng
 
 HEAD = 4096  # bytes at a file's start that tell most files apart
 RAW_SUFFIXES = {  # of the many that LibRaw opens, those that cameras write

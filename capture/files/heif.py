@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pillow_heif
-from photogonio.capture.files import exif, icc
-from photogonio.capture.files.boxes import turns
+from photogonio.capture.containers import exif, icc
+from photogonio.capture.containers.boxes import turns
+from photogonio.capture.containers.tone import Tone, of_cicp
 from photogonio.capture.files.decode import decode_opencv
-from photogonio.capture.files.tone import Tone, of_cicp
 
 
 def size_of(path: Path, file: pillow_heif.HeifFile) -> tuple[int, int]:

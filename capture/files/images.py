@@ -15,13 +15,14 @@ from pathlib import Path
 
 import numpy as np
 import rawpy
+from photogonio.capture.containers import dng
+from photogonio.capture.containers.integrity import fault
+from photogonio.capture.containers.tone import LINEAR, Tone
 from photogonio.capture.errors import InputError
-from photogonio.capture.files import decode, dng, heif, raw
+from photogonio.capture.files import decode, heif, raw
 from photogonio.capture.files.about import About, about
 from photogonio.capture.files.exposure import Exposure, from_attributes
 from photogonio.capture.files.formats import HEAD, format_of
-from photogonio.capture.files.integrity import fault
-from photogonio.capture.files.tone import LINEAR, Tone
 
 EXPONENT = np.uint16(0x7C00)  # of a half float, all ones where it is not finite
 WHOLE = {"png", "jpeg", "webp", "bmp"}  # formats whose files are looked over before they are decoded

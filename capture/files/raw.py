@@ -8,11 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rawpy
-from photogonio.capture.files import exif as blocks
-from photogonio.capture.files.dng import Dng
+from photogonio.capture.containers import exif as blocks
+from photogonio.capture.containers.dng import Dng
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.decode import decode_oiio, open_oiio
 
 METHODS = {
     "linear": rawpy.DemosaicAlgorithm.LINEAR,
@@ -60,13 +63,24 @@ def white_of_floats(raw: rawpy.RawPy, dng: Dng) -> float:
     white = white_level(raw)
     if dng.white is None or white == dng.white or int(raw.raw_image.max()) < FLOAT_WHITE - 1:
         return white
-    brightest = dng.brightest()
+    brightest = brightest_of(dng)
     if brightest is None:
         raise ValueError(
             "is a DNG of floats that reach its WhiteLevel or pass it, which LibRaw scales by the brightest of them; "
             "write it as OpenEXR, or as integers"
         )
     return white * min(1.0, dng.white / brightest)
+
+
+def brightest_of(dng: Dng) -> float | None:
+    """The greatest of a picture of floats; None if only LibRaw can read it."""
+    if dng.place is None:
+        return None
+    try:
+        with open_oiio(*dng.place) as file:
+            return float(decode_oiio(dng.place[0], file, dng.place[1]).max())
+    except InputError:
+        return None
 
 
 def superpixels(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
@@ -107,7 +121,7 @@ def stacked(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
     for c in range(count if dng.gains else 0):
         pixels[..., c] *= dng.gain(rows, columns, planes.shape[:2], c)
     white, mean = white_of_floats(raw, dng), float(black.mean())
-    full = (planes[..., :count] >= white).any(axis=2)
+    full = np.asarray((planes[..., :count] >= white).any(axis=2))
     return RawPixels(pixels, white - mean, mean, full, tuple(letters[:count]), (1,) * count)
 
 
@@ -116,7 +130,8 @@ def demosaiced(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
     white, black = white_of_floats(raw, dng), float(np.mean(raw.black_level_per_channel))
     full = raw.raw_image_visible >= white
     factor = 65535.0 / (white_level(raw) - black)
-    levels, most = (levelled(raw, dng), dng.most) if dng.gains else ({}, 1.0)
+    levels: dict[str, Any] = levelled(raw, dng) if dng.gains else {}
+    most = dng.most if dng.gains else 1.0
     pixels = raw.postprocess(
         demosaic_algorithm=METHODS[method],
         gamma=(1, 1),
@@ -134,7 +149,7 @@ def demosaiced(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
     return RawPixels(pixels, (white - black) * factor, black * factor, full, channels, (1,) * len(channels))
 
 
-def levelled(raw: rawpy.RawPy, dng: Dng) -> dict[str, object]:
+def levelled(raw: rawpy.RawPy, dng: Dng) -> dict[str, Any]:
     """Multiply the mosaic by its gains, over the greatest of them, in place and over all of 16 bits; and the levels
     that LibRaw is to be told."""
     mosaic = raw.raw_image_visible

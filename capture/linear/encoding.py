@@ -7,8 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from photogonio.capture.files import tone
-from photogonio.capture.files.tone import Curve, Tone
+from photogonio.capture.containers import tone
+from photogonio.capture.containers.tone import Curve, Tone
 
 SRGB_KNEE = 0.04045  # IEC 61966-2-1
 SRGB_KNEE_LINEAR = SRGB_KNEE / 12.92

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from photogonio.capture.containers.tone import LINEAR, SRGB, Curve, Tone, difference
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.files.images import Header
-from photogonio.capture.files.tone import LINEAR, SRGB, Curve, Tone, difference
 from photogonio.capture.photoset import MANIFEST, PhotoSet, Radiometry
 
 APART = 0.02  # relative difference of two curves that is told

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
+from photogonio.capture.containers.tone import LINEAR, SRGB, Tone
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.exposure import Exposure, stepped
 from photogonio.capture.files.formats import HEAD, NAMES, OTHERS, PROMISED, SUFFIXES, by_content, by_name
 from photogonio.capture.files.images import Header, read_header
-from photogonio.capture.files.tone import LINEAR, SRGB, Tone
 from photogonio.capture.manifest.stub import photo_tables, quoted, stub_manifest
 from photogonio.capture.photoset import MANIFEST, Photo
 from photogonio.capture.target.layout import make_target

@@ -10,12 +10,13 @@ import numpy as np
 import OpenImageIO as oiio
 import pillow_heif
 import pytest
+from photogonio.capture.containers import exif, jxl
+from photogonio.capture.containers.boxes import boxes
+from photogonio.capture.containers.tone import SRGB, Curve
 from photogonio.capture.errors import InputError
-from photogonio.capture.files import about, exif, jxl
-from photogonio.capture.files.boxes import boxes
+from photogonio.capture.files import about
 from photogonio.capture.files.formats import format_of
 from photogonio.capture.files.images import read_header, read_image
-from photogonio.capture.files.tone import SRGB, Curve
 from PIL import Image
 
 from tests.capture.odd_files import app2, gamma_tag, icc_profile, jpeg, tiff_directory

@@ -7,7 +7,7 @@ import struct
 import numpy as np
 import pytest
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.dng import Dng
+from photogonio.capture.files import raw
 from photogonio.capture.files.images import read_header, read_image
 
 from tests.capture.odd_files import dng, gain_map, opcode, opcode_list
@@ -94,7 +94,9 @@ def test_floats_that_only_libraw_reads_are_refused_at_the_white_level(tmp_path, 
     written = mosaic("float32")
     written[5, 5] = 4.0
     path = dng(tmp_path / "a.dng", written, white=1)
-    monkeypatch.setattr(Dng, "brightest", lambda self: None)  # as of one compressed by a predictor for floats
+    monkeypatch.setattr(
+        raw, "brightest_of", lambda dng: None
+    )  # as of one compressed by a predictor for floats
     with pytest.raises(InputError, match=r"a\.dng: .*WhiteLevel"):
         read_image(path)
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from photogonio.capture.files import icc
-from photogonio.capture.files.integrity import PNG_SIGNATURE
-from photogonio.capture.files.tone import SRGB, Curve, Tone, named, of_cicp
+from photogonio.capture.containers import icc
+from photogonio.capture.containers.integrity import PNG_SIGNATURE
+from photogonio.capture.containers.tone import SRGB, Curve, Tone, named, of_cicp
 
 WANTED = {b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM"}
 MOST_BYTES = 1 << 24  # of a chunk or a profile

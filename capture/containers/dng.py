@@ -13,9 +13,7 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from photogonio.capture.errors import InputError
-from photogonio.capture.files import tiff
-from photogonio.capture.files.decode import decode_oiio, open_oiio
+from photogonio.capture.containers import tiff
 
 MOSAIC, LINEAR = 32803, 34892  # of a directory's colours
 FLOATS = 3  # a sample's format
@@ -116,16 +114,6 @@ class Dng:
             found *= gain.most
         return found
 
-    def brightest(self) -> float | None:
-        """The greatest of a picture of floats; None if only LibRaw can read it."""
-        if self.place is None:
-            return None
-        try:
-            with open_oiio(*self.place) as file:
-                return float(decode_oiio(self.place[0], file, self.place[1]).max())
-        except InputError:
-            return None
-
     def gain(
         self, rows: np.ndarray, columns: np.ndarray, size: tuple[int, int], plane: int = 0
     ) -> np.ndarray | float:
@@ -157,7 +145,9 @@ def about(path: Path) -> Dng:
 def told(codes: Iterable[int], gains: list[Gain]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """What was done and left, in words, and what is to be doubted."""
     codes = list(codes)
-    notes = ("has its lens shading taken out by its own gains (DNG opcodes)",) if gains else ()
+    notes: tuple[str, ...] = (
+        ("has its lens shading taken out by its own gains (DNG opcodes)",) if gains else ()
+    )
     warps = [WARPS[code] for code in codes if code in WARPS]
     if warps:
         notes += (f"asks for {', '.join(dict.fromkeys(warps))}, which is left to calibration",)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Mapping
 
-from photogonio.capture.files.tone import Curve, Tone, named, of_cicp, rises
+from photogonio.capture.containers.tone import Curve, Tone, named, of_cicp, rises
 
 HEAD, ENTRY = 128, 12  # bytes
 MOST_TAGS = 1000

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from photogonio.capture.files import exif
-from photogonio.capture.files.boxes import boxes
+from photogonio.capture.containers import exif
+from photogonio.capture.containers.boxes import boxes
 
 CONTAINER = b"\0\0\0\x0cJXL \r\n\x87\n"
 SIZE_BITS = (9, 13, 18, 30)
