@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -10,6 +9,7 @@ from pathlib import Path
 
 from photogonio.capture.containers.tone import LINEAR, SRGB, Tone
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.documents import read_text, read_toml
 from photogonio.capture.files.exposure import Exposure, stepped
 from photogonio.capture.files.formats import HEAD, NAMES, OTHERS, PROMISED, SUFFIXES, by_content, by_name
 from photogonio.capture.files.images import Header, read_header
@@ -54,12 +54,8 @@ def manifest_text(folder: Path) -> str:
     tables = notes + photo_tables(found.photos) + passed_lines(found.passed)
     path = folder / MANIFEST
     if path.exists():
-        text = path.read_text(encoding="utf-8")
-        try:
-            named = "photo" in tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(path, f"not valid TOML: {error}") from error
-        if named:
+        text = read_text(path)
+        if "photo" in read_toml(path):
             raise InputError(path, "names photos already; move it away to begin anew")
         return text.rstrip() + "\n\n" + tables
     name = folder.resolve().name.replace('"', "")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.documents import read_toml
 from photogonio.capture.manifest.entries import MANIFEST_KEYS
 from photogonio.capture.manifest.schema import read_table
 from photogonio.capture.photoset import MANIFEST, CameraEntry, LightEntry, Photo, PhotoSet, Radiometry
@@ -54,14 +54,7 @@ def parse(folder: Path, path: Path) -> dict[str, Any]:
             f"no {MANIFEST} here; make one with `photogonio init {folder}` (from the photos' EXIF) or with "
             "`photogonio target` (beside a printable board)",
         )
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except UnicodeDecodeError as error:
-        raise InputError(path, f"not UTF-8 text: {error.reason} at byte {error.start}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path, f"not valid TOML: {error}") from error
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}") from error
+    return read_toml(path)
 
 
 def check_photos(folder: Path, path: Path, photos: tuple[Photo, ...]) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.documents import read_json
+from photogonio.capture.manifest.schema import array
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
+from photogonio.synthetic.brdf.files import check_values, grid_arrays
 from photogonio.synthetic.render.world import brdf_from
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
@@ -69,33 +71,42 @@ def load_known(path: Path, told: Told = UNTOLD) -> Known:
 
 
 def _read_json(path: Path) -> Known:
-    try:
-        kind = json.loads(path.read_text(encoding="utf-8")).get("format")
-    except (ValueError, AttributeError):
-        raise InputError(path, "is not JSON; expected coefficients or truth") from None
-    if kind == TRUTH_FORMAT:
-        return _read_truth(path)
+    document = read_json(path)
+    if isinstance(document, dict) and document.get("format") == TRUTH_FORMAT:
+        return _read_truth(path, document.get("brdf"))
     brdf = load_brdf(path)
     return Known(path.name, brdf.channels, isotropic=brdf.symmetry == "isotropic", evaluate=brdf)
 
 
-def _read_truth(path: Path) -> Known:
+def _read_truth(path: Path, truth: object) -> Known:
     """A rendered set's truth: its model, or its grid where the model is a file that is not beside it."""
-    truth = json.loads(path.read_text(encoding="utf-8"))["brdf"]
-    grid, model = truth["grid"], truth["model"]
-    value = np.array(grid["values"], float)
+    grid, model = (_part(path, truth, name) for name in ("grid", "model"))
+    value = array(None, None)(grid.get("values"), f"{path}: brdf grid values")
     channels = _names(value.shape[1])
     if "model" in model or (path.parent / str(model.get("file"))).is_file():
         reflectance = brdf_from(model, path.parent, path)
 
         def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
             f = reflectance(incident, exit)
+            if f.shape[-1] not in (1, len(channels)):
+                raise InputError(path, f"its model has {f.shape[-1]} channels, its grid {len(channels)}")
             return np.broadcast_to(f, (*f.shape[:-1], len(channels)))
 
         return Known(path.name, channels, isotropic=reflectance.isotropic, evaluate=evaluate)
-    axes = [np.radians(grid[name]) for name in ("theta_i", "theta_r", "dphi")]
+    names = ("theta_i", "theta_r", "dphi")
+    axes = [np.radians(array(None)(grid.get(name), f"{path}: brdf grid {name}")) for name in names]
+    if math.prod(map(len, axes)) != len(value):
+        raise InputError(f"{path}: brdf grid values", f"{len(value)} rows are not as many as directions")
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    check_values(path, nodes, value)
     return _on_grid(path, nodes, value)
+
+
+def _part(path: Path, truth: object, name: str) -> dict:
+    part = truth.get(name) if isinstance(truth, dict) else None
+    if not isinstance(part, dict):
+        raise InputError(f"{path}: brdf {name}", "expected a table")
+    return part
 
 
 def _read_merl(path: Path) -> Known:
@@ -103,15 +114,7 @@ def _read_merl(path: Path) -> Known:
 
 
 def _read_grid(path: Path) -> Known:
-    """Arrays ``grid`` (n, 3) of theta_i, theta_r, dphi in radians, and ``brdf`` (n, c)."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            grid, value = np.asarray(file["grid"], float), np.asarray(file["brdf"], float)
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
-        raise InputError(path, "expected arrays `grid` and `brdf`") from None
-    if grid.ndim != 2 or grid.shape[1] != 3 or value.shape[:1] != grid.shape[:1]:
-        raise InputError(path, f"expected grid (n, 3) and brdf (n, c), found {grid.shape} and {value.shape}")
-    return _on_grid(path, grid, value)
+    return _on_grid(path, *grid_arrays(path))
 
 
 def _on_grid(path: Path, grid: np.ndarray, value: np.ndarray) -> Known:

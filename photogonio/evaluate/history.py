@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.documents import read_json
+from photogonio.capture.manifest.schema import number, text
 
 Row = Mapping[str, Any]  # a scene of an ``evaluate.json``
 
@@ -23,11 +24,15 @@ def load_scores(path: Path) -> dict[str, Row]:
     Raises:
         InputError: it is none.
     """
-    try:
-        scenes = json.loads(path.read_text(encoding="utf-8"))["scenes"]
-        return {row["scene"]: row for row in scenes}
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(path, f"is no evaluate.json ({error})") from None
+    document = read_json(path)
+    scenes = document.get("scenes") if isinstance(document, dict) else None
+    if not isinstance(scenes, list) or not all(isinstance(row, dict) for row in scenes):
+        raise InputError(path, "is no evaluate.json: expected scenes")
+    for k, row in enumerate(scenes):
+        text(row.get("scene"), f"{path}: scenes[{k}] scene")
+        for name in ("error_70", "seconds"):
+            number(low=0.0)(row.get(name), f"{path}: scenes[{k}] {name}")
+    return {row["scene"]: row for row in scenes}
 
 
 def regressions(former: Mapping[str, Row], rows: Sequence[Row]) -> list[str]:

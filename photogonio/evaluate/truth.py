@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +9,10 @@ import numpy as np
 
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.documents import read_json
+from photogonio.capture.manifest.schema import array, number, text
 from photogonio.capture.photoset import Plane
+from photogonio.synthetic.write.truth import FORMAT
 
 TRUTH = "truth.json"
 
@@ -34,13 +36,34 @@ def load_truth(folder: Path) -> dict:
     """The truth of a rendered set.
 
     Raises:
-        InputError: there is none.
+        InputError: there is none, or not whole.
     """
     path = folder / TRUTH
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(path, f"cannot be read as a set's truth ({error})") from None
+    truth = read_json(path)
+    if not isinstance(truth, dict) or truth.get("format") != FORMAT:
+        raise InputError(path, f'expected "format": "{FORMAT}"')
+    number(above=0.0)(truth.get("radiance_scale"), f"{path}: radiance_scale")
+    camera, photos = truth.get("camera"), truth.get("photos")
+    if not isinstance(camera, dict) or not isinstance(photos, list):
+        raise InputError(path, "expected camera and photos")
+    array(3, 3)(camera.get("matrix"), f"{path}: camera matrix")
+    for k, photo in enumerate(photos):
+        _check_photo(photo, f"{path}: photos[{k}]")
+    return truth
+
+
+def _check_photo(photo: object, where: str) -> None:
+    lights = photo.get("lights") if isinstance(photo, dict) else None
+    if not isinstance(lights, list) or not all(isinstance(light, dict) for light in lights):
+        raise InputError(where, "expected a photo with its lights")
+    text(photo.get("file"), f"{where} file")
+    array(3, 3)(photo.get("rotation"), f"{where} rotation")
+    array(3)(photo.get("translation"), f"{where} translation")
+    for light in lights:
+        array(3)(light.get("position", light.get("direction")), f"{where} light")
+        array(None)(light.get("strength"), f"{where} strength")
+    if "sample_center" in photo:
+        array(3)(photo["sample_center"], f"{where} sample_center")
 
 
 def calibration_error(setup: Setup, truth: dict) -> CalibrationError:

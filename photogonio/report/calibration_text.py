@@ -37,7 +37,10 @@ def _sample(setup: Setup) -> Iterator[str]:
     if isinstance(told, dict):
         pairs = zip(told["shift"], told["shift_error"], strict=True)
         shift = ", ".join(_with_error(value, error) for value, error in pairs)
-        yield f"sample moved by {shift}; radius by {_with_error(told['radius_change'], told['radius_error'])}"
+        radius = ""
+        if "radius_change" in told:  # a ball's
+            radius = f"; radius by {_with_error(told['radius_change'], told['radius_error'])}"
+        yield f"sample moved by {shift}{radius}"
 
 
 def _lights(setup: Setup) -> Iterator[str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from photogonio.capture.errors import InputError
+from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf import schema as coefficients
 from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.brdf.errors_schema import is_beside, write_beside
@@ -52,7 +52,7 @@ class Brdf:
         """f (..., c), 1/sr, for any symmetry; angles in radians that broadcast together.
 
         An isotropic BRDF depends on ``phi_r - phi_i`` alone: give 0 and dphi. Where ``quantity`` names a
-        cosine, f at grazing angles is as unbounded as the division makes it.
+        cosine, f at grazing angles is as unbounded as the division makes it. Below the horizon f is 0.
         """
         angles = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)])
         shape = angles[0].shape
@@ -75,7 +75,8 @@ class Brdf:
         return value.reshape(*shape, value.shape[1])
 
     def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
-        """f (..., c), 1/sr, at unit vectors (..., 3) of the tangent frame that broadcast together."""
+        """f (..., c), 1/sr, at unit vectors (..., 3) of the tangent frame that broadcast together; 0 below
+        the horizon."""
         return self.evaluate(*spherical_angles(incident), *spherical_angles(exit))
 
     def standard_error(
@@ -111,7 +112,8 @@ class Brdf:
         return np.sqrt(variance).reshape(*angles[0].shape, variance.shape[1])
 
     def directional_albedo(self, theta_i: ArrayLike, phi_i: ArrayLike = 0.0) -> np.ndarray:
-        """(..., c) fraction of the light from (theta_i, phi_i) that is sent out; modes in closed form."""
+        """(..., c) fraction of the light from (theta_i, phi_i) that is sent out; modes in closed form. 0
+        below the horizon."""
         value = integrals.directional_albedo(
             self.symmetry, self.modes, self.coefficients, self.quantity, theta_i, phi_i
         )
@@ -120,7 +122,7 @@ class Brdf:
                 value = value + _albedo_of_turning(lobe, theta_i, phi_i, value.shape)
             else:
                 value = value + np.broadcast_to(lobe.directional_albedo(theta_i), value.shape)
-        return value
+        return np.where(_below(np.broadcast_arrays(theta_i, phi_i)[0])[..., None], 0.0, value)
 
     def bihemispherical_albedo(self) -> np.ndarray:
         """(c,) fraction of even illumination that is sent out; modes in closed form."""
@@ -176,18 +178,17 @@ class Brdf:
         return evaluate(self.modes, self.coefficients, theta_i, phi_i, theta_r, phi_r)
 
 
+def _below(theta: np.ndarray) -> np.ndarray:
+    """Whether polar angles, radians, are no angles from the normal to the horizon."""
+    return (theta < 0.0) | (theta > np.pi / 2)
+
+
 def load_brdf(path: Path | str) -> Brdf:
     """Read a coefficient file. Inverse of :meth:`Brdf.save`.
 
     Raises photogonio.capture.errors.InputError naming the file and the key that cannot be used.
     """
-    try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(path, error.strerror or "cannot be read") from error
-    except ValueError as error:
-        raise InputError(path, f"not a JSON file: {error}") from error
-    return Brdf(**coefficients.parse(path, document))
+    return Brdf(**coefficients.parse(path, read_json(Path(path))))
 
 
 def _text(document: dict[str, object]) -> str:

@@ -21,6 +21,9 @@ from photogonio.reconstruct.brdf.lobe_schema import (
 )
 
 FORMAT, VERSIONS = "surface-scattering-modes", (1, 2)
+HIGHEST = 100  # order of modes: a value of one of them takes so many steps, and no fit is a third as fine
+LARGEST = 1e12  # of any number: squares and sums of them stay numbers
+MOST_CHANNELS = 4096
 _CHOICES = {
     "quantity": ("brdf", "brdf_cos", "brdf_cos_cos"),
     "symmetry": ("isotropic", "reciprocal", "general"),
@@ -99,7 +102,9 @@ def parse(path: Path | str, document: Any) -> dict[str, Any]:
     version = _check_format(path, document)
     channels = document.get("channels")
     if not isinstance(channels, list) or not channels or not all(isinstance(c, str) for c in channels):
-        raise InputError(f"{path}: channels", f"a list of names is needed, not {channels!r}")
+        raise InputError(f"{path}: channels", f"a list of names is needed, not {channels!r:.60}")
+    if len(set(channels)) < len(channels) or len(channels) > MOST_CHANNELS:
+        raise InputError(f"{path}: channels", f"at most {MOST_CHANNELS} different names are needed")
     known: dict[str, Any] = {key: _choice(path, document, key) for key in _CHOICES}
     rows = _modes(path, document, known["symmetry"])
     size = (len(rows), len(channels))
@@ -127,7 +132,12 @@ def parse(path: Path | str, document: Any) -> dict[str, Any]:
     for key in ("valid", "fit", "source"):
         known[key] = document.get(key, {})
         if not isinstance(known[key], dict):
-            raise InputError(f"{path}: {key}", f"an object is needed, not {known[key]!r}")
+            raise InputError(f"{path}: {key}", f"an object is needed, not {known[key]!r:.60}")
+    for name, angle in known["valid"].items():
+        if name.startswith("theta") and not (_is_number(angle) and 0.0 <= angle <= 90.0):
+            raise InputError(
+                f"{path}: valid.{name}"[:200], f"an angle in degrees is needed, not {angle!r:.60}"
+            )
     return known
 
 
@@ -154,8 +164,10 @@ def _modes(path, document, symmetry) -> np.ndarray:
         rows = np.array(given, float).reshape(-1, width)
     except (TypeError, ValueError):
         raise InputError(f"{path}: modes", f"rows of {width} whole numbers are needed") from None
-    if not np.array_equal(rows, np.round(rows)) or len(rows) != len(given) or (abs(rows) > 10_000).any():
+    if not np.array_equal(rows, np.round(rows)) or len(rows) != len(given):
         raise InputError(f"{path}: modes", f"rows of {width} whole numbers are needed")
+    if (abs(rows) > HIGHEST).any():
+        raise InputError(f"{path}: modes", f"modes to order {HIGHEST} are understood")
     whole = rows.astype(int)
     if symmetry == "isotropic":
         n, m, l = whole.T
@@ -173,8 +185,8 @@ def _modes(path, document, symmetry) -> np.ndarray:
 def _order(path, document, symmetry, rows) -> int:
     largest = int(rows[:, [0] if symmetry == "isotropic" else [0, 2]].max(initial=0))
     order = document.get("order", largest)
-    if not isinstance(order, int) or order < largest:
-        raise InputError(f"{path}: order", f"the modes reach order {largest}, not {order!r}")
+    if not isinstance(order, int) or isinstance(order, bool) or not largest <= order <= HIGHEST:
+        raise InputError(f"{path}: order", f"the modes reach order {largest}, not {order!r:.60}")
     return order
 
 
@@ -189,6 +201,18 @@ def _array(path, key, given, shape, may_miss=False) -> np.ndarray:
         raise InputError(
             f"{path}: {key}", f"{shape} numbers are needed (modes, channels), not {values.shape}"
         )
-    if not (may_miss or np.isfinite(values).all()):
-        raise InputError(f"{path}: {key}", "every number must be finite")
+    if not (may_miss or np.isfinite(values).all()) or (np.abs(values) > LARGEST).any():
+        raise InputError(f"{path}: {key}", f"every number must be finite, and at most {LARGEST:g}")
+    if not may_miss and not _numbers_only(given):
+        raise InputError(f"{path}: {key}", "numbers are needed")
     return values
+
+
+def _is_number(value) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _numbers_only(given) -> bool:
+    if isinstance(given, list):
+        return all(map(_numbers_only, given))
+    return isinstance(given, np.ndarray) or _is_number(given)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import csv
-import json
-import zipfile
 from pathlib import Path
 
 import numpy as np
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.arrays import read_arrays
+from photogonio.capture.files.documents import read_json, read_text
 from photogonio.synthetic.brdf.expansion import COSINES, Expansion
 from photogonio.synthetic.brdf.measured import MERL_SCALE, MERL_SHAPE, MerlCube, Tabulated
 from photogonio.synthetic.brdf.reflectance import Reflectance
+from scipy.spatial import QhullError
 
+NEAR = 1e-6  # radians, of rounding
+LARGEST = 1e12  # 1/sr
+MOST_VALUES = 10**8
+HIGHEST = 100  # order of modes
 SYMMETRIES = ("isotropic", "reciprocal", "general")
 
 
@@ -37,8 +42,8 @@ def read_brdf(
 
 
 def read_expansion(path: Path) -> Expansion:
+    data = read_json(path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
         found = Expansion(
             symmetry=data.get("symmetry", "isotropic"),
             quantity=data.get("quantity", "brdf"),
@@ -46,11 +51,27 @@ def read_expansion(path: Path) -> Expansion:
             coefficients=np.array(data["coefficients"], float).reshape(len(data["modes"]), -1),
             lobes=tuple(data.get("lobes", ())),
         )
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        check_expansion(found)
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError) as error:
         raise InputError(path, f"not a coefficient file: {error}") from error
-    if found.symmetry not in SYMMETRIES or found.quantity not in COSINES:
-        raise InputError(path, f"unknown symmetry {found.symmetry!r} or quantity {found.quantity!r}")
     return found
+
+
+def check_expansion(found: Expansion) -> None:
+    """Raises ValueError unless all modes and lobes are ones that docs/modes.md knows, and all numbers are finite."""
+    if found.symmetry not in SYMMETRIES or found.quantity not in COSINES:
+        raise ValueError(f"unknown symmetry {found.symmetry!r:.60} or quantity {found.quantity!r:.60}")
+    for mode in found.modes:
+        pairs = (mode[:1] + mode[2:], mode[1:]) if found.symmetry == "isotropic" else (mode[:2], mode[2:])
+        known = all(len(one) == 2 and abs(one[1]) <= one[0] and (sum(one) % 2 == 0) for one in pairs)
+        if not known or max(mode) > HIGHEST or (found.symmetry == "isotropic" and mode[2] < 0):
+            raise ValueError(f"there is no {found.symmetry} mode {mode!r:.60}, or none to order {HIGHEST}")
+    slant = np.array([[0.6, 0.0, 0.8]])
+    value = found(slant, np.array([[0.0, 0.6, 0.8]]))  # and so reads every key of every lobe
+    if not (np.abs(found.coefficients) <= LARGEST).all() or not (np.abs(value) <= LARGEST).all():
+        raise ValueError(f"every number must be finite, and at most {LARGEST:g}")
+    if value.shape != (1, found.coefficients.shape[1]):
+        raise ValueError("expected a number a channel")
 
 
 def read_merl(path: Path) -> MerlCube:
@@ -65,21 +86,55 @@ def read_merl(path: Path) -> MerlCube:
 
 
 def read_grid(path: Path) -> Tabulated:
-    """A truth grid: arrays `grid` (n, 3) of theta_i, theta_r, dphi in radians, and `brdf` (n, c)."""
-    try:
-        # numpy leaves a file that it cannot read open
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as data:
-            grid, value = np.asarray(data["grid"], float), np.asarray(data["brdf"], float)
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile):
-        raise InputError(path, "expected arrays `grid` and `brdf`") from None
-    if grid.ndim != 2 or grid.shape[1] != 3 or value.shape[:1] != grid.shape[:1]:
+    return _tabulated(path, *grid_arrays(path))
+
+
+def grid_arrays(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """A truth grid: arrays `grid` (n, 3) of theta_i, theta_r, dphi in radians, and `brdf` (n, c) in 1/sr.
+
+    Raises InputError.
+    """
+    arrays = read_arrays(path, "a grid of arrays `grid` and `brdf`")
+    if not {"grid", "brdf"} <= set(arrays):
+        raise InputError(path, "expected arrays `grid` and `brdf`")
+    grid, value = arrays["grid"], arrays["brdf"]
+    if grid.dtype.kind not in "fiu" or value.dtype.kind not in "fiu":
+        raise InputError(path, f"expected numbers, found {grid.dtype} and {value.dtype}")
+    if grid.ndim != 2 or grid.shape[1] != 3 or value.ndim not in (1, 2) or value.shape[0] != len(grid):
         raise InputError(path, f"expected grid (n, 3) and brdf (n, c), found {grid.shape} and {value.shape}")
-    return Tabulated(grid, value.reshape(len(grid), -1))
+    if not len(grid) or not value.size or value.size > MOST_VALUES:
+        raise InputError(path, f"expected directions and values, found {grid.shape} and {value.shape}")
+    grid, value = grid.astype(float), value.astype(float).reshape(len(grid), -1)
+    check_values(path, grid, value)
+    return grid, value
+
+
+def check_values(path: Path, angles: np.ndarray, values: np.ndarray) -> None:
+    """Raises InputError unless angles (n, 3), radians, are directions above the surface and values (n, c) numbers."""
+    polar, turn = angles[:, :2], angles[:, 2]
+    if (
+        not ((polar >= 0.0) & (polar <= np.pi / 2 + NEAR)).all()
+        or not (np.abs(turn) <= 2 * np.pi + NEAR).all()
+    ):
+        raise InputError(path, "expected theta_i and theta_r from 0 to 90 degrees, and dphi within a turn")
+    if not (np.abs(values) <= LARGEST).all():
+        raise InputError(path, f"expected finite values of at most {LARGEST:g} 1/sr")
+
+
+def _tabulated(path: Path, angles: np.ndarray, values: np.ndarray) -> Tabulated:
+    try:
+        return Tabulated(angles, values)
+    except (QhullError, ValueError) as error:
+        line = str(error).strip().partition("\n")[0]
+        raise InputError(path, f"its directions are no grid and span no volume ({line})") from error
 
 
 def read_csv(path: Path, columns: dict[str, str], select: dict[str, float]) -> Tabulated:
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    lines = read_text(path).splitlines()
+    try:
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    except csv.Error as error:
+        raise InputError(path, f"not a table: {error}") from error
     if not rows:
         raise InputError(path, "expected a line of headers and rows of numbers")
     try:
@@ -101,7 +156,8 @@ def tabulated(rows: list[dict[str, str]], columns: dict[str, str], path: Path) -
     turn = np.where((angle["theta_i"] < 0) != (angle["theta_r"] < 0), turn + 180.0, turn)
     dphi = np.arccos(np.cos(np.radians(turn)))
     angles = np.stack([*(np.radians(np.abs(angle[k])) for k in ("theta_i", "theta_r")), dphi], axis=-1)
-    return Tabulated(angles, values)
+    check_values(path, angles, values)
+    return _tabulated(path, angles, values)
 
 
 def table_column(rows: list[dict[str, str]], name: str) -> np.ndarray:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.documents import read_toml
 from photogonio.capture.manifest.schema import did_you_mean
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.rules import check
@@ -42,12 +42,7 @@ def scene_path(name_or_path: str | Path) -> Path:
 
 def merged(path: Path, depth: int = 0) -> dict[str, object]:
     """The file's tables laid over those of its `base`, a built-in name or a file beside it."""
-    if not path.is_file():
-        raise InputError(path, "no such file")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, f"not TOML: {error}") from error
+    table = read_toml(path)
     base = table.pop("base", None)
     if base is None:
         return table
