@@ -46,6 +46,7 @@ def prepare(
     headers = read_headers(photoset)
     size = common_size(photoset, headers)
     images = look(photoset, decode)
+    check_channels(photoset, len(images[0].channels))
     exposures = {
         photo.file: combine(photo, headers[photo.file].exposure if photo.file in headers else Exposure())
         for photo in photoset.photos
@@ -80,6 +81,20 @@ def prepare(
     flat, unread = flat_field(reader)
     gain = vignetting(reader, camera) if flat is None else flat
     return replace(reader, gain=gain, diagnoses=reader.diagnoses + unread)
+
+
+def check_channels(photoset: PhotoSet, channels: int) -> None:
+    """Raise InputError for a key of the manifest that has one number a channel, and not as many as the photos."""
+    given = [
+        (f"white_patch[{k}] reflectance", one.reflectance) for k, one in enumerate(photoset.white_patches)
+    ]
+    given += [(f"light[{k}] intensity", light.intensity) for k, light in enumerate(photoset.lights)]
+    for key, numbers in given:
+        if len(numbers) not in (1, channels):
+            expected = f"one number, or {channels} (one for each channel of the photos)"
+            raise InputError(
+                f"{photoset.folder / MANIFEST}: {key}", f"expected {expected}, found {len(numbers)}"
+            )
 
 
 def cancels(photoset: PhotoSet) -> bool:

@@ -473,3 +473,36 @@ def test_gray_levels_are_the_mean_of_the_radiance(make, light, sensor, encoding,
     whole = reader.read(view)
     assert level == pytest.approx(whole.value.mean(2), rel=1e-5)
     assert np.array_equal(usable, ~whole.saturated) and not usable.all()
+
+
+@pytest.mark.parametrize(
+    ("entry", "key"),
+    [
+        (
+            "[[white_patch]]\noutline = [[0, 0], [1, 0], [1, 1], [0, 1]]\nreflectance = {}\n",
+            r"white_patch\[0\] reflectance",
+        ),
+        ('[[light]]\nid = "a"\nposition = [1, 2, 3]\nintensity = {}\n', r"light\[0\] intensity"),
+    ],
+)
+@pytest.mark.parametrize(
+    ("numbers", "right"),
+    [
+        ("[0.5]", True),
+        ("0.5", True),
+        ("[0.5, 0.5, 0.4]", True),
+        ("[0.5, 0.4]", False),
+        ("[0.5, 0.4, 0.4, 0.4]", False),
+    ],
+)
+def test_numbers_a_channel_are_as_many_as_the_channels(tmp_path, files, entry, key, numbers, right):
+    for name in ("a.png", "b.png"):
+        files["png"](tmp_path / name, np.full((30, 40, 3), 1000, np.uint16))
+    files["manifest"](
+        tmp_path, [{"file": name, "role": "sample"} for name in ("a.png", "b.png")], entry.format(numbers)
+    )
+    if right:
+        prepare(load_photoset(tmp_path))
+        return
+    with pytest.raises(InputError, match=rf"photoset\.toml: {key}: expected one number, or 3"):
+        prepare(load_photoset(tmp_path))
