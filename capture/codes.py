@@ -58,9 +58,4 @@ ENTRIES = (
         "The colour chart is not found, or does not fit; colours stay the camera's.",
         "Show the chart whole, sharp, evenly lit and unclipped.",
     ),
-    Entry(
-        "table-as-read",
-        "Rows of a table were left out, or read as the table does not say.",
-        "Look at what is said; say it with `--columns`, `--where`, `--quantity` where it is wrong.",
-    ),
 )

@@ -24,7 +24,7 @@ from photogonio.reconstruct.estimate.weights import ViewScales, independence, le
 from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
-from photogonio.reconstruct.symmetry.verdict import Verdict, asked, judge, turning_kinds
+from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty, uncertainty_of
@@ -110,6 +110,8 @@ def fit_table(
         np.full(len(seen.groups), VIEW_ERROR) if view_errors is None else np.maximum(view_errors, VIEW_ERROR)
     )
     work, verdict = _cleaned(seen, views, options, stray, progress)
+    if not seen.binned:
+        verdict = verdict.beside(direct(seen))
     progress("choosing the model")
     tried, chosen, best = _select(work, options, verdict.symmetry)
     progress("final fit")

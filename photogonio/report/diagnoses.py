@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from photogonio.calib.diagnose import registry
 from photogonio.capture import codes
 from photogonio.capture.diagnosis import Entry
+from photogonio.reconstruct.goniometer import codes as tables
 
 FIT = (
     Entry(
@@ -76,7 +77,8 @@ FIT = (
     ),
 )
 ROOMS = (
-    ("Photos and tables as they are read", codes.ENTRIES),
+    ("Photos as they are read", codes.ENTRIES),
+    ("Tables of measurements", tables.ENTRIES),
     ("The manifest, the camera and the board", registry.MANIFEST),
     ("What single photos show", registry.PHOTO),
     ("Lamps and lens", registry.LIGHT),

@@ -46,7 +46,8 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     reason = "the simplest of the models tried that predicts left-out cells as well as the best"
     names = [name for name in ("order", "lobes", "prior strength") if name in found]
     symmetry = Choice("symmetry", fit.symmetry.symmetry, fit.symmetry.reason)
-    return symmetry, *(Choice(name, _short(found[name]), reason) for name in names)
+    reciprocity = Choice("reciprocity", fit.symmetry.reciprocity, fit.symmetry.exchanged)
+    return symmetry, reciprocity, *(Choice(name, _short(found[name]), reason) for name in names)
 
 
 def rescaled(fit: FitResult) -> list[tuple[str, float]]:

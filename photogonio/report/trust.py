@@ -81,7 +81,20 @@ def _bright(result: Result) -> str:
     albedo = result.brdf.bihemispherical_albedo()
     if result.brdf.scale != "absolute" or (albedo <= BRIGHTEST).all():
         return ""
-    return f"albedo above 1 ({_each(albedo)}): more light goes out than came in"
+    return f"albedo above 1 ({_each(albedo)}): more light goes out than came in{_meant(float(albedo.max()))}"
+
+
+def _meant(albedo: float) -> str:
+    """What a table's values would be, if they are a known multiple of f."""
+    for quantity, factor in (("reflectance-factor", np.pi), ("percent", 100.0 * np.pi)):
+        if albedo / factor <= BRIGHTEST:
+            return f"; with --quantity {quantity} it would be {albedo / factor:.3f}"
+    return ""
+
+
+def _cosine(result: Result) -> str:
+    told = [one.message for one in result.diagnoses if one.code == "table-cosine"]
+    return told[0] if told else ""
 
 
 def _invalid(result: Result) -> str:
@@ -163,6 +176,12 @@ OF_FITS = (
         "the values are no BRDF (a reflectance factor is pi times f, per cent of white 100 pi times), or the white "
         "patch's reflectance is wrong",
         _bright,
+    ),
+    Check(
+        "cosine-in-values",
+        "exchanged pairs of directions differ in a table, and a cosine explains it",
+        "the values are cosine-corrected, or intensities: --quantity says which",
+        _cosine,
     ),
     Check(
         "not-determined",

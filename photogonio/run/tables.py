@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.options import Options
 from photogonio.reconstruct.goniometer.read import read_samples
@@ -49,8 +48,7 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
     samples = read_samples(path, told)
     for note in samples.notes:
         reporter.say(f"{path.name}: {note}")
-    for warning in samples.warnings:
-        reporter.tell(Diagnosis("table-as-read", f"{path.name}: {warning}"))
+    reporter.tell(*(replace(one, message=f"{path.name}: {one.message}") for one in samples.diagnoses))
     return TableRead(samples_table(samples), "absolute")
 
 

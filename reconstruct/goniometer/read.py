@@ -8,9 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import Matched, channel_names, match_columns, unused_note
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
+from photogonio.reconstruct.goniometer.doubts import doubts_of
 from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
 from photogonio.reconstruct.goniometer.spoilt import Spoilt, find_spoilt, without
 from photogonio.reconstruct.goniometer.text import TextTable, read_text
@@ -63,7 +65,8 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     )
     samples = _side_by_side(table, samples, matched, told)
     samples = believed(_of_known_errors(table.path, _measured(table.path, samples)))
-    return _in_units(table.path, samples, told.quantity)
+    samples = _in_units(table.path, samples, told.quantity)
+    return replace(samples, diagnoses=samples.diagnoses + doubts_of(samples, told.quantity))
 
 
 def _side_by_side(
@@ -85,17 +88,14 @@ def _side_by_side(
         sigma=None if samples.sigma is None else samples.sigma[rows].reshape(wide),
         channels=names,
         line=np.repeat(samples.lines[rows, 0], samples.value.shape[1], axis=1),
-        warnings=_unpaired(rows.size, samples, told.channel_by),
+        diagnoses=_unpaired(rows.size, samples, told.channel_by),
     )
 
 
-def _unpaired(used: int, samples: GoniometerSamples, header: str) -> tuple[str, ...]:
-    good = int(np.isfinite(samples.value).all(1).sum())
-    if good == used:
-        return ()
-    return (
-        f"{good - used} rows left out: their directions were not measured at each {header}, or more than once",
-    )
+def _unpaired(used: int, samples: GoniometerSamples, header: str) -> tuple[Diagnosis, ...]:
+    lost = int(np.isfinite(samples.value).all(1).sum()) - used
+    message = f"{lost} rows left out: their directions were not measured at each {header} as often"
+    return (Diagnosis("rows-left-out", message, amount=lost),) if lost else ()
 
 
 def _measured(path: Path, samples: GoniometerSamples) -> GoniometerSamples:
@@ -148,9 +148,9 @@ def believed(samples: GoniometerSamples) -> GoniometerSamples:
     if not spoilt:
         return samples
     keep = without(samples, spoilt)
-    said = tuple(_said(samples, one) for one in spoilt)
-    rest = take(samples, keep)
-    return replace(rest, warnings=samples.warnings + said, left_out=samples.left_out + int((~keep).sum()))
+    said = tuple(Diagnosis("rows-left-out", _said(samples, one), amount=len(one.rows)) for one in spoilt)
+    out = samples.left_out + int((~keep).sum())
+    return replace(take(samples, keep), diagnoses=samples.diagnoses + said, left_out=out)
 
 
 def _said(samples: GoniometerSamples, one: Spoilt) -> str:
@@ -183,9 +183,10 @@ def _left(samples: GoniometerSamples, keep: np.ndarray, why: str) -> GoniometerS
         return samples
     count = int((~keep).sum())
     lines = "" if samples.line is None else f" ({lines_of(samples.line[~keep, 0])})"
-    said = f"{count} row{'s' if count > 1 else ''} left out, {why}{lines}"
+    message = f"{count} row{'s' if count > 1 else ''} left out, {why}{lines}"
+    said = Diagnosis("rows-left-out", message, amount=count)
     rest = take(samples, keep)
-    return replace(rest, warnings=(*samples.warnings, said), left_out=samples.left_out + count)
+    return replace(rest, diagnoses=(*samples.diagnoses, said), left_out=samples.left_out + count)
 
 
 def lines_of(line: np.ndarray, most: int = 12) -> str:

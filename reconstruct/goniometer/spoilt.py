@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from photogonio.reconstruct.goniometer.neighbours import Expected, expected, places
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+from photogonio.reconstruct.table.neighbours import Expected, expected, places
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -52,7 +52,7 @@ class Spoilt:
 
 def find_spoilt(samples: GoniometerSamples) -> list[Spoilt]:
     """Kinds of rows that are no measurements; a row may be in several."""
-    at, found = places(samples), []
+    at, found = places(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i), []
     for channel, value in enumerate(samples.value.T):
         found += _of_channel(samples, at, value, channel)
     return found

@@ -215,12 +215,19 @@ def _turning_parts(model: Model, cells: Cells) -> list[np.ndarray]:
     """
     azimuths = 0.5 * np.pi * np.arange(4)
     value = model.evaluate(cells)
-    parts = _stretched(model, cells) if model.lobes.families else [0.0 * value]
-    if np.mean(parts[0] ** 2) < (MATERIAL**2) * np.mean(value**2):
+    if not glossy(model, cells):
         both = np.sin(cells.theta_i) * np.sin(cells.theta_r)
         psi = cells.phi_i + cells.phi_r
         return [TOLD_SHARE * value * (both * np.cos(psi - azimuth))[:, None] for azimuth in azimuths]
-    return parts
+    return _stretched(model, cells)
+
+
+def glossy(model: Model, cells: Cells) -> bool:
+    """Whether there is a gloss whose roughness matters where data lie."""
+    if not model.lobes.families:
+        return False
+    changed = _stretched(model, cells)[0]
+    return bool(np.mean(changed**2) >= MATERIAL**2 * np.mean(model.evaluate(cells) ** 2))
 
 
 def _stretched(model: Model, cells: Cells) -> list[np.ndarray]:

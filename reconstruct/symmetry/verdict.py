@@ -24,7 +24,8 @@ from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.outlier_views import pair_places
 from photogonio.reconstruct.estimate.pilot import Cleaned, clean
 from photogonio.reconstruct.lobes.families import families, turned_roughness
-from photogonio.reconstruct.symmetry.trials import MATERIAL, TOLD, Trial, Tried, difference, turned
+from photogonio.reconstruct.symmetry.trials import MATERIAL, TOLD, Trial, Tried, difference, glossy, turned
+from photogonio.reconstruct.symmetry.twins import BROKEN, HELD, UNTOLD, Twins, compare_twins
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import NEAR
 from scipy.spatial import cKDTree
@@ -34,7 +35,7 @@ CHANCE = 0.001  # that a shuffled set has odds as high
 ONE_TURN = 0.9  # mean resultant of doubled azimuths: above it the sample was seen at one rotation
 START = 0.25  # roughness
 TWINS = 0.05  # of the cells, that have been seen the other way round too
-BROKEN = 0.03  # rms, of f, by which exchange must matter: an error of the irradiance's angle looks the same
+MATTERS = 0.03  # rms, of f, by which exchange must matter: an error of the irradiance's angle looks the same
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +46,24 @@ class Verdict:
     reason: str
     log_odds: float | None = None  # natural, for a surface that turns against an isotropic one
     chance: float | None = None  # of odds as high where the rotations mean nothing; None: not worth asking
-    could_show: float | None = None  # log odds that unequal roughnesses would have had, at least
-    reciprocity: str = "assumed"  # "assumed" | "held" | "broken"
+    could_show: float | None = (
+        None  # log odds that unequal roughnesses would have had, at least; None: no gloss
+    )
+    reciprocity: str = UNTOLD  # HELD | BROKEN | UNTOLD
+    exchanged: str = "nothing was seen with incidence and exit exchanged"  # why
 
     def unless(self, reciprocity: str) -> Verdict:
         """The verdict with what was found of reciprocity."""
-        if reciprocity != "broken":
+        if reciprocity != BROKEN:
             return replace(self, reciprocity=reciprocity)
         reason = f"incidence and exit cannot be exchanged; {self.reason}"
         return replace(self, symmetry="general", reason=reason, reciprocity=reciprocity)
+
+    def beside(self, twins: Twins) -> Verdict:
+        """The verdict with what readings say directly; models still have a say where those cannot tell."""
+        if twins.verdict == UNTOLD and self.reciprocity == BROKEN:
+            return self
+        return replace(self, reciprocity=twins.verdict, exchanged=twins.reason)
 
     def plain(self) -> dict[str, object]:
         """JSON values."""
@@ -64,6 +74,7 @@ class Verdict:
             "p-value of isotropy": self.chance,
             "log10 odds that a ratio of roughnesses of 1.5 would show": _tens(self.could_show),
             "reciprocity": self.reciprocity,
+            "reciprocity because": self.exchanged,
         }
 
 
@@ -118,12 +129,13 @@ def judge(cells: Cells, view_errors: np.ndarray, isotropic: Cleaned, *, absolute
     if odds >= CONVINCING and difference(still, turns) >= MATERIAL:
         chance = trial.chance(still, turns)
     could_show = trial.could_show(still)
+    gloss = glossy(still.model, trial.cells)
     if chance is not None and chance <= CHANCE and trial.accounts(still, turns):
         symmetry, reason, best = "reciprocal", _why_turning(turns, odds, chance), turns
     else:
-        symmetry, reason, best = "isotropic", _why_isotropic(odds, chance, could_show), still
+        symmetry, reason, best = "isotropic", _why_isotropic(odds, chance, could_show, gloss), still
     reciprocity = _reciprocity(trial, best)
-    return Verdict(symmetry, reason, odds, chance, could_show).unless(reciprocity)
+    return Verdict(symmetry, reason, odds, chance, could_show if gloss else None).unless(reciprocity)
 
 
 def _of_one_rotation(trial: Trial, lobes: Sequence[LobeSet]) -> Verdict:
@@ -144,13 +156,22 @@ def _likeliest(work: Cleaned) -> list[LobeSet]:
 
 
 def _reciprocity(trial: Trial, best: Tried) -> str:
-    """Whether the surface is the same if incidence and exit are exchanged: "assumed" where nothing was seen so."""
-    if twins(trial.cells) < TWINS:
-        return "assumed"
+    """Whether the surface is the same if incidence and exit are exchanged, as models say it; rows of a table that were
+    read both ways say it themselves."""
+    if twins(trial.cells) < TWINS or direct(trial.cells).verdict == HELD:
+        return UNTOLD
     lobes = best.model.lobes
     other = trial.fitted(lobes, swapped=True)
-    broken = trial.log_odds(best, other) >= CONVINCING and difference(best, other) >= BROKEN
-    return "broken" if broken else "held"
+    broken = trial.log_odds(best, other) >= CONVINCING and difference(best, other) >= MATTERS
+    return BROKEN if broken else HELD
+
+
+def direct(cells: Cells) -> Twins:
+    """What rows of a table that were read both ways say; cells of photos, whose errors hang together, say nothing."""
+    if cells.binned:
+        return Twins(UNTOLD)
+    mean = np.mean(cells.value / np.maximum(np.abs(cells.value).mean(0), np.finfo(float).tiny), axis=1)
+    return compare_twins(cells.theta_i, cells.theta_r, cells.phi_r - cells.phi_i, mean)
 
 
 def twins(cells: Cells) -> float:
@@ -183,7 +204,7 @@ def _why_turning(turns: Tried, odds: float, chance: float) -> str:
     return reason
 
 
-def _why_isotropic(odds: float, chance: float | None, could_show: float) -> str:
+def _why_isotropic(odds: float, chance: float | None, could_show: float, gloss: bool) -> str:
     found = f"odds for a surface that turns {_odds(odds)}"
     if chance is not None:
         why = (
@@ -192,6 +213,8 @@ def _why_isotropic(odds: float, chance: float | None, could_show: float) -> str:
             else "both models miss far more than errors do"
         )
         found += f", {_chance(chance)}, but {why}"
+    if not gloss:
+        return f"{found}; there is no gloss, whose roughnesses could differ"
     if could_show < CONVINCING:
         return f"assumed: roughnesses in the ratio {TOLD} would not have shown ({found})"
     return f"{found}; roughnesses in the ratio {TOLD} would have had {_odds(could_show)}, at least"

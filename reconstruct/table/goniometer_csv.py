@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.facet_table import FacetTable
 
@@ -28,7 +29,7 @@ class GoniometerSamples:
     sigma: np.ndarray | None  # (n, c) standard error; None: not given
     channels: tuple[str, ...]
     left_out: int = 0  # rows that are no measurements
-    warnings: tuple[str, ...] = ()  # what was left out, and what is doubtful
+    diagnoses: tuple[Diagnosis, ...] = ()  # what was left out, and what is doubtful
     notes: tuple[str, ...] = ()  # how the table was read
     line: np.ndarray | None = (
         None  # (n, 1) or (n, c) lines of the file, of all channels or of each; None: no lines
@@ -40,6 +41,11 @@ class GoniometerSamples:
         if self.line is None:
             raise TypeError("these samples are from no file")
         return self.line
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was left out and what is doubtful, in words."""
+        return tuple(one.message for one in self.diagnoses)
 
     @property
     def incident(self) -> np.ndarray:

@@ -8,7 +8,12 @@ from photogonio.capture.diagnosis import Diagnosis, by_code, from_codes
 from photogonio.report.diagnoses import ENTRIES, to_markdown
 from tests.places import ROOT
 
-LISTS = ("calib/diagnose/registry.py", "capture/codes.py", "photogonio/report/diagnoses.py")
+LISTS = (
+    "calib/diagnose/registry.py",
+    "capture/codes.py",
+    "photogonio/report/diagnoses.py",
+    "reconstruct/goniometer/codes.py",
+)
 TELLING = {"Diagnosis": 0, "tell": 0, "leave_out": 2}  # callables, and which argument is the code
 
 

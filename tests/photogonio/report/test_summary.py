@@ -28,7 +28,7 @@ def brushed(roughness, stretch=1.5):
 def test_the_symmetry_is_said_first_with_its_reason():
     first, *rest = fit_choices(brushed(0.4))
     assert (first.what, first.value, first.reason) == ("symmetry", "reciprocal", "by odds of 10^9 to 1")
-    assert [choice.what for choice in rest] == ["order"]
+    assert [choice.what for choice in rest] == ["reciprocity", "order"]
 
 
 @pytest.mark.parametrize(

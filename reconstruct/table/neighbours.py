@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 from scipy.spatial import cKDTree
 
 NEIGHBOURS = 14
@@ -29,13 +28,12 @@ class Expected:
         return self.value * np.exp(-3.0 * np.minimum(self.spread, 200.0))
 
 
-def places(samples: GoniometerSamples) -> np.ndarray:
-    """(n, 4) points of an isotropic surface's pairs, whose distance is about the angle between directions."""
-    dphi = np.abs((samples.phi_r - samples.phi_i + np.pi) % (2.0 * np.pi) - np.pi)
-    sine = np.sin(samples.theta_r)
-    return np.column_stack(
-        [samples.theta_i, sine * np.cos(dphi), sine * np.sin(dphi), np.cos(samples.theta_r)]
-    )
+def places(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> np.ndarray:
+    """(n, 4) points of an isotropic surface's pairs, whose distance is about the angle between directions; ``dphi`` of
+    either sign."""
+    dphi = np.abs((dphi + np.pi) % (2.0 * np.pi) - np.pi)
+    sine = np.sin(theta_r)
+    return np.column_stack([theta_i, sine * np.cos(dphi), sine * np.sin(dphi), np.cos(theta_r)])
 
 
 def expected(at: np.ndarray, value: np.ndarray, where: np.ndarray, *, own: bool = False) -> Expected:

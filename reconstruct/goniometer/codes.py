@@ -1,0 +1,30 @@
+"""What may be told of a table, by code."""
+
+from __future__ import annotations
+
+from photogonio.capture.diagnosis import Entry
+from photogonio.reconstruct.goniometer import doubts
+
+ENTRIES = (
+    Entry(
+        "rows-left-out",
+        "Rows of a table say nothing, or hold a number that is no measurement: zeros where the detector hid the lamp, "
+        "marks of missing values. They are named by their lines.",
+        "Look at some of them; `--where` takes others out.",
+    ),
+    Entry(
+        "table-cosine",
+        "Exchanged pairs of directions differ, and a cosine explains it: the values are no BRDF, or the surface is "
+        "not reciprocal in just that way.",
+        "`--quantity brdf-cos` (of the exit angle) or `brdf-cos-incident`.",
+        least=1.0 - doubts.COSINE,
+        source="tables of known surfaces; of thirty CUReT materials none reaches 0.3",
+    ),
+    Entry(
+        "table-lamp-side",
+        "A table's readings peak toward the lamp, not toward the mirror direction.",
+        "`--azimuth mirror`, if azimuths count from the mirror side. A retro-reflective surface is read rightly.",
+        least=doubts.PEAK,
+        source="NIST's PTFE has 1.06; rough matte surfaces have up to 1.2",
+    ),
+)

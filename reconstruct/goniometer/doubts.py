@@ -1,0 +1,69 @@
+"""Whether a table's conventions are what they are taken for: told by what no surface does, or hardly one."""
+
+from __future__ import annotations
+
+import numpy as np
+from photogonio.capture.diagnosis import Diagnosis
+from photogonio.reconstruct.goniometer.spoilt import lamp_angle
+from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+
+COSINE = 0.25  # of the power of a cosine that twins follow, from 1
+LEFT = 0.2  # of the squared differences of twins, beside that cosine
+SLANT = np.radians(15.0)  # incidence from which lamp and mirror side are told apart
+NEAR, RING = np.radians(15.0), (np.radians(20.0), np.radians(40.0))  # of a direction: its peak, and around it
+FEWEST = 3  # readings in each
+PEAK = 1.6  # of the readings near the lamp's direction, over those around it
+OTHER = 1.3  # and over those near the mirror direction
+
+
+def doubts_of(samples: GoniometerSamples, quantity: str) -> tuple[Diagnosis, ...]:
+    """What is doubtful of samples that were read as ``quantity``."""
+    size = np.maximum(np.abs(samples.value).mean(0), np.finfo(float).tiny)
+    value = np.mean(samples.value / size, axis=1)
+    found = (_cosine(samples, value, quantity), _lamp_side(samples, value))
+    return tuple(one for one in found if one is not None)
+
+
+def _cosine(samples: GoniometerSamples, value: np.ndarray, quantity: str) -> Diagnosis | None:
+    """Whether a cosine explains that exchanged pairs differ."""
+    twins = compare_twins(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i, value)
+    if twins.verdict != BROKEN or twins.left > LEFT or abs(abs(twins.cosine) - 1.0) > COSINE:
+        return None
+    held = "theta_r" if twins.cosine > 0.0 else "theta_i"
+    message = f"{twins.count} exchanged pairs of directions differ by {twins.apart:.0%}, as if values held "
+    message += f"cos({held}): "
+    if quantity != "brdf":
+        message += f"are they {quantity}, as was told?"
+    else:
+        asked = "brdf-cos" if held == "theta_r" else "brdf-cos-incident"
+        message += f"are they cosine-corrected? Say --quantity {asked}"
+    return Diagnosis("table-cosine", message, amount=abs(twins.cosine), error=twins.cosine_error)
+
+
+def _lamp_side(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
+    """Whether a peak sits on the lamp's side."""
+    rows = np.arange(len(value))
+    lamp = lamp_angle(samples, rows)
+    turned = samples.exit * [-1.0, -1.0, 1.0]
+    mirror = np.arccos(np.clip(np.einsum("ij,ij->i", samples.incident, turned), -1.0, 1.0))
+    slant = samples.theta_i >= SLANT
+    around = slant & (lamp > RING[0]) & (lamp < RING[1]) & (mirror > RING[0])
+    peak, other = (
+        _bright(value[slant & (one < NEAR) & (two > RING[0])])
+        for one, two in ((lamp, mirror), (mirror, lamp))
+    )
+    if peak is None or around.sum() < FEWEST:
+        return None
+    level = max(float(np.median(value[around])), 1e-3)  # values are about 1
+    if peak < PEAK * level or (other is not None and peak < OTHER * other):
+        return None
+    message = (
+        f"readings are brightest toward the lamp, {peak / level:.1f} times those around it: a retro-reflective "
+        "surface, or azimuths that count from the mirror side? Then say --azimuth mirror (docs/cli.md draws ours)"
+    )
+    return Diagnosis("table-lamp-side", message, amount=peak / level)
+
+
+def _bright(value: np.ndarray) -> float | None:
+    return float(np.quantile(value, 0.75)) if len(value) >= FEWEST else None

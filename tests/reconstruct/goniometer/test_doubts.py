@@ -1,0 +1,88 @@
+"""Conventions that are not what they are taken for are doubted; surfaces that only look so are not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from photogonio.reconstruct.goniometer.doubts import doubts_of
+from photogonio.reconstruct.goniometer.read import read_samples
+from photogonio.reconstruct.goniometer.told import Told
+
+from tests.drawn.goniometer import glossy, in_plane, matte, measured, regular, rough, scattered
+from tests.places import DATA, SHARED
+
+CASES = SHARED / "cases"
+PLACES = {
+    "grid": regular(),
+    "square": regular(15.0, 15.0, 30.0),
+    "plane": in_plane(),
+    "random": scattered(800),
+}
+SURFACES = {
+    "matte": matte(0.5),
+    "rough": rough(0.6),
+    "satin": glossy(0.3, 0.1, 20.0),
+    "glossy": glossy(0.2, 0.1, 200.0),
+    "metal": glossy(0.0, 0.8, 100.0),
+}
+
+
+def codes(table, quantity="brdf"):
+    return [one.code for one in doubts_of(table, quantity)]
+
+
+@pytest.mark.parametrize("places", PLACES)
+@pytest.mark.parametrize("surface", SURFACES)
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
+def test_nothing_is_doubted_without_reason(places, surface, noise):
+    assert codes(measured(SURFACES[surface], PLACES[places], noise=noise)) == []
+
+
+@pytest.mark.parametrize("places", ["grid", "square", "plane"])
+@pytest.mark.parametrize("surface", ["matte", "rough", "satin"])
+def test_a_cosine_in_the_values(places, surface):
+    table = measured(SURFACES[surface], PLACES[places])
+    for angle, asked in ((table.theta_r, "brdf-cos"), (table.theta_i, "brdf-cos-incident")):
+        (found,) = doubts_of(replace(table, value=table.value * np.cos(angle)[:, None]), "brdf")
+        assert found.code == "table-cosine" and found.message.endswith(f"--quantity {asked}")
+
+
+def test_a_cosine_that_was_told_and_is_not_there():
+    table = measured(SURFACES["matte"], PLACES["square"])
+    (found,) = doubts_of(replace(table, value=table.value / np.cos(table.theta_r)[:, None]), "brdf-cos")
+    assert "are they brdf-cos, as was told?" in found.message
+
+
+@pytest.mark.parametrize("places", ["grid", "square", "plane"])
+@pytest.mark.parametrize("surface", ["satin", "glossy"])
+def test_azimuths_from_the_mirror_side(places, surface):
+    table = measured(SURFACES[surface], PLACES[places])
+    turned = replace(table, phi_r=table.phi_r + np.pi)
+    assert codes(turned) == ["table-lamp-side"]
+
+
+def test_the_shared_cases():
+    if not CASES.exists():
+        pytest.skip("the shared cases are not here")
+    told = {"radians": Told(angles="radians"), "two-wavelengths": Told(channel_by="wavelength_nm")}
+    told["in-plane-signed"] = Told(azimuth="mirror")
+    doubted = {"times-cosine": "table-cosine", "azimuth-from-mirror-side": "table-lamp-side"}
+    for path in CASES.glob("*.csv"):
+        found = [one.code for one in read_samples(path, told.get(path.stem, Told())).diagnoses]
+        assert [code for code in found if code != "rows-left-out"] == [
+            code for name, code in doubted.items() if name == path.stem
+        ]
+    (wrong,) = read_samples(CASES / "in-plane-signed.csv", Told(azimuth="lamp")).diagnoses
+    assert wrong.code == "table-lamp-side"
+
+
+@pytest.mark.skipif(not DATA.exists(), reason="the measured data are not here")
+def test_measured_tables_are_not_doubted():
+    columns = {"theta_i": "thetai", "phi_i": "phi", "theta_r": "thetar", "phi_r": "phir", "value": "f_r11"}
+    for wavelength in ("0.351", "0.532", "0.633", "1.064"):
+        told = Told(columns=columns, where=(("lambda", wavelength),))
+        assert read_samples(DATA / "nist-ptfe/PTFE.data.csv", told).diagnoses == ()
+    for path in sorted((DATA / "curet-30").glob("*.csv")):
+        assert read_samples(path).diagnoses == (), path
