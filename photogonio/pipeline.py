@@ -56,7 +56,7 @@ from photogonio.run.colours import correction_note, find_correction, in_colours,
 from photogonio.run.reduce_photos import Reduced, reduce_photos
 from photogonio.run.surroundings import LightAround, around_of, light_of, shown_around
 from photogonio.run.tables import read_table, refuse_empty, take_channels
-from photogonio.system.outputs import staged_file, staged_folder
+from photogonio.system.outputs import check_place, staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
 from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos
 
@@ -75,11 +75,13 @@ def process(
         InputError: the set cannot be used, or what was asked cannot be done. Nothing is written then.
     """
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
+    if out is not None:
+        check_place(Path(out), folder=True)
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
     with Scratch() as scratch:
-        setup, radiance, hashes, correction = _calibrated(photoset, reporter, options.threads(), scratch)
+        setup, radiance, kept, correction = _calibrated(photoset, reporter, options.threads(), scratch)
         space = photoset.radiometry.colour
         require_mixable(photoset, setup.scale, options.channels)
         watch.lap("calibrate")
@@ -91,7 +93,7 @@ def process(
             white_patches=photoset.white_patches,
         )
         for last in (False, True):
-            reduced = _reduced(radiance, setup, int(level.value), around, options, hashes, reporter)
+            reduced = _reduced(radiance, setup, int(level.value), around, options, kept, reporter)
             refuse_empty(reduced.table)
             watch.lap("reduce")
             shown, table = shown_around(photoset, setup, reduced.table, reduced.around)
@@ -136,12 +138,15 @@ def calibrate(
     Raises:
         InputError: the set cannot be used.
     """
+    if out is not None:
+        check_place(Path(out), folder=False)
+        check_place(pictures_folder(Path(out)), folder=True)
     photoset = load_photoset(folder)
     threads = Options(workers=workers).threads()
     reporter = reporter or Reporter(quiet=True)
     with Scratch() as scratch:
-        setup, radiance, hashes, _ = _calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
-        setup = replace(setup, source=_provenance("calibrate", photoset, Options(), hashes).to_dict())
+        setup, radiance, kept, _ = _calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
+        setup = replace(setup, source=_provenance("calibrate", photoset, Options(), kept.hashes).to_dict())
         if out is not None:
             with staged_folder(pictures_folder(Path(out))) as stage:
                 save_pictures(radiance, setup, stage, reporter)
@@ -165,6 +170,8 @@ def fit(
         InputError: the table cannot be used, or what was asked cannot be done. Nothing is written then.
     """
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
+    if out is not None:
+        check_place(Path(out), folder=True)
     path = Path(table)
     told = told or Told()
     read = read_table(path, options, told, reporter)
@@ -257,9 +264,9 @@ def write_result(result: Result, out: Path, *, with_setup: bool = True) -> None:
 
 def _calibrated(
     photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch, *, drawn: bool = False
-) -> tuple[Setup, RadianceReader, dict[str, str], ColourCorrection | None]:
-    """Where everything was, the reader that the sample photos are to be read with, the files' hashes, and
-    the colours of a chart. ``drawn``: a picture of every photo will be made."""
+) -> tuple[Setup, RadianceReader, KeptSetup, ColourCorrection | None]:
+    """Where everything was, the reader that the sample photos are to be read with, what is kept of the set,
+    and the colours of a chart. ``drawn``: a picture of every photo will be made."""
     again = drawn or photoset.radiometry.vignetting == "cos4"
     radiance = prepare(photoset, decode=scratch.keep if again else _keeping(photoset, scratch))
     correction = find_correction(photoset, radiance, reporter.tell)
@@ -288,7 +295,7 @@ def _calibrated(
     setup = replace(setup, residuals=setup.residuals | told)
     used, total = len(setup.views), len(photoset.views("sample"))
     reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
-    return setup, radiance, kept.hashes, correction
+    return setup, radiance, kept, correction
 
 
 def _keeping(photoset: PhotoSet, scratch: Scratch) -> Callable[..., Image]:
@@ -333,7 +340,7 @@ def _reduced(
     level: int,
     around: ReduceOptions,
     options: Options,
-    hashes: Mapping[str, str],
+    kept: KeptSetup,
     reporter: Reporter,
 ) -> Reduced:
     if not compiled_before():
@@ -344,11 +351,16 @@ def _reduced(
         level=level,
         options=around,
         workers=options.threads(),
-        store=default_store(),
-        hashes=hashes,
+        store=kept.store,
+        hashes=kept.hashes,
         around=around_of(radiance.photoset, setup),
         progress=lambda done, total: reporter.progress("reducing photos", done, total),
     )
+    if kept.store is not None and kept.store.damaged:
+        reporter.say(
+            f"{len(kept.store.damaged)} damaged files of the cache were thrown away, and are made anew"
+        )
+        kept.store.damaged.clear()
     if reduced.at_hand:
         reporter.say(f"{reduced.at_hand} of {len(setup.views)} photos were reduced before, and are not again")
     return reduced

@@ -51,15 +51,24 @@ def read_arrays(path: Path, what: str) -> dict[str, np.ndarray]:
     if not path.is_file():
         raise InputError(path, "is no file")
     try:
-        with zipfile.ZipFile(path) as archive:
+        with path.open("rb") as file:
+            return arrays_in(file, path.stat().st_size, path, what)
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from error
+
+
+def arrays_in(file: BinaryIO, size: int, path: object, what: str) -> dict[str, np.ndarray]:
+    """The arrays of an ``.npz`` file of ``size`` bytes, which errors call ``path``. Raises as :func:`read_arrays`."""
+    try:
+        with zipfile.ZipFile(file) as archive:
             entries = archive.infolist()
-            total, allowed = sum(e.file_size for e in entries), max(UNPACKED, PACKED * path.stat().st_size)
-            if total > allowed:
+            total = sum(entry.file_size for entry in entries)
+            if total > max(UNPACKED, PACKED * size):
                 raise InputError(path, f"would unpack to {total / 1e9:.1f} GB, which {what} does not")
             arrays = {}
             for entry in entries:
-                with archive.open(entry) as file:
-                    arrays[entry.filename.removesuffix(".npy")] = _array(file, entry.file_size)
+                with archive.open(entry) as part:
+                    arrays[entry.filename.removesuffix(".npy")] = _array(part, entry.file_size)
             return arrays
     except InputError:
         raise

@@ -6,10 +6,9 @@ each photo shows by itself is then at hand, and photos of the bare board need no
 
 from __future__ import annotations
 
-import os
+import io
 from collections.abc import Mapping
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from photogonio.cache.store import Store
 from photogonio.calib.detect.photo_reader import Seen
 from photogonio.calib.detect.subpixel import Around
 from photogonio.calib.geometry.board import Corners
+from photogonio.capture.files.arrays import arrays_in
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.photoset import View
 
@@ -43,14 +43,14 @@ class KeptLooks:
         key = self._key(view, around=around)
         if key is None:
             return None
-        path = self._store.file(key, SUFFIX)
-        try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-                seen = _unpacked(view, {name: data[name] for name in data.files})
-            os.utime(path)  # last used, for prune
-        except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        content = self._store.read(key, SUFFIX)
+        if content is None:
             return None
-        return seen
+        try:
+            return _unpacked(view, arrays_in(io.BytesIO(content), len(content), key, "a look at a photo"))
+        except (ValueError, KeyError, TypeError):  # InputError is a ValueError
+            self._store.discard(key, SUFFIX)
+            return None
 
     def put(self, seen: Seen, *, around: bool) -> None:
         """Keep what was found, if there is room for it."""

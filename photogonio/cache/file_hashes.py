@@ -28,8 +28,7 @@ def remembered_hashes(store: Store, key: str, paths: Sequence[Path], *, workers:
 
     Raises OSError if a file cannot be read.
     """
-    place = store.file(key, ".json")
-    known = _load(place)
+    known = _load(store.read(key, ".json"))
     now, seen = time.time_ns(), {path: _seen(path) for path in paths}
     found = {path: known[str(path)][1] for path in paths if known.get(str(path), (None,))[0] == seen[path]}
     made = hash_files([path for path in paths if path not in found], workers=workers)
@@ -49,10 +48,10 @@ def _seen(path: Path) -> Seen:
     return stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino, stat.st_dev
 
 
-def _load(place: Path) -> dict[str, tuple[Seen, str]]:
-    """What was remembered; nothing if it cannot be read or is damaged."""
+def _load(content: bytes | None) -> dict[str, tuple[Seen, str]]:
+    """What was remembered; nothing if it cannot be read."""
     try:
-        entries = json.loads(place.read_text(encoding="utf-8"))
+        entries = json.loads(content or b"{}")
         return {path: (tuple(seen), str(digest)) for path, (seen, digest) in entries.items()}
-    except (OSError, ValueError, TypeError, AttributeError):
+    except (ValueError, TypeError, AttributeError):
         return {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import os
+import json
 import sys
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -17,8 +17,7 @@ from photogonio import calib, capture, reconstruct
 from photogonio.cache.file_hashes import remembered_hashes
 from photogonio.cache.store import Store
 from photogonio.calib.setup import Setup
-from photogonio.calib.setup_file import load_setup, save_setup
-from photogonio.capture.errors import InputError
+from photogonio.calib.setup_file import setup_document, setup_of
 from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.system.provenance import hash_file
 
@@ -28,7 +27,7 @@ class KeptSetup:
     """The calibration of a photo set, kept under the contents of its files and of the program."""
 
     store: Store | None
-    key: str
+    key: str  # empty: of a set whose files cannot all be read
     hashes: dict[str, str]  # SHA-256 of the photos' files, by file; none without a store
 
     @classmethod
@@ -43,28 +42,28 @@ class KeptSetup:
                 store, key_of("hashes", str(folder)), [folder / name for name in files], workers=workers
             )
         except OSError:
-            return cls(None, "", {})  # whoever reads the file will say what is wrong with it
+            return cls(store, "", {})  # whoever reads the file will say what is wrong with it
         hashes = {name: found[folder / name] for name in files}
         key = key_of("setup", code_key(), manifest, hashes)
         return cls(store, key, hashes)
 
     def load(self) -> Setup | None:
         """The setup that was kept; None if there is none."""
-        if self.store is None:
+        if self.store is None or not self.key:
             return None
-        path = self.store.file(self.key, ".json")
+        content = self.store.read(self.key, ".json")
         try:
-            setup = load_setup(path)
-            os.utime(path)
-        except (InputError, OSError):
+            return None if content is None else setup_of(json.loads(content), self.key)
+        except ValueError:  # InputError is one
+            self.store.discard(self.key, ".json")
             return None
-        return setup
 
     def save(self, setup: Setup) -> Setup:
         """Keep a setup; returned as it will be loaded, so that later runs go on from the same numbers."""
-        if self.store is None:
+        if self.store is None or not self.key:
             return setup
-        self.store.put_bytes(self.key, ".json", lambda path: save_setup(setup, path))
+        text = json.dumps(setup_document(setup), allow_nan=False)
+        self.store.put_bytes(self.key, ".json", lambda path: path.write_text(text, encoding="utf-8"))
         return self.load() or setup
 
 

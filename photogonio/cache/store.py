@@ -1,92 +1,160 @@
-"""Results of finished photos, kept between runs under a hash of everything that they depend on."""
+"""Results of finished photos, kept between runs under a hash of everything that they depend on.
+
+What is kept ends with a hash of itself and of its name, so that a damaged entry is known for one: it is thrown away,
+told, and made anew.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import io
 import os
+import shutil
 import sys
-import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.arrays import array_of
 from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.reconstruct.table.table_file import load_table, save_table
+from photogonio.reconstruct.table.table_file import save_table, table_in
+from photogonio.system.outputs import part_name
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
 MOST_BYTES = 2 << 30
 SUFFIX = ".npz"
+SEAL = 32  # bytes
+PIECE = 1 << 20  # that are hashed at a time
 
 
 class Store:
-    """A folder of facet tables and small files by key. Any number of runs may share it; a damaged entry counts as
-    absent."""
+    """A folder of facet tables and small files by key. Any number of runs, threads and hosts may share it; nothing
+    that is wrong with it ends a run."""
 
     def __init__(self, folder: Path):
         self.folder = folder
+        self.damaged: list[str] = []  # names of entries that were found so, and thrown away
 
     def get(self, key: str) -> FacetTable | None:
-        path = self._path(key)
+        content = self.read(key, SUFFIX)
         try:
-            table = load_table(path)
-            os.utime(path)  # last used, for prune
-        except (InputError, OSError):
+            return None if content is None else table_in(content, key)
+        except InputError:
+            self.discard(key, SUFFIX)
             return None
-        return table
 
     def put(self, key: str, table: FacetTable) -> bool:
-        """Keep a table; False if the disk is full or cannot be written, which must not end a run."""
-        path = self._path(key)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            save_table(table, path, compress=False)  # a tenth of the time
-        except OSError:
-            return False
-        return True
+        """Keep a table; False if the disk is full or cannot be written."""
+        return self.put_bytes(
+            key, SUFFIX, lambda path: save_table(table, path, compress=False)
+        )  # a tenth of the time
 
     def get_array(self, key: str) -> np.ndarray | None:
         """Inverse of :meth:`put_array`; None if there is none."""
+        content = self.read(key, ".npy")
         try:
-            return np.load(self._path(key, ".npy"), allow_pickle=False)
-        except (OSError, ValueError, EOFError):
+            return None if content is None else array_of(content)
+        except ValueError:
+            self.discard(key, ".npy")
             return None
 
     def put_array(self, key: str, array: np.ndarray) -> bool:
         """Keep a small array; False if it cannot be."""
-        return self.put_bytes(key, ".npy", lambda path: np.save(path, array))
+        packed = io.BytesIO()
+        np.save(packed, array, allow_pickle=False)
+        return self.put_bytes(key, ".npy", lambda path: path.write_bytes(packed.getbuffer()))
 
     def put_bytes(self, key: str, suffix: str, write: Callable[[Path], object]) -> bool:
         """Keep a file that ``write`` makes at the path it is given; False if it cannot be."""
         path = self._path(key, suffix)
-        part = path.with_name(f"{path.stem}.{os.getpid()}-{threading.get_ident()}.part{suffix}")
+        part = path.with_name(part_name(path.name))
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            self._make_room(path)
             write(part)
+            with part.open("r+b") as file:
+                seal = _seal(path.name, iter(lambda: file.read(PIECE), b""))
+                file.write(seal)
             os.replace(part, path)
         except OSError:
             return False
+        finally:
+            _remove(part)
         return True
 
-    def file(self, key: str, suffix: str) -> Path:
-        """Where :meth:`put_bytes` keeps it."""
-        return self._path(key, suffix)
+    def read(self, key: str, suffix: str) -> bytes | None:
+        """What :meth:`put_bytes` kept; None if there is none, or none that is whole."""
+        path = self._path(key, suffix)
+        try:
+            if not path.is_file():
+                if path.is_dir():
+                    self.discard(key, suffix)
+                return None
+            whole = path.stat().st_size <= MOST_BYTES
+            content = path.read_bytes() if whole else b""
+            os.utime(path)  # last used, for prune
+        except OSError:
+            return None
+        body = content[:-SEAL]
+        if len(content) < SEAL or content[-SEAL:] != _seal(path.name, [body]):
+            self.discard(key, suffix)
+            return None
+        return body
+
+    def discard(self, key: str, suffix: str) -> None:
+        """Throw away an entry that is damaged, and remember that it was."""
+        path = self._path(key, suffix)
+        self.damaged.append(path.name)
+        _remove(path)
 
     def prune(self, most_bytes: int = MOST_BYTES) -> None:
         """Drop what was not used for longest until the rest fits in ``most_bytes``."""
-        try:
-            found = [(path.stat(), path) for path in self.folder.glob("*/*") if path.is_file()]
-            total = sum(stat.st_size for stat, _ in found)
-            for stat, path in sorted(found, key=lambda entry: entry[0].st_mtime):
-                if total <= most_bytes:
-                    break
-                path.unlink(missing_ok=True)
-                total -= stat.st_size
-        except OSError:
-            return
+        found = []
+        for path in self.folder.glob("*/*"):
+            try:
+                stat = path.lstat()
+            except OSError:  # another run was quicker
+                continue
+            found.append((stat.st_mtime, stat.st_size, path))
+        total = sum(size for _, size, _ in found)
+        for _, size, path in sorted(found, key=lambda entry: entry[0]):
+            if total <= most_bytes:
+                break
+            _remove(path)
+            total -= size
 
-    def _path(self, key: str, suffix: str = SUFFIX) -> Path:
+    def _make_room(self, path: Path) -> None:
+        """The folder for an entry, and no folder in its own place."""
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except FileExistsError:  # a file is in the folder's place
+            if path.parent.parent != self.folder:
+                raise
+            path.parent.unlink(missing_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
+
+    def _path(self, key: str, suffix: str) -> Path:
         return self.folder / key[:2] / (key + suffix)
+
+
+def _seal(name: str, pieces: object) -> bytes:
+    digest = hashlib.blake2b(name.encode(), digest_size=SEAL)
+    for piece in pieces:
+        digest.update(piece)
+    return digest.digest()
+
+
+def _remove(path: Path) -> None:
+    try:
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+    except OSError:
+        return
 
 
 def default_store() -> Store | None:

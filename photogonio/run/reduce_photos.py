@@ -66,7 +66,7 @@ def reduce_photos(
     """
     threads = max(1, workers // max(1, len(setup.views)))
     with nullcontext(store.folder) if store else TemporaryDirectory() as folder:
-        kept = Store(Path(folder))
+        kept = store or Store(Path(folder))
         job = _Job(
             reader, setup, level, options, threads, kept, dict(hashes or {}), around, named=bool(store)
         )

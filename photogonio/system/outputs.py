@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
+import secrets
 import shutil
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,8 +25,8 @@ def staged_folder(target: Path) -> Iterator[Path]:
     Raises:
         InputError: ``target`` is a file, or its place cannot be written.
     """
-    if target.exists() and not target.is_dir():
-        raise InputError(target, "is a file; expected a folder to write to")
+    check_place(target, folder=True)
+    target = Path(os.path.realpath(target))  # a link's own place
     with _stage(target) as stage:
         stage.mkdir()
         yield stage
@@ -37,18 +40,42 @@ def staged_file(target: Path) -> Iterator[Path]:
     Raises:
         InputError: ``target`` is a folder, or its place cannot be written.
     """
-    if target.is_dir():
-        raise InputError(target, "is a folder; expected a file to write")
+    check_place(target, folder=False)
+    target = Path(os.path.realpath(target))
     with _stage(target) as stage:
         yield stage
         os.replace(stage, target)
 
 
+def part_name(name: str) -> str:
+    """What a file or folder is called until it is whole: no other run has it, whether on this host or on another, dead
+    or alive."""
+    end = name.encode()[-80:].decode(errors="ignore")  # with the suffix
+    host = re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())[:32]
+    return f".part-{host}-{os.getpid()}-{secrets.token_hex(4)}-{end}"
+
+
+def check_place(target: Path, *, folder: bool) -> None:
+    """Whether ``target`` can be written, before the work is done that it is for.
+
+    Raises:
+        InputError: a file is in a folder's place or a folder in a file's, or its place cannot be written.
+    """
+    if folder and target.exists() and not target.is_dir():
+        raise InputError(target, "is a file; expected a folder to write to")
+    if not folder and target.is_dir():
+        raise InputError(target, "is a folder; expected a file to write")
+    above = next((one for one in Path(os.path.realpath(target)).parents if one.exists()), None)
+    if above is not None and not above.is_dir():
+        raise InputError(target, "a part of this path is a file")
+    if above is not None and not os.access(above, os.W_OK | os.X_OK):
+        raise InputError(target, "cannot be written here: permission denied")
+
+
 @contextmanager
 def _stage(target: Path) -> Iterator[Path]:
-    target = Path(os.path.abspath(target))
     made = _make_parents(target)
-    stage = target.with_name(f".part-{os.getpid()}-{target.name}")
+    stage = target.with_name(part_name(target.name))
     try:
         yield stage
         made = []
@@ -79,8 +106,16 @@ def _publish_folder(stage: Path, target: Path) -> None:
     if not target.exists() or not any(target.iterdir()):
         os.rename(stage, target)
         return
-    for source in sorted(path for path in stage.rglob("*") if path.is_file()):
-        place = target / source.relative_to(stage)
+    sources = sorted(path for path in stage.rglob("*") if path.is_file())
+    places = [target / source.relative_to(stage) for source in sources]
+    for place in places:  # all of them before the first is written
+        if place.is_dir():
+            raise InputError(place, "is a folder; expected a file to write")
+        between = [one for one in place.parents if one.is_relative_to(target) and one != target]
+        for one in between:
+            if one.exists() and not one.is_dir():
+                raise InputError(one, "is a file; expected a folder to write to")
+    for source, place in zip(sources, places, strict=True):
         place.parent.mkdir(parents=True, exist_ok=True)
         os.replace(source, place)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -60,11 +61,13 @@ def hash_files(paths: Iterable[Path], *, workers: int = 1) -> dict[Path, str]:
 def hash_photos(
     folder: Path, files: Iterable[str], *, workers: int = 1, known: Mapping[str, str] = MappingProxyType({})
 ) -> str:
-    """One SHA-256 over the names and hashes of photos, whatever their order; ``known`` hashes are not made again."""
+    """One SHA-256 over the names and hashes of photos, whatever their order; ``known`` hashes are not made again. A
+    photo that cannot be read has no hash, and says so."""
     files = sorted(set(files))
-    hashes = hash_files([folder / name for name in files if name not in known], workers=workers)
+    unknown = [folder / name for name in files if name not in known]
+    hashes = hash_files([path for path in unknown if os.access(path, os.R_OK)], workers=workers)
     whole = hashlib.sha256()
     for name in files:
-        digest = known[name] if name in known else hashes[folder / name]
+        digest = known[name] if name in known else hashes.get(folder / name, "cannot be read")
         whole.update(f"{Path(name).as_posix()} {digest}\n".encode())
     return whole.hexdigest()

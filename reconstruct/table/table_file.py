@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import threading
 import zipfile
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.arrays import read_arrays
+from photogonio.capture.files.arrays import arrays_in, read_arrays
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, SUMS, FacetTable
 from photogonio.reconstruct.table.facets import facet_count
 
@@ -73,7 +74,15 @@ def load_table(path: Path) -> FacetTable:
 
 def load_with(path: Path) -> tuple[FacetTable, dict[str, np.ndarray]]:
     """The table, and the arrays that the file has beside it. Raises ``InputError`` if it holds no table."""
-    arrays = read_arrays(Path(path), _WHAT)
+    return _with(read_arrays(Path(path), _WHAT), path)
+
+
+def table_in(content: bytes, where: object) -> FacetTable:
+    """The table that a file of such content holds. Raises ``InputError`` naming ``where`` if it holds none."""
+    return _with(arrays_in(io.BytesIO(content), len(content), where, _WHAT), where)[0]
+
+
+def _with(arrays: dict[str, np.ndarray], path: object) -> tuple[FacetTable, dict[str, np.ndarray]]:
     names = [f.name for f in fields(FacetTable)]
     missing = [name for name in ("format", *names) if name not in arrays]
     if missing:
@@ -84,7 +93,7 @@ def load_with(path: Path) -> tuple[FacetTable, dict[str, np.ndarray]]:
     return table, {name: array for name, array in arrays.items() if name not in ("format", *names)}
 
 
-def _table(path: Path, arrays: Mapping[str, np.ndarray]) -> FacetTable:
+def _table(path: object, arrays: Mapping[str, np.ndarray]) -> FacetTable:
     level, isotropic = _whole(path, arrays, "level"), bool(_whole(path, arrays, "isotropic"))
     channels, groups = _names(path, arrays, "channels"), _names(path, arrays, "groups")
     if not -1 <= level <= FINEST or not 1 <= len(channels) <= MOST_CHANNELS:
@@ -99,7 +108,7 @@ def _table(path: Path, arrays: Mapping[str, np.ndarray]) -> FacetTable:
     return FacetTable(level, channels, groups, isotropic, **indices, **sums, left_out=left_out)
 
 
-def _whole(path: Path, arrays: Mapping[str, np.ndarray], name: str) -> int:
+def _whole(path: object, arrays: Mapping[str, np.ndarray], name: str) -> int:
     array = arrays[name]
     if array.ndim or array.dtype.kind not in "biu":
         raise InputError(
@@ -108,7 +117,7 @@ def _whole(path: Path, arrays: Mapping[str, np.ndarray], name: str) -> int:
     return int(array)
 
 
-def _names(path: Path, arrays: Mapping[str, np.ndarray], name: str) -> tuple[str, ...]:
+def _names(path: object, arrays: Mapping[str, np.ndarray], name: str) -> tuple[str, ...]:
     array = arrays[name]
     names = tuple(map(str, array.tolist())) if array.ndim == 1 and array.dtype.kind == "U" else ()
     if not names or len(set(names)) < len(names):
@@ -116,7 +125,7 @@ def _names(path: Path, arrays: Mapping[str, np.ndarray], name: str) -> tuple[str
     return names
 
 
-def _indices(path: Path, arrays: Mapping[str, np.ndarray], name: str, n: int, below: int) -> np.ndarray:
+def _indices(path: object, arrays: Mapping[str, np.ndarray], name: str, n: int, below: int) -> np.ndarray:
     array = arrays[name]
     if array.shape != (n,) or array.dtype.kind not in "iu":
         raise InputError(
@@ -127,7 +136,7 @@ def _indices(path: Path, arrays: Mapping[str, np.ndarray], name: str, n: int, be
     return array.astype(np.int32, copy=False)
 
 
-def _sums(path: Path, arrays: Mapping[str, np.ndarray], name: str, n: int, width: int) -> np.ndarray:
+def _sums(path: object, arrays: Mapping[str, np.ndarray], name: str, n: int, width: int) -> np.ndarray:
     array, shape = arrays[name], (n, width) if width else (n,)
     if array.shape != shape or array.dtype.kind != "f":
         raise InputError(
@@ -140,7 +149,7 @@ def _sums(path: Path, arrays: Mapping[str, np.ndarray], name: str, n: int, width
     return array.astype(np.float64, copy=False)
 
 
-def _check_directions(path: Path, sums: Mapping[str, np.ndarray]) -> None:
+def _check_directions(path: object, sums: Mapping[str, np.ndarray]) -> None:
     """Sums of unit vectors above the surface, by the weights that are summed too."""
     weight = sums["weight"]
     for name in ("incident", "exit"):
@@ -151,7 +160,7 @@ def _check_directions(path: Path, sums: Mapping[str, np.ndarray]) -> None:
             raise InputError(f"{path}: {name}", "has directions below the surface")
 
 
-def _left_out(path: Path, array: np.ndarray, groups: int) -> np.ndarray:
+def _left_out(path: object, array: np.ndarray, groups: int) -> np.ndarray:
     """Counts (g, reasons), with those of reasons that later versions count."""
     fits = array.ndim == 2 and array.shape[0] in (0, groups) and array.shape[1] <= len(LEFT_OUT)
     if not fits or array.dtype.kind not in "iu" or (array.size and array.min() < 0):

@@ -90,7 +90,7 @@ def test_a_new_file_is_read_alone(tmp_path, later, read):
 def test_a_damaged_memory_counts_as_none(tmp_path, later, read, damage):
     paths = made(tmp_path, a="one")
     found(tmp_path, paths)
-    Store(tmp_path / "store").file("ab12", ".json").write_text(damage)
+    Store(tmp_path / "store").put_bytes("ab12", ".json", lambda path: path.write_text(damage))
     assert found(tmp_path, paths) == digests("one")
     assert read == ["a", "a"]
 
