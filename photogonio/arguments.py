@@ -168,7 +168,17 @@ def _export(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("coefficients", metavar="COEFFICIENTS", help="coefficients.json")
     parser.add_argument("--channel", metavar="NAME", help="only this one")
-    parser.add_argument("--format", metavar="F", required=True, help="csv, merl, mitsuba, modes or scatmech")
+    parser.add_argument(
+        "--format",
+        metavar="F",
+        required=True,
+        help="csv, gltf, merl, mitsuba, modes, openpbr, radiance or scatmech",
+    )
+    parser.add_argument(
+        "--basis",
+        choices=("tree", "klems"),
+        help="of radiance: a tensor tree (default), or the full Klems matrix",
+    )
     parser.add_argument(
         "--order", metavar="N", type=_whole, help="of modes and scatmech; default: as many as say it closely"
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.export import find_format
+from photogonio.reconstruct.export.loss import PLACE
 from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
@@ -21,7 +22,7 @@ def one_channel(brdf: Brdf, name: str) -> Brdf:
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
-    form = find_format(args.format)
+    form = find_format(args.format, args.basis)
     path = Path(args.coefficients)
     out = Path(args.out) if args.out else Path(path.stem + form.suffix)
     brdf = load_brdf(path)
@@ -36,7 +37,24 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         raise InputError(f"--order {args.order}", f"--format {args.format} holds no modes")
     with staged_file(out) as stage:
         remark = form.write(brdf, stage, **asked)
+        loss = form.loss(brdf, stage)
+        if loss is not None and form.room:
+            state_loss(stage, str(loss))
+    if loss is not None:
+        reporter.say(f"{args.format}: {loss}")
     if remark:
         reporter.warn(remark)
     reporter.say(f"written to {out}")
-    return {"format": args.format, "out": str(out), "channels": brdf.channels, "scale": brdf.scale}
+    return {
+        "format": args.format,
+        "out": str(out),
+        "channels": brdf.channels,
+        "scale": brdf.scale,
+        "loss": None if loss is None else loss.to_dict(),
+    }
+
+
+def state_loss(path: Path, text: str) -> None:
+    """Put what was found into the file that left room for it."""
+    data = path.read_bytes()
+    path.write_bytes(data.replace(PLACE.encode(), f"photogonio: {text}".encode(), 1))

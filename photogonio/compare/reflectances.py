@@ -15,6 +15,8 @@ from photogonio.capture.manifest.schema import array
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
+from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
+from photogonio.reconstruct.brdf.radiance import read_radiance
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
@@ -60,9 +62,15 @@ def load_known(path: Path, told: Told = UNTOLD) -> Known:
     Raises:
         InputError: no such file, or none of these.
     """
-    readers = {".json": _read_json, ".binary": _read_merl, ".npz": _read_grid}
+    readers = {
+        ".json": _read_json,
+        ".binary": _read_merl,
+        ".npz": _read_grid,
+        ".xml": _read_radiance,
+        ".bsdf": _read_mitsuba,
+    }
     if not path.is_file():
-        raise InputError(path, "no such file; expected a BRDF (.json, .binary, .npz or .csv)")
+        raise InputError(path, "no such file; expected a BRDF (.json, .binary, .xml, .bsdf, .npz or .csv)")
     if path.suffix == ".csv":
         return _read_table(path, told)
     if path.suffix not in readers:
@@ -111,6 +119,16 @@ def _part(path: Path, truth: object, name: str) -> dict:
 
 def _read_merl(path: Path) -> Known:
     return Known(path.name, CHANNELS, isotropic=True, evaluate=read_merl(path).evaluate)
+
+
+def _read_radiance(path: Path) -> Known:
+    found = read_radiance(path)
+    return Known(path.name, ("Y",), isotropic=found.isotropic, evaluate=found.evaluate)
+
+
+def _read_mitsuba(path: Path) -> Known:
+    found = read_mitsuba(path)
+    return Known(path.name, found.channels, isotropic=found.isotropic, evaluate=found.evaluate)
 
 
 def _read_grid(path: Path) -> Known:

@@ -1,4 +1,4 @@
-"""Mitsuba 3's ``measured`` material: a tensor file on half-vector slices, in RGB.
+"""Mitsuba 3's ``measured`` material: a tensor file on half-vector slices, in RGB or by wavelengths.
 
 The format is that of Dupuy & Jakob, "An Adaptive Parameterization for Efficient Material Acquisition and Rendering"
 (SIGGRAPH Asia 2018): slices of f cos(exit) over the half vector for each incident angle, addressed by
@@ -7,70 +7,119 @@ u = (sqrt(2 theta_m / pi), (phi_m - phi_i + pi) / (2 pi)). Its warp by visible n
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.merl import CHANNELS
+from photogonio.reconstruct.export.rgb import rgb_order
 from photogonio.reconstruct.modes.angles import unit_vectors
 
-_SLICE, _INCIDENT = 96, 32  # nodes a side of a slice; incident angles
+_SLICE, _INCIDENT = 96, 56  # nodes a side of a slice; incident angles
+_TURNING_SLICE, _TURNING_INCIDENT, _TURNS = (
+    48,
+    24,
+    25,
+)  # the same where the sample's turn counts, and its azimuths
 _TYPES = {np.dtype("uint8"): 1, np.dtype("float32"): 10}
 _LEAST = 1e-4  # of a slice's mean: keeps every direction within reach of sampling
+_LAST = np.radians(89.5)  # incidence
+_WAVELENGTH = re.compile(r"([0-9]+(?:\.[0-9]+)?) ?(?:nm)?")
+
+
+@dataclass(frozen=True, slots=True)
+class _Nodes:
+    """Where the tensors have their values; radians."""
+
+    theta_i: np.ndarray
+    phi_i: np.ndarray
+    slice: int
+
+    @classmethod
+    def of(cls, brdf: Brdf) -> _Nodes:
+        """Incidence is denser toward grazing, where linear interpolation between even nodes would add light.
+
+        Azimuths begin at -pi: the reader clamps those below its first node without a word.
+        """
+        count = _TURNING_INCIDENT if brdf.turning else _INCIDENT
+        theta_i = _LAST * (1 - (1 - np.linspace(0.0, 1.0, count)) ** 2)
+        phi_i = np.linspace(-np.pi, np.pi, _TURNS) if brdf.turning else np.zeros(1)
+        return cls(theta_i, phi_i, _TURNING_SLICE if brdf.turning else _SLICE)
 
 
 def write_mitsuba(brdf: Brdf, path: Path) -> None:
-    """Isotropic BRDFs of three channels (R, G, B by name, else in order) or of one, which is repeated.
+    """R, G and B by name, or any one channel, which is repeated, for RGB variants; channels named by their
+    wavelengths ("550" or "550 nm") for spectral ones.
 
     Raises:
         InputError: the format, as written here, cannot hold this BRDF.
     """
-    if brdf.turning:
+    wavelengths = wavelengths_of(brdf.channels)
+    order = rgb_order(brdf.channels) or list(range(len(brdf.channels)))
+    if wavelengths is not None:
+        order = list(np.argsort(wavelengths))
+    elif len(order) not in (1, 3):
         raise InputError(
-            "--format mitsuba", "holds isotropic BRDFs only; this one changes as the sample turns"
+            "--format mitsuba",
+            f"holds R, G and B, or wavelengths; this BRDF has {', '.join(brdf.channels)}",
         )
-    if len(brdf.channels) not in (1, 3):
-        raise InputError("--format mitsuba", f"holds R, G and B; this BRDF has {', '.join(brdf.channels)}")
-    named = set(brdf.channels) == set(CHANNELS)
-    order = [brdf.channels.index(name) for name in CHANNELS] if named else list(range(len(brdf.channels)))
-    theta_i = np.linspace(0.0, 0.99 * np.pi / 2, _INCIDENT)
-    slices = [_slice(brdf, angle) for angle in theta_i]
-    rgb = np.stack([np.broadcast_to(value[order], (3, _SLICE, _SLICE)) for value, _ in slices])[None]
-    sampled = np.stack([value.mean(0) * area for value, area in slices])[None]
-    even = np.ones((1, _INCIDENT, _SLICE, _SLICE))
+    nodes = _Nodes.of(brdf)
+    slices = [[_slice(brdf, nodes.slice, t, p) for t in nodes.theta_i] for p in nodes.phi_i]
+    value = np.stack([[v[order] for v, _ in row] for row in slices])
+    sampled = np.stack([[v.mean(0) * area for v, area in row] for row in slices])
     text = f"photogonio, {'absolute' if brdf.scale == 'absolute' else 'relative'} scale"
+    even = np.ones(sampled.shape)
+    least = _LEAST * np.maximum(sampled.mean(axis=(2, 3), keepdims=True), 1e-6 * max(sampled.mean(), 1e-30))
     write_tensors(
         path,
         {
             "description": np.frombuffer(text.encode(), np.uint8),
-            "theta_i": theta_i.astype(np.float32),
-            "phi_i": np.zeros(1, np.float32),
+            "theta_i": nodes.theta_i.astype(np.float32),
+            "phi_i": nodes.phi_i.astype(np.float32),
             "ndf": even[0, 0].astype(np.float32),
             "sigma": (0.25 * even[0, 0]).astype(np.float32),  # so that ndf / (4 sigma) is one
             "vndf": even.astype(np.float32),
-            "luminance": np.maximum(sampled, _LEAST * sampled.mean()).astype(np.float32),
-            "rgb": rgb.astype(np.float32),
+            "luminance": np.maximum(sampled, least).astype(np.float32),
+            **_colours(value, None if wavelengths is None else np.sort(wavelengths)),
             "jacobian": np.array([1], np.uint8),
         },
     )
 
 
-def _slice(brdf: Brdf, theta_i: float) -> tuple[np.ndarray, np.ndarray]:
+def wavelengths_of(channels: tuple[str, ...]) -> np.ndarray | None:
+    """(c,) nm where every channel is named by its wavelength; else None."""
+    found = [_WAVELENGTH.fullmatch(name.strip()) for name in channels]
+    if len(channels) < 2 or not all(found):
+        return None
+    numbers = np.array([float(match[1]) for match in found if match])
+    return numbers if ((numbers >= 200) & (numbers <= 3000)).all() else None
+
+
+def _colours(value: np.ndarray, wavelengths: np.ndarray | None) -> dict[str, np.ndarray]:
+    """The values (phi_i, theta_i, c, s, s) as the reader's variants want them."""
+    if wavelengths is not None:
+        return {"wavelengths": wavelengths.astype(np.float32), "spectra": value.astype(np.float32)}
+    shape = (*value.shape[:2], 3, *value.shape[3:])
+    return {"rgb": np.broadcast_to(value, shape).astype(np.float32)}
+
+
+def _slice(brdf: Brdf, side: int, theta_i: float, phi_i: float) -> tuple[np.ndarray, np.ndarray]:
     """f cos(exit) (c, s, s) by azimuth and angle of the half vector, and the exit solid angle a unit of u (s, s)."""
-    u = np.linspace(0.0, 1.0, _SLICE)
+    u = np.linspace(0.0, 1.0, side)
     theta_m, phi_m = (grid.ravel() for grid in np.meshgrid(u**2 * np.pi / 2, (2 * u - 1) * np.pi))
     half = unit_vectors(theta_m, phi_m)
-    incident = np.broadcast_to(unit_vectors(theta_i, 0.0), half.shape)
+    incident = np.broadcast_to(unit_vectors(theta_i, phi_i), half.shape)
     along = (incident * half).sum(1)
     exit = 2 * along[:, None] * half - incident
     seen = (exit[:, 2] > 0) & (along > 0)
     value = np.zeros((len(half), len(brdf.channels)))
     value[seen] = np.maximum(brdf(incident[seen], exit[seen]), 0.0) * exit[seen, 2:]
     area = 2 * np.pi**2 * np.sqrt(2 * theta_m / np.pi) * np.sin(theta_m) * 4 * np.maximum(along, 0.0)
-    return value.T.reshape(-1, _SLICE, _SLICE), area.reshape(_SLICE, _SLICE)
+    return value.T.reshape(-1, side, side), area.reshape(side, side)
 
 
 def write_tensors(path: Path, tensors: Mapping[str, np.ndarray]) -> None:

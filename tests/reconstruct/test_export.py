@@ -143,10 +143,6 @@ def test_scatmech_keeps_every_digit(tmp_path):
             "merl",
             Brdf(0, ("Y",), reciprocal_modes(0), np.ones((1, 1)), np.zeros((1, 1)), symmetry="reciprocal"),
         ),
-        (
-            "mitsuba",
-            Brdf(0, ("Y",), reciprocal_modes(0), np.ones((1, 1)), np.zeros((1, 1)), symmetry="reciprocal"),
-        ),
     ],
 )
 def test_what_a_format_cannot_hold_is_refused(tmp_path, name, brdf):
@@ -156,7 +152,7 @@ def test_what_a_format_cannot_hold_is_refused(tmp_path, name, brdf):
 
 
 def test_an_unknown_format_is_refused():
-    with pytest.raises(InputError, match="csv, merl, mitsuba, modes, scatmech"):
+    with pytest.raises(InputError, match="csv, merl, mitsuba, radiance, openpbr, gltf, modes, scatmech"):
         find_format("obj")
 
 

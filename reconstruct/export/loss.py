@@ -1,0 +1,116 @@
+"""What an exported file loses: read back as its consumer reads it, against the BRDF that it was made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.modes.angles import unit_vectors
+
+Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> (n, c), 1/sr
+ANGLES = (0.0, 30.0, 60.0, 75.0, 85.0, 88.0)  # degrees of incidence at which albedos are compared
+MASKS = (60.0, 80.0)  # degrees
+_PAIRS = 60_000
+_POLAR, _AZIMUTHS = 48, 96  # nodes of an albedo's quadrature
+_SEED = 1996
+PLACE = "loss not measured"  # in a file that has room to state its loss, where it goes
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """Of the worst channel. Relative rms is sqrt(sum (f - f0)^2 / sum f0^2), by projected solid angle."""
+
+    rms: tuple[float, ...]  # with both angles below each of MASKS
+    albedo: tuple[
+        float, ...
+    ]  # exported albedo over the source's, at each of ANGLES, where it departs most from 1
+    brightest: float  # the greatest exported directional albedo
+
+    def to_dict(self) -> dict[str, object]:
+        return {
+            **{f"rms_{mask:g}": value for mask, value in zip(MASKS, self.rms, strict=True)},
+            "albedo_ratio": {f"{angle:g}": r for angle, r in zip(ANGLES, self.albedo, strict=True)},
+            "albedo_max": self.brightest,
+        }
+
+    def __str__(self) -> str:
+        rms = " and ".join(f"{100 * r:.2g} % below {mask:g}" for r, mask in zip(self.rms, MASKS, strict=True))
+        worst = int(np.argmax(np.abs(np.array(self.albedo) - 1)))
+        change = 100 * (self.albedo[worst] - 1)
+        return f"loses {rms} degrees (rms); albedo at most {change:+.2g} % off, at {ANGLES[worst]:g} degrees"
+
+
+def loss_of(
+    brdf: Brdf, exported: Evaluate, convert: Callable[[np.ndarray], np.ndarray] | None = None
+) -> Loss:
+    """Compare ``exported`` with the BRDF; ``convert`` takes the source's channels (n, c) to the file's."""
+
+    def source(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+        f = np.maximum(brdf(incident, exit), 0.0)
+        return f if convert is None else convert(f)
+
+    rng = np.random.default_rng(_SEED)
+    isotropic = not brdf.turning
+    rms = tuple(_rms(source, exported, np.radians(mask), rng, isotropic=isotropic) for mask in MASKS)
+    ratios, brightest = [], 0.0
+    for angle in ANGLES:
+        there, here = (_albedo(f, np.radians(angle)) for f in (exported, source))
+        ratio = there / np.maximum(here, 1e-12)
+        ratios.append(float(ratio[np.argmax(np.abs(ratio - 1))]))
+        brightest = max(brightest, float(there.max()))
+    return Loss(rms, tuple(ratios), brightest)
+
+
+def _rms(source: Evaluate, exported: Evaluate, mask: float, rng, *, isotropic: bool) -> float:
+    incident, exit, weight = pairs(mask, rng, isotropic=isotropic)
+    f0, f = source(incident, exit), exported(incident, exit)
+    keep = np.isfinite(f).all(axis=1)
+    error = weight[keep] @ (f - f0)[keep] ** 2 / np.maximum(weight[keep] @ f0[keep] ** 2, 1e-300)
+    return float(np.sqrt(error.max()))
+
+
+def pairs(
+    mask: float, rng: np.random.Generator, *, isotropic: bool, count: int = _PAIRS
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Incident and exit directions (n, 3) within ``mask`` (radians), and weights that undo how densely they lie.
+
+    Half of them are spread evenly by projected solid angle, half lie about the mirror direction, where gloss is.
+    """
+    reach, spread = np.sin(mask), 0.12
+    radius, turn = reach * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
+    first = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+    if isotropic:
+        first = np.column_stack([radius, 0 * radius])
+    radius, turn = reach * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
+    second = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+    near = np.arange(count) % 2 == 1
+    second[near] = -first[near] + spread * rng.normal(size=(near.sum(), 2))
+    apart = ((second + first) ** 2).sum(1)
+    density = 0.5 / (np.pi * reach**2) + 0.5 * np.exp(-0.5 * apart / spread**2) / (2 * np.pi * spread**2)
+    keep = (second**2).sum(1) < reach**2
+    return _lifted(first[keep]), _lifted(second[keep]), 1 / density[keep]
+
+
+def _lifted(disk: np.ndarray) -> np.ndarray:
+    return np.column_stack([disk, np.sqrt(np.maximum(1 - (disk**2).sum(1), 0.0))])
+
+
+def _albedo(f: Evaluate, theta_i: float) -> np.ndarray:
+    """(c,) directional albedo, nodes drawn toward the mirror direction by a mixture of two rules."""
+    rule_t = np.polynomial.legendre.leggauss(_POLAR)
+    turn = (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
+    total = 0.0
+    # u from 0 to 1 on either side of the mirror's polar angle, dense near it; azimuth dense near half a turn
+    for low, high in ((theta_i, 0.0), (theta_i, np.pi / 2)):
+        u, w = 0.5 * (rule_t[0] + 1), 0.5 * rule_t[1]
+        theta = low + (high - low) * u**3
+        d_theta = np.abs(high - low) * 3 * u**2 * w
+        phi = np.pi * (1 + np.sign(2 * turn - 1) * np.abs(2 * turn - 1) ** 3)
+        d_phi = 2 * np.pi * 3 * np.abs(2 * turn - 1) ** 2 / _AZIMUTHS
+        t, p = (grid.ravel() for grid in np.meshgrid(theta, phi, indexing="ij"))
+        weight = np.outer(d_theta * np.sin(theta) * np.cos(theta), d_phi).ravel()
+        incident = np.broadcast_to(unit_vectors(theta_i, 0.0), (len(t), 3))
+        total = total + weight @ np.nan_to_num(f(incident, unit_vectors(t, p)))
+    return np.atleast_1d(total)

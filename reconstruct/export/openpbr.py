@@ -1,0 +1,81 @@
+"""OpenPBR as a MaterialX 1.39 document: what film and product renderers open.
+
+Base layer and gloss of OpenPBR Surface 1.1 (Academy Software Foundation): a conductor with Schlick's reflectance, or
+a dielectric coat of the base over Lambert's ground, which sees what the gloss lets through toward the viewer.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.export.loss import PLACE
+from photogonio.reconstruct.export.principled import Principled, fit_principled, specular
+from photogonio.reconstruct.lobes.interface import coat_albedo, dielectric_fresnel
+from scipy.interpolate import PPoly
+
+_DOCUMENT = """<?xml version="1.0"?>
+<materialx version="1.39" colorspace="lin_rec709">
+  <!-- {place} -->
+  <open_pbr_surface name="{name}_surface" type="surfaceshader">
+    <input name="base_color" type="color3" value="{color}" />
+    <input name="base_metalness" type="float" value="{metal}" />
+    <input name="base_diffuse_roughness" type="float" value="0" />
+    <input name="specular_weight" type="float" value="{weight}" />
+    <input name="specular_roughness" type="float" value="{roughness:.5f}" />
+    <input name="specular_ior" type="float" value="{ior:.5f}" />
+  </open_pbr_surface>
+  <surfacematerial name="{name}" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="{name}_surface" />
+  </surfacematerial>
+</materialx>
+"""
+
+
+def write_openpbr(brdf: Brdf, path: Path) -> None:
+    """The nearest OpenPBR material."""
+    found = fit_principled(brdf, openpbr)
+    glossy = found.metal or found.f0 > 0
+    text = _DOCUMENT.format(
+        place=PLACE,
+        name="photogonio",
+        color=", ".join(f"{c:.6f}" for c in found.base_color),
+        metal=int(found.metal),
+        weight=int(glossy),
+        roughness=found.roughness,
+        ior=found.ior if found.f0 > 0 else 1.5,
+    )
+    path.write_text(text, encoding="utf-8")
+
+
+def read_openpbr(path: Path) -> Principled:
+    """The material of a document that :func:`write_openpbr` wrote."""
+    inputs = {node.get("name"): node.get("value", "") for node in ElementTree.parse(path).iter("input")}
+    color = np.array([float(c) for c in inputs["base_color"].split(",")])
+    index = float(inputs["specular_ior"])
+    f0 = ((index - 1) / (index + 1)) ** 2 * float(inputs["specular_weight"])
+    metal = float(inputs["base_metalness"]) == 1.0
+    return Principled(metal, color, float(inputs["specular_roughness"]), 0.0 if metal else f0, openpbr)
+
+
+def openpbr(
+    metal: bool, roughness: float, f0: float, incident: np.ndarray, exit: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """See :data:`.principled.Model`."""
+    lobe, cos = specular(roughness, incident, exit)
+    if metal:
+        miss = (1 - cos) ** 5
+        return lobe * miss, lobe * (1 - miss)
+    if f0 <= 0:
+        return np.zeros_like(lobe), np.full_like(lobe, 1 / np.pi)
+    through = 1 - albedo_of_gloss(roughness, f0, exit[:, 2])
+    return lobe * dielectric_fresnel(cos, f0), through / np.pi
+
+
+def albedo_of_gloss(roughness: float, f0: float, cos: np.ndarray) -> np.ndarray:
+    """(n,) share of the light that a dielectric's gloss sends back from directions of that cosine."""
+    table = coat_albedo(False, False, max(roughness**2, 1e-3), f0)
+    spline = PPoly(np.ascontiguousarray(table.T), np.linspace(0.0, 1.0, len(table) + 1))
+    return spline(np.sqrt(np.clip(cos, 0.0, 1.0)))
