@@ -260,6 +260,18 @@ def _fit_options(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="hold the result to f >= 0 and albedos up to 1; auto: where the plain fit is off by more than its error",
     )
+    parser.add_argument(
+        "--prior",
+        choices=("auto", "none"),
+        default="auto",
+        help="of smooth modes, its strength by what is left out; none: least squares alone",
+    )
+    parser.add_argument(
+        "--robust",
+        choices=("on", "off"),
+        default="on",
+        help="off: single values that contradict their neighbours count like all others",
+    )
     parser.add_argument("--channels", metavar="A,B,...", type=_names, help="only these, by name")
     _workers(parser)
 

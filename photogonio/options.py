@@ -29,6 +29,8 @@ class Options:
     symmetry: str = "auto"  # "auto" | "isotropic" | "reciprocal" | "general"
     lobes: Auto = None  # how many
     physics: str = "auto"  # "auto" | "on" | "off": photogonio.reconstruct.fit.FitOptions
+    prior: str = "auto"  # "auto" | "none": least squares alone
+    robust: bool = True  # single values that contradict their neighbours lose their say
     channels: tuple[str, ...] | None = None  # None: all
     workers: int | None = None  # None: one a core
 
@@ -44,6 +46,8 @@ class Options:
             "symmetry": self.symmetry,
             "lobes": lobes,
             "physics": None if self.physics == "auto" else self.physics,
+            "prior": None if self.prior == "auto" else self.prior,
+            "robust": None if self.robust else "off",
             "channels": self.channels,
         }
 

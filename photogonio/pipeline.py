@@ -405,6 +405,8 @@ def _fitted(
         lobes=options.lobes,
         absolute=scale == "absolute",
         physics=options.physics,
+        robust=options.robust,
+        smooth=options.prior != "none",
     )
     found = fit_table(
         table,

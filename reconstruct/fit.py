@@ -18,9 +18,18 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_averaging import believed, rivals_of
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit, misfit_of
-from photogonio.reconstruct.estimate.model_selection import Candidate, choose, crosses, try_all
+from photogonio.reconstruct.estimate.model_selection import (
+    NO_PRIOR,
+    PRIORS,
+    Candidate,
+    choose,
+    crosses,
+    try_all,
+)
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
+from photogonio.reconstruct.estimate.row_noise import with_noise
 from photogonio.reconstruct.estimate.weights import ViewScales, independence, level
+from photogonio.reconstruct.estimate.well_determined import close_to_rows
 from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
@@ -55,6 +64,8 @@ class FitOptions:
     theta_max: float = np.radians(80.0)  # cells beyond are not used
     absolute: bool = True  # the table's scale
     physics: str = "auto"  # "auto": where the plain fit is unphysical by more than its error | "on" | "off"
+    robust: bool = True  # single cells that contradict the others lose their say
+    smooth: bool = True  # a prior of smooth modes; False: least squares alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +114,7 @@ def fit_table(
     Raises:
         InputError: no cell is left, or what was asked for does not go together.
     """
-    seen = _usable(cells_of(table).under(lamps), options)
+    seen = with_noise(replace(_usable(cells_of(table).under(lamps), options), robust=options.robust))
     if doubt is not None:
         seen = replace(seen, doubt=doubt(seen))
     views = (
@@ -215,10 +226,14 @@ def _select(
     common = common_error(cells, cells.value - again.residual, errors)
     wanted = [p.model.lobes for p in work.pilots if options.lobes in (None, len(p.model.lobes.families))]
     tolerated, thrifty = _tolerated(cells, work.deviation * again.scale), crosses(cells)
-    tried = try_all(cells, weight, symmetry, _orders(options, cells, symmetry), wanted, common)
+    alone = options.order is not None and options.lobes == 0 and not cells.binned
+    priors = (*(PRIORS if options.smooth else ()), *((NO_PRIOR,) if alone or not options.smooth else ()))
+    tried = try_all(cells, weight, symmetry, _orders(options, cells, symmetry), wanted, common, priors)
+    if alone:
+        tried = close_to_rows(tried, cells, weight, symmetry)
     chosen, best = choose(tried, tolerated, thrifty=thrifty)
     for order in HIGHER_AUTO_TABLE if _may_be_finer(options, cells, symmetry) else ():
-        tried += try_all(cells, weight, symmetry, (order,), wanted, common)
+        tried += try_all(cells, weight, symmetry, (order,), wanted, common, priors)
         chosen, best = choose(tried, tolerated, thrifty=thrifty)
         if best.order < order:
             break

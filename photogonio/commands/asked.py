@@ -18,6 +18,8 @@ def options_of(args: argparse.Namespace) -> Options:
         symmetry=args.symmetry,
         lobes=lobes,
         physics=args.physics,
+        prior=args.prior,
+        robust=args.robust == "on",
         channels=args.channels,
         workers=args.workers,
     )

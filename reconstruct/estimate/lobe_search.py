@@ -27,6 +27,7 @@ from photogonio.reconstruct.table.cells import Cells
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
 TURNS = ((1.0, 1.0), (1.6, 1.0), (1.0, 1.6), (0.625, 1.0), (1.0, 0.625))  # stretch and skew
 ROUNDS = 4  # of reweighting
+ROUNDS_OF_ROWS = 2  # whose weights are known: only the size of their noise is found
 SEARCH_CELLS = 3000  # more do not move the shapes
 COARSE, FINE = 0.15, 0.03  # first steps of the search, in logarithms of the shapes
 
@@ -67,7 +68,7 @@ def search_lobes(
     best, shared = start, np.zeros_like(cells.value)
     common = common_error(cells, cells.value, view_errors)
     counts = independence(cells)
-    for turn in range(ROUNDS):
+    for turn in range(ROUNDS if cells.binned or common is not None else ROUNDS_OF_ROWS):
         precision = counts * weight / (deviation * scale) ** 2
         profile = Profile(cells, design, precision, penalty, common)
         if turn == 0 and free:

@@ -61,6 +61,7 @@ PRIORS = (
     *(Prior(strength, 1.0) for strength in (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)),
     *(Prior(strength, 2.0) for strength in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)),
 )
+NO_PRIOR = Prior(np.inf, 1.0)  # least squares alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +100,7 @@ def try_all(
     orders: Sequence[int],
     lobes: Sequence[LobeSet],
     common: Common | None = None,
+    priors: Sequence[Prior] = PRIORS,
 ) -> list[Candidate]:
     """Every order, prior and set of lobes, each judged on folds.
 
@@ -120,7 +122,7 @@ def try_all(
     for order in orders:
         basis = Basis(symmetry, order)
         parts, rests = ([one.prefix(len(basis.modes)) for one in some] for some in (sums, others))
-        for prior in PRIORS if order else PRIORS[:1]:
+        for prior in priors if order else priors[:1]:
             factors = Factors(rests[0].modes_gram, prior.precision(basis.degree(), typical))
             missed = residual_each(parts, solve_each(rests, factors, uppers))
             tried += [

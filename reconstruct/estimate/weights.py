@@ -10,7 +10,7 @@ from photogonio.reconstruct.table.cells import Cells
 PHOTO_FREEDOM = (
     4.0  # of Student's t, the loss of residuals (Lange, Little and Taylor 1989): dust, glints, penumbra
 )
-TABLE_FREEDOM = 30.0  # a goniometer's readings are nearly normal
+NORMAL = 1e9  # of measured rows: those that are not normal are told by their neighbours, before any model
 SYSTEMATIC = 0.005  # relative: geometry, stray light, texture; scaled with the residuals found
 STRAY_DOUBT = 0.3  # of the stray light removed
 FLOOR = 1e-3  # of the channel's level
@@ -25,11 +25,13 @@ INDEPENDENT = 30.0  # cells: as many as a view's residuals count for, since they
 def error_model(cells: Cells, stray: np.ndarray | None = None) -> np.ndarray:
     """Standard deviation (n, c) of the cells' values about a perfect model, up to one common factor.
 
-    ``stray`` (n, c) is what was subtracted as stray light. Unbinned measurements carry their own errors.
+    ``stray`` (n, c) is what was subtracted as stray light. Unbinned measurements carry their own errors, if any.
     """
     variance = cells.variance.copy()
     if cells.binned:
         variance += (SYSTEMATIC * cells.value) ** 2 + (FLOOR * level(cells)) ** 2
+    elif not variance.any():  # not known: the same everywhere
+        variance += level(cells) ** 2
     if stray is not None:
         variance += (STRAY_DOUBT * stray) ** 2
     if cells.doubt is not None:
@@ -64,7 +66,7 @@ def independence(cells: Cells) -> np.ndarray:
 
 def freedom_of(cells: Cells) -> float:
     """Degrees of freedom of the loss."""
-    return PHOTO_FREEDOM if cells.binned else TABLE_FREEDOM
+    return PHOTO_FREEDOM if cells.binned and cells.robust else NORMAL
 
 
 def student_weights(scaled: np.ndarray, freedom: float) -> np.ndarray:

@@ -37,6 +37,7 @@ class Cells:
     doubt: np.ndarray | None = (
         None  # (n, c) standard error, 1/sr, of the value by stray light that is not known
     )
+    robust: bool = True  # single cells that contradict the others lose their say
     canonical: bool = (
         False  # directions were turned to one incident azimuth, and folded, before they were averaged
     )

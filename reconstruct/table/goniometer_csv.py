@@ -10,11 +10,6 @@ from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.facet_table import FacetTable
 
 UNBINNED = -1  # a table's level when every sample is a cell of its own
-# of a value, its standard error where none is given: only against noise that shows in values below zero. Goniometers
-# state 0.5 to 2 %
-_RELATIVE = 0.01
-_LEAST_BELOW, _SHARE_BELOW = 5, 0.01  # rows below zero, and their share, that tell the noise
-_FLOOR = 1e-3  # of the median value: equal relative errors stop here, so that a zero has no infinite weight
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +56,8 @@ class GoniometerSamples:
 def samples_table(samples: GoniometerSamples) -> FacetTable:
     """The samples as a table with one cell a row: level :data:`UNBINNED`, both facets the row's number.
 
-    ``variance`` is sigma squared where sigma is given, else value squared (floored) and, where values
-    fall below zero, the noise that they show: equal relative errors of unknown size, so that only the ratios of the
-    variances mean something.
+    ``variance`` is sigma squared where sigma is given, else 0: a fit finds the noise, since it cannot be told from the
+    readings alone (:mod:`reconstruct.estimate.row_noise`).
     """
     n = len(samples.value)
     rows = np.arange(n, dtype=np.int32)
@@ -79,29 +73,8 @@ def samples_table(samples: GoniometerSamples) -> FacetTable:
         weight=np.ones(n),
         value=samples.value,
         value2=samples.value**2,
-        variance=_relative_variance(samples.value) if samples.sigma is None else samples.sigma**2,
+        variance=np.zeros_like(samples.value) if samples.sigma is None else samples.sigma**2,
         incident=samples.incident,
         exit=samples.exit,
         place=np.zeros((n, 3)),
-    )
-
-
-def _relative_variance(value: np.ndarray) -> np.ndarray:
-    """(n, c) up to a factor: equal relative errors, and beside them the noise that values below zero show."""
-    size = np.abs(value)
-    middle, least = np.median(size, axis=0), np.min(size, axis=0, where=size > 0.0, initial=np.inf)
-    # a table of zeros for the most part, as beside a narrow peak, knows them no better than its least reading
-    floor = np.where(middle > 0.0, _FLOOR * middle, np.where(np.isfinite(least), least, 0.0))
-    noise = [_noise_below_zero(channel) / _RELATIVE for channel in value.T]
-    return np.maximum(value**2 + np.square(noise), np.maximum(floor**2, np.finfo(float).tiny))
-
-
-def _noise_below_zero(value: np.ndarray) -> float:
-    """Standard deviation of the noise of ``value`` (n,), of which no true one is negative; 0 where few are, which may
-    be gross errors. Half of the normal law lies within 0.6745 of it."""
-    below = -value[value < 0.0]
-    return (
-        float(np.median(below)) / 0.6745
-        if len(below) >= max(_LEAST_BELOW, _SHARE_BELOW * len(value))
-        else 0.0
     )
