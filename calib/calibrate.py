@@ -47,6 +47,7 @@ from photogonio.calib.diagnose.lamp_beam import Beam, note_beam
 from photogonio.calib.diagnose.moved_lamp import tell_shared_apart
 from photogonio.calib.diagnose.outline_off_sample import cut_to_sample
 from photogonio.calib.diagnose.thick_sample import clear_of_slab, is_thick
+from photogonio.calib.diagnose.tone_curve import tone_doubt, tone_warning
 from photogonio.calib.diagnose.unusable_photos import contradiction, denied_by_patch, washed_out
 from photogonio.calib.diagnose.veiling_glare import (
     Veil,
@@ -108,6 +109,10 @@ def calibrate(
     scale_corners(camera, boards, observations)
     check_camera(photoset, camera, model, boards, observations, remarks)
     photoset = _observed(photoset, reader, camera, observations, tell, remarks)
+    doubt = tone_doubt(photoset, camera, observations)
+    if doubt is not None:
+        remarks.warnings.append(tone_warning(photoset, doubt))
+        remarks.residuals["encoding"] = doubt.to_dict()
     observations, veils = usable(photoset, observations, remarks, reader.workers)
     lift(observations, veils)
     tell_shared_apart(photoset, reader, camera, observations, remarks)

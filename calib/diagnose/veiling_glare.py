@@ -129,11 +129,11 @@ def photo_veil(samples: PaperSamples) -> Veil | None:
     if middle.min() <= 0:
         return None
     untold = Veil(np.full_like(middle, np.nan), np.full_like(middle, np.nan), middle)
-    if white.sum() < _NEIGHBOURS or (~white).sum() < _FEWEST:
+    if not enough_print(samples):
         return untold
     untold = replace(untold, most=_darkest(samples, middle))
     for most in (_MOST, len(white)):  # all of them, where some do not tell it well
-        dark, beside, noise = _evenly_lit(samples, most)
+        dark, beside, noise = evenly_lit(samples, most)
         if len(dark) < _FEWEST:
             continue
         black, square = samples.value[dark], samples.square[dark]
@@ -147,6 +147,11 @@ def photo_veil(samples: PaperSamples) -> Veil | None:
     return replace(untold, level=offset / (1 - slope), error=error / (1 - slope))
 
 
+def enough_print(samples: PaperSamples) -> bool:
+    """Whether black and white are seen often enough to be compared."""
+    return samples.white.sum() >= _NEIGHBOURS and (~samples.white).sum() >= _FEWEST
+
+
 def _darkest(samples: PaperSamples, middle: np.ndarray) -> float:
     """Share of the ``middle`` white (c,) that no veil exceeds: what the darkest of black print sends."""
     black, noise = (one[~samples.white].mean(1) for one in (samples.value, samples.variance))
@@ -155,7 +160,7 @@ def _darkest(samples: PaperSamples, middle: np.ndarray) -> float:
     return max(float(level + _ABOVE * np.sqrt(noise)), 0.0) / float(middle.mean())
 
 
-def _evenly_lit(samples: PaperSamples, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def evenly_lit(samples: PaperSamples, most: int = _MOST) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which of about ``most`` samples of black print no shadow's edge is near, the white beside and the variance of its
     noise, (n, c) each."""
     white = samples.white

@@ -1,0 +1,106 @@
+"""Codes that were read by another curve than they have: drawn paper, coded and decoded wrongly."""
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from photogonio.calib.detect.paper_reading import PaperReading
+from photogonio.calib.diagnose.tone_curve import judged, power_of_light, tone_doubt, tone_warning
+from photogonio.capture.linear.encoding import (
+    gamma_to_linear,
+    linear_to_gamma,
+    linear_to_srgb,
+    srgb_to_linear,
+)
+
+from tests.calib.test_warnings import Drawn
+from tests.drawn.setups import observe
+
+VIEWS = 6
+BRIGHTEST = 0.85  # of full scale
+CURVES = {
+    "srgb": (linear_to_srgb, srgb_to_linear),
+    "gamma": (lambda x: linear_to_gamma(x, 2.2), lambda x: gamma_to_linear(x, 2.2)),
+}
+
+
+@pytest.fixture(scope="module")
+def seen():
+    drawn = Drawn(3, views=VIEWS)
+    camera, _, _, observations = drawn.camera()
+    for one in observations:
+        observe(drawn.world, one, int(one.view.name[1:]), 0.0, drawn.rng, paper=True)
+    return drawn, camera, observations
+
+
+def read_by(reading: PaperReading, curve) -> PaperReading:
+    full = float(reading.samples.value.max()) / BRIGHTEST
+    value = full * curve(np.maximum(reading.samples.value, 0.0) / full)
+    return replace(reading, samples=replace(reading.samples, value=value), level=value.mean(1))
+
+
+def doubt_of(seen, curve=None, *, balls: bool = True):
+    drawn, camera, observations = seen
+    changed = []
+    for one in observations:
+        one = copy(one)
+        if curve is not None:
+            one.reading = read_by(one.reading, curve)
+        if not balls:
+            one.highlights = []
+        changed.append(one)
+    return tone_doubt(drawn.photoset, camera, changed)
+
+
+def test_paper_that_is_read_rightly_raises_no_doubt(seen):
+    assert doubt_of(seen) is None
+    assert doubt_of(seen, balls=False) is None
+
+
+@pytest.mark.parametrize("balls", [True, False])
+@pytest.mark.parametrize("name", CURVES)
+def test_a_curve_that_is_not_read_and_one_that_is_not_there(seen, name, balls):
+    """With the lamp's place known or not."""
+    code, decode = CURVES[name]
+    coded, decoded = (doubt_of(seen, curve, balls=balls) for curve in (code, decode))
+    assert coded.coded and not decoded.coded
+    assert np.isfinite([coded.power, decoded.power]).all() == balls
+    assert 'encoding = "srgb"' in tone_warning(seen[0].photoset, coded)
+    assert 'encoding = "linear"' in tone_warning(seen[0].photoset, decoded)
+    assert coded.to_dict()["looks"] == "coded" and (coded.to_dict()["power"] is None) != balls
+
+
+@pytest.mark.parametrize("power", [0.45, 1.0, 2.2])
+def test_the_power_by_which_white_grows_with_light(power):
+    """Exact on what is lit, whatever lies in shadow."""
+    x, y = np.meshgrid(np.linspace(0, 180, 40), np.linspace(0, 140, 30))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    place = np.array([20.0, 40.0, 380.0])
+    offset = place - points
+    level = (3e4 * offset[:, 2] / np.linalg.norm(offset, axis=1) ** 3) ** power
+    level[(points[:, 0] > 60) & (points[:, 0] < 90)] *= 0.1
+    assert power_of_light(points, level, place) == pytest.approx(power, abs=1e-6)
+    assert power_of_light(points, level, place + np.array([0, 0, 1e5])) is None  # evenly lit
+
+
+@pytest.mark.parametrize(
+    ("black", "powers", "coded"),
+    [
+        (0.049, [1.0, 0.9, 1.1, 1.05], None),
+        (0.28, [1.0, 0.95, 1.1, 1.05], None),  # pale ink
+        (0.28, [0.45, 0.5, 0.43, 0.47], True),
+        (0.049, [0.45, 0.5, 0.43, 0.47], None),  # a room's light, not a curve
+        (0.004, [2.1, 2.3, 2.2, 2.2], False),
+        (0.049, [2.1, 2.3, 2.2, 2.2], None),  # a lamp with a narrow beam
+        (np.nan, [0.45, 0.5, 0.43, 0.47], None),
+        (0.28, [], True),
+        (0.005, [], False),
+        (0.6, [], None),
+        (0.09, [], None),
+        (np.nan, [], None),
+    ],
+)
+def test_both_must_tell_it_where_both_are_known(black, powers, coded):
+    found = judged(black, np.array(powers))
+    assert found is None if coded is None else found.coded is coded
