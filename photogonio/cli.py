@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import signal
 import sys
@@ -14,20 +15,30 @@ from typing import NoReturn
 
 from photogonio.arguments import build_parser
 from photogonio.capture.errors import InputError
+from photogonio.system.compiled import forgive_damage
 from photogonio.system.memory import keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter
 
 _DONE, _FAILED, _BAD_INPUT, _DISTRUSTED, _INTERRUPTED = 0, 1, 2, 3, 130
 
+# what only the names and rights of files that were given can lead to
+_OF_PATHS = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM, errno.ELOOP}
+_OF_PATHS |= {errno.ENAMETOOLONG, errno.EROFS, errno.EXDEV, errno.ENXIO, errno.EINVAL}
+AGAIN = 0.2  # seconds after which a stop that somebody swallowed is asked for again
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; its exit status: 0 done, 2 bad input, 3 written but not to be trusted, 130 stopped by the user,
     1 anything else."""
-    args = build_parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    parser = build_parser()
+    if any("\0" in word for word in words):  # no name of a file
+        parser.error("an argument has a zero byte")
+    args = parser.parse_args(words)
     reporter = Reporter(quiet=args.quiet, json=args.json)
     try:
-        with _stopped_by(signal.SIGTERM):
+        with _stoppable():
             return _run(args, reporter)
     except KeyboardInterrupt:
         reporter.clear()
@@ -41,6 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     keep_freed()
     command = import_module(f"photogonio.commands.{args.command}")
+    forgive_damage()
     try:
         numbers = command.run(args, reporter)
         if args.json:
@@ -51,7 +63,9 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
-        return _fail(reporter, str(error), _FAILED)
+        return _fail(reporter, str(error), _BAD_INPUT if error.errno in _OF_PATHS else _FAILED)
+    except MemoryError:
+        return _fail(reporter, "there is not memory enough for this", _FAILED)
     if reporter.failed:
         return _FAILED
     return _DISTRUSTED if reporter.distrusted else _DONE
@@ -64,20 +78,39 @@ def _fail(reporter: Reporter, message: str, status: int) -> int:
 
 
 @contextmanager
-def _stopped_by(number: int) -> Iterator[None]:
-    """The signal stops the work as Ctrl-C does, in a thread that may catch signals."""
+def _stoppable() -> Iterator[None]:
+    """SIGTERM stops the work as Ctrl-C does, in a thread that may catch signals.
+
+    A stop that comes while a library calls back from compiled code is printed and forgotten there; so it is asked for
+    again until it arrives.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    former = signal.signal(number, _interrupt)
+    numbers = [signal.SIGINT, signal.SIGTERM, *([signal.SIGALRM] if hasattr(signal, "SIGALRM") else [])]
+    # who was started with interrupts ignored, as jobs in the background are, goes on ignoring them
+    numbers = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
+    former, hook = {number: signal.signal(number, _interrupt) for number in numbers}, sys.unraisablehook
+    sys.unraisablehook = lambda told: None if told.exc_type is KeyboardInterrupt else hook(told)
     try:
         yield
     finally:
-        signal.signal(number, former)
+        _again(0.0)
+        sys.unraisablehook = hook
+        for number, handler in former.items():
+            signal.signal(number, handler)
 
 
-def _interrupt(signum: int, frame: object) -> NoReturn:
+def _interrupt(signum: int, frame: object) -> None:
+    if isinstance(sys.exc_info()[1], KeyboardInterrupt):
+        return  # on its way, and cleaning up
+    _again(AGAIN)
     raise KeyboardInterrupt
+
+
+def _again(seconds: float) -> None:
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
 
 
 def program() -> NoReturn:

@@ -44,6 +44,7 @@ HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for pra
 HIGHEST_AUTO_TABLE = 12
 HIGHER_AUTO_TABLE = (16, 20, 24)  # on, while the one before predicts best: for odd glosses
 HIGHEST_AUTO_TURNING = 4  # of a surface that is not isotropic: 120 modes
+HIGHEST_ASKED, HIGHEST_ASKED_TURNING = 48, 16  # 5525 modes; of others, more than MOST_MODES from 8 on
 MOST_MODES = 1300  # of those asked for
 MOST_CELLS = (
     24_000  # of photos, evenly taken: a view counts as few independent ones, and more say nothing new
@@ -255,6 +256,11 @@ def _tolerated(cells: Cells, deviation: np.ndarray) -> float:
 
 def _orders(options: FitOptions, cells: Cells, symmetry: str) -> tuple[int, ...]:
     if options.order is not None:
+        highest = HIGHEST_ASKED if symmetry == "isotropic" else HIGHEST_ASKED_TURNING
+        if options.order > highest:
+            raise InputError(
+                f"--order {options.order}", f"{symmetry} modes are fitted to order {highest} at most"
+            )
         modes = len(Basis(symmetry, options.order).modes)
         if modes > MOST_MODES and symmetry != "isotropic":
             raise InputError(

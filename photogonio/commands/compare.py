@@ -12,7 +12,7 @@ from photogonio.compare.compare import Comparison, compare
 from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import scatter_figure
-from photogonio.system.outputs import staged_folder, to_json
+from photogonio.system.outputs import check_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_file
 
@@ -25,6 +25,8 @@ _UNITS = {
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    if args.out:
+        check_place(Path(args.out), folder=True)
     paths = [find_brdf(Path(name)) for name in (args.a, args.b)]
     told = told_of(args)
     a, b = (load_known(path, told) for path in paths)

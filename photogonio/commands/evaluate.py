@@ -10,7 +10,6 @@ from typing import Any
 
 from photogonio import __version__
 from photogonio.cache.kept import code_key
-from photogonio.capture.errors import InputError
 from photogonio.evaluate.hard_cases import Outcome, run_battery
 from photogonio.evaluate.history import load_scores, regressions
 from photogonio.evaluate.scenes import Score, evaluate_scenes, load_scenes, rendered
@@ -26,7 +25,7 @@ from photogonio.evaluate.tradeoff import (
 )
 from photogonio.report.html import picture_bytes
 from photogonio.synthetic.scene.model import Scene
-from photogonio.system.outputs import staged_folder, to_json
+from photogonio.system.outputs import check_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import canonical_command
 
@@ -35,8 +34,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, workers = Path(args.out), args.workers or os.cpu_count() or 1
     sets = Path(args.cache) if args.cache else out / "sets"
     former = load_scores(Path(args.against)) if args.against else None
-    if out.is_file():
-        raise InputError(out, "is a file; expected a folder to write to")
+    check_place(out, folder=True)
     if args.hard:
         outcomes = run_battery(args.scenes, sets, workers=workers, reporter=reporter)
         return _finish(args, reporter, outcomes=outcomes)

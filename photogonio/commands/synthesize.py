@@ -9,6 +9,7 @@ from pathlib import Path
 from photogonio.capture.errors import InputError
 from photogonio.synthetic.scene.scene import built_in, load_scene
 from photogonio.synthetic.write.photoset import synthesize
+from photogonio.system.outputs import check_place
 from photogonio.system.progress import Reporter
 
 
@@ -20,6 +21,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         raise InputError("synthesize", "expected a SCENE; --list names the built-in ones")
     scene = load_scene(args.scene)
     folder = Path(args.out) if args.out else Path(Path(args.scene).stem)
+    check_place(folder, folder=True)
     synthesize(
         scene,
         folder,

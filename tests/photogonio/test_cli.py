@@ -207,6 +207,45 @@ def test_a_signal_in_the_midst_of_writing_leaves_nothing(tmp_path, number):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_that_a_library_swallows_is_asked_for_again(capsys, monkeypatch, number):
+    """As one that comes while compiled code calls back."""
+    swallowed = []
+
+    def work(args, reporter):
+        while True:
+            try:
+                if not swallowed:
+                    os.kill(os.getpid(), number)
+                time.sleep(30)
+                return {}
+            except KeyboardInterrupt:
+                if swallowed:
+                    raise
+                swallowed.append(1)
+
+    monkeypatch.setattr("photogonio.commands.init.run", work)
+    assert main(["init", "folder"]) == 130
+    assert swallowed
+    assert "stopped" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["fit", "a\0b"], ["fit", "x" * 5000], ["show", "x/" * 3000], ["fit", "a.csv", "--order", "1" * 400]],
+)
+def test_words_that_can_name_no_file_are_bad_input(capsys, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    fails_with_one_line(capsys, words)
+
+
+def test_orders_that_nothing_can_hold_are_refused(capsys, tmp_path, table):
+    for symmetry in ("isotropic", "reciprocal"):
+        asked = ["--order", "100000", "--symmetry", symmetry, "--lobes", "none"]
+        line = fails_with_one_line(capsys, ["fit", table, "-o", tmp_path / "out", "--quiet", *asked])
+        assert "--order" in line
+
+
 def test_show_and_export_open_again(capsys, tmp_path, table):
     assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 0
     coefficients = tmp_path / "out/coefficients.json"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from photogonio.capture.errors import InputError
 
-from photogonio.system.outputs import plain, staged_file, staged_folder, to_json
+from photogonio.system.outputs import check_place, part_name, plain, staged_file, staged_folder, to_json
 
 
 def names(folder):
@@ -80,3 +80,67 @@ def test_json_is_strict():
     value = {"a": np.float64(0.1), "b": np.array([1.0, np.nan]), 3: (np.int64(2), None, True, "é")}
     assert json.loads(to_json(value)) == {"a": 0.1, "b": [1.0, None], "3": [2, None, True, "é"]}
     assert plain(float("inf")) is None
+
+
+def test_a_link_is_written_through(tmp_path):
+    (tmp_path / "true").mkdir()
+    for name, there in (("full", "true"), ("dangling", "to-come")):
+        link = tmp_path / name
+        link.symlink_to(tmp_path / there)
+        with staged_folder(link) as stage:
+            (stage / "a").write_text(name)
+        assert link.is_symlink()
+        assert (tmp_path / there / "a").read_text() == name
+    (tmp_path / "link.json").symlink_to(tmp_path / "true/b.json")
+    with staged_file(tmp_path / "link.json") as stage:
+        stage.write_text("b")
+    assert (tmp_path / "link.json").is_symlink()
+    assert (tmp_path / "true/b.json").read_text() == "b"
+    assert names(tmp_path) == ["dangling", "full", "link.json", "to-come", "true"]
+
+
+def test_a_folder_where_a_file_must_be_is_refused_before_anything_is_replaced(tmp_path):
+    out = tmp_path / "out"
+    (out / "b").mkdir(parents=True)
+    (out / "a").write_text("old")
+    with pytest.raises(InputError, match="is a folder"), staged_folder(out) as stage:
+        (stage / "a").write_text("new")
+        (stage / "b").write_text("new")
+    assert (out / "a").read_text() == "old"
+    (out / "c").write_text("file")
+    with pytest.raises(InputError, match="is a file"), staged_folder(out) as stage:
+        (stage / "a").write_text("new")
+        (stage / "c").mkdir()
+        (stage / "c/d").write_text("new")
+    assert (out / "a").read_text() == "old"
+    assert names(tmp_path) == ["out"]
+
+
+def test_what_a_dead_process_of_the_same_number_left_is_in_nobodys_way(tmp_path, monkeypatch):
+    with staged_folder(tmp_path / "out") as stage:
+        stage.joinpath("a").write_text("a")
+        left = stage.name
+    (tmp_path / left).mkdir()
+    (tmp_path / left / "half").write_text("")
+    with staged_folder(tmp_path / "out") as stage:
+        (stage / "a").write_text("b")
+    assert (tmp_path / "out/a").read_text() == "b"
+    assert names(tmp_path) == sorted(["out", left])
+
+
+def test_parts_are_named_by_host_process_and_chance_and_keep_the_suffix(monkeypatch):
+    here = part_name("a.json")
+    monkeypatch.setattr("socket.gethostname", lambda: "other/host")
+    assert len({here, part_name("a.json"), part_name("a.json")}) == 3
+    assert "other-host" in part_name("a.json")
+    assert part_name("ä" * 300 + ".json").endswith(".json")
+    assert len(part_name("ä" * 120 + ".json").encode()) < 255
+
+
+def test_places_are_looked_at_before_the_work(tmp_path):
+    (tmp_path / "file").write_text("")
+    for target, folder in (("file", True), ("file/out", True), ("file/out/deep", False), (".", False)):
+        with pytest.raises(InputError):
+            check_place(tmp_path / target, folder=folder)
+    check_place(tmp_path / "new/deep", folder=True)
+    assert names(tmp_path) == ["file"]
