@@ -297,7 +297,7 @@ def _result(
         valid=region.valid(),
     )
     held, physics = _physical(plain, model, spread, misfit, options.physics)
-    brdf = in_file(held, model, spread, misfit)
+    brdf = in_file(held, model, spread, misfit, KNOWN)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     diagnostics = _diagnostics(work, final, verdict, chosen, best) | {"physics": physics}
     brdf = replace(brdf, fit=diagnostics)
