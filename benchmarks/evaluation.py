@@ -17,8 +17,10 @@ from pathlib import Path
 import numpy as np
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, write_scatmech
+from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes import basis as m
 from photogonio.reconstruct.modes.parallel import cores
+from photogonio.reconstruct.represent.developed import developed
 
 PTFE = Path(__file__).parents[2] / "shared" / "data" / "nist-ptfe" / "PTFE.532.coeff.csv"
 
@@ -91,6 +93,30 @@ def scatmech_comparison(table: ScatmechTable, count: int, single: int, repeats: 
     }
 
 
+def plastic() -> Brdf:
+    """What is found of a plastic ball: order 0 and a coat over a diffuse ground."""
+    one = np.ones(3)
+    coat = Lobe(0.08, 0.04 * one, one, "coat", fresnel="dielectric", ground=np.array([0.35, 0.2, 0.1]))
+    modes, none = m.isotropic_modes(0), np.zeros((1, 3))
+    return Brdf(0, ("R", "G", "B"), modes, np.full((1, 3), 0.02), none, lobes=(coat,))
+
+
+def versions(count: int, repeats: int) -> tuple[float, float, int]:
+    """Pairs a second of a plastic ball's file as it was found, and of version 1 of the same, with its order."""
+    found = plastic()
+    first = developed(found).brdf
+    theta_i, theta_r, dphi = random_pairs(count)
+
+    def task(brdf: Brdf, pairs: int) -> Callable[[], object]:
+        return lambda: brdf.evaluate(theta_i[:pairs], 0.0, theta_r[:pairs], dphi[:pairs])
+
+    rates = (
+        pairs / best_time(task(brdf, pairs), repeats)
+        for brdf, pairs in ((found, count), (first, count // 20))
+    )
+    return *rates, first.order
+
+
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="few pairs: shows that it runs, not how fast")
@@ -116,6 +142,11 @@ def main(arguments: list[str] | None = None) -> None:
     modes = [len(m.isotropic_modes(order)) for order, channels in cases if channels == 3]
     power = np.polyfit(np.log(modes), np.log(np.delete(seconds, 1)), 1)[0]
     print(f"  time ~ modes^{power:.2f}")
+    found, first, order = versions(count, repeats)
+    print(
+        f"  a plastic ball as found, order 0 and a coat: {found / 1e6:.1f}; as modes to order {order} and GGX lobes "
+        f"{first / 1e6:.2f}, ratio {found / first:.0f}"
+    )
     try:
         import pySCATMECH  # noqa: F401
     except ImportError:

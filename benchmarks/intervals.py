@@ -11,10 +11,13 @@ A set's directions share their errors, so that a set counts once: the figure is 
 from __future__ import annotations
 
 import argparse
+import tempfile
 from dataclasses import dataclass
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
+from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.fit import fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import seen_at
@@ -24,6 +27,7 @@ from photogonio.synthetic.brdf.reflectance import Reflectance
 from tests.drawn.tables import Plan, simulate
 
 LIMIT = np.radians(70.0)
+WIDE = 1.959964  # standard errors on either side
 KINDS = (
     "lambert",
     "oren-nayar",
@@ -41,6 +45,7 @@ class Score:
 
     kind: str
     held: float  # share of the directions near data whose interval holds the truth
+    from_file: float  # the same of intervals computed from the coefficient file alone
     error: float  # relative error near data, mean of the channels
     stated: float  # the same as the standard errors have it
 
@@ -89,9 +94,19 @@ def score(seed: int) -> Score:
     return Score(
         kind,
         float(np.mean(np.abs(found - true) <= fit.uncertainty.half_width(error))),
+        float(np.mean(np.abs(found - true) <= WIDE * of_file(fit.brdf, grid))),
         float(np.sqrt(np.sum(weight * (found - true) ** 2) / size)),
         float(np.sqrt(np.sum(weight * error**2) / size)),
     )
+
+
+def of_file(brdf: Brdf, grid: Cells) -> np.ndarray:
+    """Standard errors (n, c) of f of what is read again from the file."""
+    with tempfile.TemporaryDirectory() as folder:
+        brdf.save(Path(folder) / "coefficients.json")
+        return load_brdf(Path(folder) / "coefficients.json").standard_error(
+            grid.theta_i, 0.0, grid.theta_r, grid.dphi
+        )
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -108,13 +123,13 @@ def main(arguments: list[str] | None = None) -> None:
             scores = list(pool.map(score, seeds))
     else:
         scores = [score(seed) for seed in seeds]
-    print("surface           sets   held  median error  median stated")
+    print("surface           sets   held  from the file  median error  median stated")
     for kind in (*KINDS, "all"):
         some = [one for one in scores if kind in (one.kind, "all")]
         if some:
-            held, error, stated = np.array([[s.held, s.error, s.stated] for s in some]).T
+            held, filed, error, stated = np.array([[s.held, s.from_file, s.error, s.stated] for s in some]).T
             print(
-                f"{kind:16s}  {len(some):4d} {100 * held.mean():6.1f} %  {100 * np.median(error):8.2f} %"
+                f"{kind:16s}  {len(some):4d} {100 * held.mean():6.1f} %  {100 * filed.mean():11.1f} %  {100 * np.median(error):8.2f} %"
                 f"  {100 * np.median(stated):10.2f} %"
             )
 

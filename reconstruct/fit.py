@@ -300,7 +300,7 @@ def _result(
     brdf = in_file(held, model, spread, misfit, KNOWN)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     diagnostics = _diagnostics(work, final, verdict, chosen, best) | {"physics": physics}
-    brdf = replace(brdf, fit=diagnostics)
+    brdf = replace(brdf, fit=_told(diagnostics))
     return FitResult(
         brdf,
         model,
@@ -334,6 +334,16 @@ def _diagnostics(
         "views rescaled": [work.cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "binning error": _binning_error(work),
     }
+
+
+def _told(value):
+    """Diagnostics as the file tells them: four digits, and nothing of what was not asked or found."""
+    if isinstance(value, dict):
+        known = {key: _told(item) for key, item in value.items() if item is not None and item != []}
+        return {key: item for key, item in known.items() if item != {}}
+    if isinstance(value, list | tuple):
+        return [_told(item) for item in value]
+    return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
 def _binning_error(work: Cleaned) -> list[float]:

@@ -14,6 +14,7 @@ FIRST = {  # what the lobes of version 1 are in version 2
     "retro-ggx": {"model": "retro", "distribution": "ggx"},
     "retro-beckmann": {"model": "retro", "distribution": "beckmann"},
 }
+MOST_OF_TWO = 12.0  # roughness of one of two axes: what a search of their mean up to 1 may reach
 _FIRST_KEYS = {"model", "roughness", "f0", "weight"}
 _KEYS = _FIRST_KEYS | {"distribution", "masking", "fresnel", "azimuth", "ground"}
 _CHOICES = {"distribution": DISTRIBUTIONS, "masking": MASKINGS, "fresnel": FRESNELS}
@@ -83,12 +84,16 @@ def _choices(where: str, given: dict[str, Any], model: str) -> dict[str, str]:
 
 
 def _roughness(where: str, given: Any, model: str, version: int) -> float | tuple[float, float]:
-    what = "a number in (0, 1]"
+    what, most = "a number in (0, 1]", 1.0
     several = version > 1 and model != "retro"
     if several:
-        what += ", or two, along and across,"
-    both = given if several and isinstance(given, list) and len(given) == 2 else [given]
-    if not all(isinstance(one, int | float) and not isinstance(one, bool) and 0 < one <= 1 for one in both):
+        what += f", or two up to {MOST_OF_TWO:g}, along and across,"
+    both = [given]
+    if several and isinstance(given, list) and len(given) == 2:
+        both, most = given, MOST_OF_TWO
+    if not all(
+        isinstance(one, int | float) and not isinstance(one, bool) and 0 < one <= most for one in both
+    ):
         raise InputError(where, f"{what} is needed, not {given!r}")
     return (float(both[0]), float(both[1])) if len(both) == 2 else float(given)
 

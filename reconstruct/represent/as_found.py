@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from photogonio.reconstruct.brdf.parameters import lobe_numbers, number_of
@@ -16,17 +17,18 @@ LEAST = 1e-3  # size of a coefficient of which the step is taken
 
 def lobes_of(model: Model) -> tuple[Lobe, ...]:
     """The model's lobes."""
-    return tuple(
-        lobe_of(family, shape, own) for family, shape, own in _parts(model.lobes, model.lobe_coefficients)
-    )
+    lobes = [lobe_of(*part) for part in _parts(model.lobes, model.lobe_coefficients)]
+    # the search ends at 1, but for rounding
+    return tuple(one if one.turning else replace(one, roughness=min(one.axes[0], 1.0)) for one in lobes)
 
 
 def lobe_of(family: Family, shape: np.ndarray, own: np.ndarray, cover: float = 1.0) -> Lobe:
     """One lobe; ``own`` (q, c) its coefficients, ``cover`` the part of the surface that a lobe of weight 1 covers."""
-    roughness, azimuth = min(float(shape[0]), 1.0), 0.0
+    roughness: float | tuple[float, float] = float(shape[0])
+    azimuth = 0.0
     if family.turning:
         along, across, azimuth = turned_roughness(shape)
-        roughness = (min(along, 1.0), min(across, 1.0))
+        roughness = (along, across)
     one = np.ones_like(own[0])
     kind = {"distribution": family.distribution, "azimuth": azimuth}
     if family.retro:

@@ -11,48 +11,68 @@ from photogonio.reconstruct.brdf.parameters import mode_names
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
 from photogonio.reconstruct.represent.as_found import lobe_jacobian, lobe_parameters
-from photogonio.reconstruct.uncertainty.beyond import tables_of
+from photogonio.reconstruct.uncertainty.beyond import Sampled, tables_of
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
+from scipy.special import ndtri
 
-DIGITS = 6  # of standard errors and covariances
+CONDITION = 1e-6  # of the directions in which listed parameters are told apart
+LEAST = 1e-4  # relative error of f: a smaller one weighs no more
+DIGITS, FULL = (
+    6,
+    12,
+)  # significant digits of errors; of what is found, and of covariances, which may all but cancel
 
 
 def in_file(brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, known: float) -> Brdf:
     """``brdf``, which lists all modes of ``spread``, with those alone that the model has or physics asked for, and with
-    how sure it is. ``known`` departures are a standard error."""
+    how sure it is. ``known`` departures are a standard error.
+
+    Errors that were judged from few independent parts of the data are widened, so that as many of them hold the truth
+    as of a normal distribution.
+    """
     own = np.arange(spread.modes) < len(model.coefficients)
     rows = np.flatnonzero(own | brdf.coefficients.any(1))
-    covariance = _covariance(model, spread, rows)
-    errors = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)).T
-    own_errors = Uncertain(
-        parameters=(*mode_names(brdf.symmetry, brdf.modes[rows]), *lobe_parameters(model)),
-        standard_errors=rounded(errors),
-        covariance=rounded(covariance),
-        scale=rounded(np.array(spread.scale_error)).item(),
-    )
     orders = brdf.modes[rows][:, [0] if brdf.symmetry == "isotropic" else [0, 2]]
     found = replace(
         brdf,
         order=max(model.basis.order, int(orders.max(initial=0))),
         modes=brdf.modes[rows],
-        coefficients=brdf.coefficients[rows],
-        standard_errors=own_errors.standard_errors[: len(rows)],
-        uncertainty=own_errors,
+        coefficients=rounded(brdf.coefficients[rows], FULL),
+        standard_errors=np.zeros_like(brdf.coefficients[rows]),
     )
-    missed, unseen = tables_of(found, model, spread, misfit, known)
-    return replace(found, uncertainty=replace(own_errors, misfit=missed, unseen=unseen))
+    names = (*mode_names(brdf.symmetry, found.modes), *lobe_parameters(model))
+    at = Sampled.of(found, names, model, spread, misfit, known)
+    wider = spread.half_width(1.0) / float(ndtri(0.975))
+    covariance = wider**2 * _covariance(model, spread, rows, at)
+    errors = rounded(np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)).T)
+    missed, unseen = tables_of(at, covariance, spread.scale_error, wider)
+    scale = rounded(np.array(spread.scale_error)).item()
+    uncertain = Uncertain(names, errors, rounded(covariance, FULL), scale, missed, unseen)
+    return replace(found, standard_errors=errors[: len(rows)], uncertainty=uncertain)
 
 
-def _covariance(model: Model, spread: Uncertainty, rows: np.ndarray) -> np.ndarray:
-    """(c, p, p) of the modes at ``rows`` of the fit's and of the lobes' numbers."""
-    kept = np.concatenate([rows, np.arange(spread.modes, spread.covariance.shape[1])])
-    own = spread.covariance[:, kept[:, None], kept]
+def _covariance(model: Model, spread: Uncertainty, rows: np.ndarray, at: Sampled) -> np.ndarray:
+    """(c, p, p) of the modes at ``rows`` of the fit's and of the lobes' numbers.
+
+    Modes that models have which predict as well, and that the file does not list, go together with those that it
+    lists: what they do to f counts as what the listed parameters would do that come nearest to it.
+    """
     lobes, modes = lobe_jacobian(model, covers_of(model)), len(rows)
-    change = np.zeros((len(own), modes + lobes.shape[1], own.shape[1]))
-    change[:, np.arange(modes), np.arange(modes)] = 1.0
-    change[:, modes:, modes:] = lobes
-    return change @ own @ np.swapaxes(change, 1, 2)
+    channels, listed = lobes.shape[0], modes + lobes.shape[1]
+    change = np.zeros((channels, listed, spread.covariance.shape[1]))
+    change[:, np.arange(modes), rows] = 1.0
+    change[:, modes:, spread.modes :] = lobes
+    other = np.setdiff1d(np.arange(spread.modes), rows)
+    if len(other):
+        design = spread.basis.design(at.cells)[:, other]
+        for c in range(channels):
+            weight = 1.0 / np.maximum(at.total[:, [c]], LEAST * at.size[:, [c]])
+            slopes = weight * at.change[:, :, c]
+            scale = np.maximum(np.linalg.norm(slopes, axis=0), np.finfo(float).tiny)
+            nearest = np.linalg.lstsq(slopes / scale, weight * design, rcond=CONDITION)[0]
+            change[c][:, other] = nearest / scale[:, None]
+    return change @ spread.covariance @ np.swapaxes(change, 1, 2)
 
 
 def rounded(values: np.ndarray, digits: int = DIGITS) -> np.ndarray:
