@@ -129,8 +129,8 @@ def main(arguments: list[str] | None = None) -> None:
         if some:
             held, filed, error, stated = np.array([[s.held, s.from_file, s.error, s.stated] for s in some]).T
             print(
-                f"{kind:16s}  {len(some):4d} {100 * held.mean():6.1f} %  {100 * filed.mean():11.1f} %  {100 * np.median(error):8.2f} %"
-                f"  {100 * np.median(stated):10.2f} %"
+                f"{kind:16s}  {len(some):4d} {100 * held.mean():6.1f} %  {100 * filed.mean():11.1f} %"
+                f"  {100 * np.median(error):8.2f} %  {100 * np.median(stated):10.2f} %"
             )
 
 

@@ -57,15 +57,21 @@ class Brdf:
         angles = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)])
         shape = angles[0].shape
         flat = modes.flat(*angles)
-        value = self._sum_of_modes(*flat)
         terms = [lobe.terms() for lobe in self.lobes]
+        base = self._constant()
+        if base is None:
+            value = self._sum_of_modes(*flat)
+        else:
+            value = np.empty((len(flat[0]), len(self.channels)))
 
         def finish(start: int, stop: int) -> None:
             part, rows = [angle[start:stop] for angle in flat], value[start:stop]
             if self.quantity != "brdf":
                 rows /= modes.cosines(self.quantity, part[0], part[2])[:, None]
-            for one in terms:
-                add_lobe(one, part, rows)
+            if base is not None and not terms:
+                rows[:] = base
+            for k, one in enumerate(terms):
+                add_lobe(one, part, rows, base if k == 0 else None)
             lowest = np.maximum(np.abs(part[0]), np.abs(part[2]))
             if not lowest.max() <= 0.5 * np.pi:
                 rows[lowest > 0.5 * np.pi] = 0.0
@@ -167,11 +173,13 @@ class Brdf:
         finally:  # there only if the writing was cut short
             Path(temporary).unlink(missing_ok=True)
 
+    def _constant(self) -> np.ndarray | None:
+        """(c,) the sum of the modes where it is the same everywhere, else None."""
+        if np.any(self.modes) or self.quantity != "brdf":
+            return None
+        return np.sum(self.coefficients, axis=0) / (2.0 * np.pi)
+
     def _sum_of_modes(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
-        if not np.any(self.modes):  # none, or the constant alone
-            value = np.empty((len(theta_i), len(self.channels)))
-            value[:] = np.sum(self.coefficients, axis=0) / (2.0 * np.pi)
-            return value
         if self.symmetry == "isotropic":
             return modes.evaluate_isotropic(self.modes, self.coefficients, theta_i, theta_r, phi_r - phi_i)
         evaluate = modes.evaluate_general if self.symmetry == "general" else modes.evaluate_reciprocal

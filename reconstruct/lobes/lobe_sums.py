@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from photogonio.reconstruct.lobes.interface import cubic_piece, dielectric_fresnel
-from photogonio.reconstruct.modes.kernel import HALF_PI_REST, LANES, TURN, TURN_REST, short_sine
+from photogonio.reconstruct.modes.kernel import LANES, TURN, TURN_REST, short_sine
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
@@ -34,15 +33,35 @@ class LobeTerms:
     factors: np.ndarray  # (2, c) of the lobe, and of (1 - h.i)^5 of it, or of (1 - E(i)) (1 - E(r))
 
 
-def add_lobe(terms: LobeTerms, angles: Sequence[np.ndarray], result: np.ndarray) -> None:
-    """Add a lobe to ``result`` (n, c), 1/sr; ``angles`` theta_i, phi_i, theta_r, phi_r (n,), radians, up to pi / 2."""
+def add_lobe(
+    terms: LobeTerms, angles: Sequence[np.ndarray], result: np.ndarray, base: np.ndarray | None = None
+) -> None:
+    """Add a lobe to ``result`` (n, c), 1/sr; ``angles`` theta_i, phi_i, theta_r, phi_r (n,), radians, up to pi / 2.
+
+    With ``base`` (c,), the lobe and it take the place of what was in ``result``.
+    """
     angles = [np.array(angle, float) for angle in angles]
     if terms.retro:
+        if base is not None:
+            result[:] = base
         _add_retro(*angles, terms.beckmann, terms.axes[0], terms.factors[0], result)
         return
     entered = np.empty(0) if terms.entered is None else terms.entered(*angles)
     kind = (terms.turning, terms.separable, terms.beckmann)
-    _add_mirror(*angles, terms.axes, kind, terms.f0, terms.table, entered, terms.factors, result)
+    _add_mirror(
+        *angles,
+        terms.axes,
+        kind,
+        terms.f0,
+        terms.table,
+        entered,
+        terms.factors,
+        _NO_BASE if base is None else base,
+        result,
+    )
+
+
+_NO_BASE = np.empty(0)
 
 
 def mirror_values(
@@ -54,15 +73,16 @@ def mirror_values(
     result = np.zeros((len(angles[0]), 1))
     kind = (along != across, separable, beckmann)
     axes, factors = np.array([along, across, azimuth]), np.array([[1.0], [0.0]])
-    _add_mirror(*angles, axes, kind, f0, np.empty((0, 4)), np.empty(0), factors, result)
+    _add_mirror(*angles, axes, kind, f0, np.empty((0, 4)), np.empty(0), factors, _NO_BASE, result)
     return result[:, 0]
 
 
 @_jit
-def _add_mirror(theta_i, phi_i, theta_r, phi_r, axes, kind, f0, table, entered, factors, result):
+def _add_mirror(theta_i, phi_i, theta_r, phi_r, axes, kind, f0, table, entered, factors, base, result):
     turning, separable, beckmann = kind
     cos_i, cos_r, hidden_i, hidden_r = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     length2, aside, lobe, other = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.zeros(LANES)
+    index = (1.0 + math.sqrt(max(f0, 0.0))) / (1.0 - math.sqrt(max(f0, 0.0)))
     scale = 1.0 / (math.pi * axes[0] * axes[1])
     for start in range(0, len(theta_i), LANES):
         count = min(LANES, len(theta_i) - start)
@@ -81,31 +101,71 @@ def _add_mirror(theta_i, phi_i, theta_r, phi_r, axes, kind, f0, table, entered, 
         else:
             for j in range(LANES):
                 up = (cos_i[j] + cos_r[j]) ** 2
-                spread = length2[j] / (up + aside[j])
+                spread = up + aside[j]
                 root_i = math.sqrt(hidden_i[j] * hidden_i[j] + cos_i[j] * cos_i[j])
                 root_r = math.sqrt(hidden_r[j] * hidden_r[j] + cos_r[j] * cos_r[j])
-                seen = 0.5 / (cos_r[j] * root_i + cos_i[j] * root_r)
+                hiding = 2.0 * (cos_r[j] * root_i + cos_i[j] * root_r)
                 if separable:
-                    seen = 1.0 / ((cos_i[j] + root_i) * (cos_r[j] + root_r))
-                lobe[j] = scale * spread * spread * seen
-        for j in range(LANES):
-            half = min(0.5 * math.sqrt(length2[j]), 1.0)
-            miss = 1.0 - half
-            other[j] = lobe[j] * miss * miss * miss * miss * miss
-            length2[j] = half
+                    hiding = (cos_i[j] + root_i) * (cos_r[j] + root_r)
+                lobe[j] = scale * length2[j] * length2[j] / (spread * spread * hiding)
         if f0 >= 0.0:
+            _reflect(length2, index, lobe)
+        else:
             for j in range(LANES):
-                lobe[j] *= dielectric_fresnel(length2[j], f0)
-                other[j] = 0.0
+                miss = 1.0 - min(0.5 * math.sqrt(length2[j]), 1.0)
+                square = miss * miss
+                other[j] = lobe[j] * (square * square * miss)
         if len(table):
-            for j in range(count):
-                other[j] = (1.0 - cubic_piece(table, cos_i[j])) * (1.0 - cubic_piece(table, cos_r[j]))
+            _enter(table, cos_i, other)
+            _enter(table, cos_r, hidden_r)
+            for j in range(LANES):
+                other[j] *= hidden_r[j]
         if len(entered):
             for j in range(count):
                 other[j] = entered[start + j]
+        _put(lobe, other, factors, base, start, count, result)
+
+
+@_inline
+def _reflect(length2, index, lobe):
+    """Times the reflectance of a smooth dielectric, unpolarised; ``length2`` is 4 (h.i)^2."""
+    less = 1.0 / (index * index)
+    for j in range(LANES):
+        cos2 = min(0.25 * length2[j], 1.0)
+        cos, inside = math.sqrt(cos2), math.sqrt(1.0 - (1.0 - cos2) * less)
+        s_less, s_more = cos - index * inside, cos + index * inside
+        p_less, p_more = index * cos - inside, index * cos + inside
+        one, two, both = s_less * p_more, p_less * s_more, s_more * p_more
+        lobe[j] *= 0.5 * (one * one + two * two) / (both * both)
+
+
+@_inline
+def _enter(table, cos, entered):
+    """1 - E of directions, of pieces of cubics in sqrt(cos)."""
+    pieces, width = len(table), 1.0 / len(table)
+    for j in range(LANES):
+        entered[j] = math.sqrt(cos[j]) * pieces
+    for j in range(LANES):
+        k = min(int(entered[j]), pieces - 1)
+        x = (entered[j] - k) * width
+        entered[j] = 1.0 - (((table[k, 0] * x + table[k, 1]) * x + table[k, 2]) * x + table[k, 3])
+
+
+@_inline
+def _put(lobe, other, factors, base, start, count, result):
+    """The two parts with their factors, added to what is there or to the base."""
+    if result.shape[1] == 3 and len(base):  # what is asked for most
+        a0, a1, a2 = factors[0, 0], factors[0, 1], factors[0, 2]
+        b0, b1, b2 = factors[1, 0], factors[1, 1], factors[1, 2]
         for j in range(count):
-            for c in range(result.shape[1]):
-                result[start + j, c] += factors[0, c] * lobe[j] + factors[1, c] * other[j]
+            result[start + j, 0] = base[0] + a0 * lobe[j] + b0 * other[j]
+            result[start + j, 1] = base[1] + a1 * lobe[j] + b1 * other[j]
+            result[start + j, 2] = base[2] + a2 * lobe[j] + b2 * other[j]
+        return
+    for j in range(count):
+        for c in range(result.shape[1]):
+            before = base[c] if len(base) else result[start + j, c]
+            result[start + j, c] = before + factors[0, c] * lobe[j] + factors[1, c] * other[j]
 
 
 @_inline
@@ -118,13 +178,24 @@ def _lanes(theta_i, phi_i, theta_r, phi_r, start, count, cos_i, cos_r, sin_i, si
     for j in range(LANES):
         turns = np.rint(aside[j] * (0.5 / math.pi))
         sine = short_sine(0.5 * ((aside[j] - turns * TURN) - turns * TURN_REST))
-        sin_i[j], sin_r[j] = short_sine(cos_i[j]), short_sine(cos_r[j])
-        cos_i[j] = short_sine((0.5 * math.pi - cos_i[j]) + HALF_PI_REST)
-        cos_r[j] = short_sine((0.5 * math.pi - cos_r[j]) + HALF_PI_REST)
+        half_i, half_r = _shorter_sine(0.5 * cos_i[j]), _shorter_sine(0.5 * cos_r[j])
+        rest_i, rest_r = math.sqrt(1.0 - half_i * half_i), math.sqrt(1.0 - half_r * half_r)
+        sin_i[j], sin_r[j] = 2.0 * half_i * rest_i, 2.0 * half_r * rest_r
+        cos_i[j] = max((rest_i - abs(half_i)) * (rest_i + abs(half_i)), 1e-17)
+        cos_r[j] = max((rest_r - abs(half_r)) * (rest_r + abs(half_r)), 1e-17)
         apart = sin_i[j] - sin_r[j]
         aside[j] = apart * apart + 4.0 * sin_i[j] * sin_r[j] * (1.0 - sine * sine)
         up = cos_i[j] + cos_r[j]
         length2[j] = max(up * up + aside[j], 1e-30)
+
+
+@_inline
+def _shorter_sine(x):
+    """sin(x) to rounding for |x| <= pi / 4, by Taylor's series."""
+    square, series = x * x, 1.0
+    for k in range(8, 0, -1):
+        series = 1.0 - square * (1.0 / (2 * k * (2 * k + 1))) * series
+    return x * series
 
 
 @_inline
