@@ -111,8 +111,7 @@ def calibrate(
     photoset = _observed(photoset, reader, camera, observations, tell, remarks)
     doubt = tone_doubt(photoset, camera, observations)
     if doubt is not None:
-        remarks.warnings.append(tone_warning(photoset, doubt))
-        remarks.residuals["encoding"] = doubt.to_dict()
+        remarks.tell("print-contradicts-encoding", tone_warning(photoset, doubt), **doubt.to_dict())
     observations, veils = usable(photoset, observations, remarks, reader.workers)
     lift(observations, veils)
     tell_shared_apart(photoset, reader, camera, observations, remarks)

@@ -112,6 +112,16 @@ PHOTO = (
         "Nothing, if there are enough others.",
     ),
     Entry(
+        "print-contradicts-encoding",
+        "Black print, as a share of the white, and how white grows with the light on it, are those of pictures whose "
+        "codes were read by another curve than they have.",
+        "Set `[radiometry] encoding` as it is said, and see what wrote the files; if the ink is no ordinary black, and "
+        "nothing else is told, nothing.",
+        least=0.15,
+        sigmas=2.0,
+        source="by which the power of growth differs from 1; drawn sets with balls that stand beside their places",
+    ),
+    Entry(
         "glossy-print",
         "Black print is no even share of the white beside it: toner, or paper, that mirrors the lamp, or light that "
         "spreads in the lens. Lamps are found by the white alone, less surely, which is in the stated errors.",
