@@ -1,7 +1,40 @@
 """Tests keep no results in the user's cache, and find none there; linear algebra as the command line has it."""
 
+import fcntl
 import os
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
 
 import photogonio  # noqa: F401  sets the threads of linear algebra, before anything imports numpy
 
 os.environ["PHOTOGONIO_CACHE"] = ""
+
+Made = TypeVar("Made")
+
+
+class Shared:
+    """What several workers of one run use: who needs it first makes it, the others wait for it."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+
+    def once(self, name: str, make: Callable[[Path], Made]) -> Made:
+        """What ``make`` gives, made once in the run; it may write to the folder that it is given."""
+        folder = self.folder / name
+        folder.mkdir(parents=True, exist_ok=True)
+        kept = folder / "made.pickle"
+        with (folder / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not kept.is_file():
+                kept.write_bytes(pickle.dumps(make(folder)))
+        return pickle.loads(kept.read_bytes())
+
+
+@pytest.fixture(scope="session")
+def shared_by_workers(tmp_path_factory, worker_id) -> Shared:
+    base = tmp_path_factory.getbasetemp()  # a folder in the run's, if there are workers
+    return Shared((base if worker_id == "master" else base.parent) / "shared")

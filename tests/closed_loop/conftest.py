@@ -9,7 +9,7 @@ from photogonio.synthetic.write.photoset import synthesize
 
 
 @pytest.fixture(scope="session")
-def on_white(tmp_path_factory) -> Path:
+def on_white(shared_by_workers) -> Path:
     """A plastic ball whose board is nearly as white as the table: 14 lamps in given places."""
     scene = changed(
         load_scene("example"),
@@ -19,4 +19,4 @@ def on_white(tmp_path_factory) -> Path:
         lamp={"count": 14, "given": True},
         render={"near": 2, "edge": 4},
     )
-    return synthesize(scene, tmp_path_factory.mktemp("sets") / "white", 2)
+    return shared_by_workers.once("on-white", lambda folder: synthesize(scene, folder / "white", 2))

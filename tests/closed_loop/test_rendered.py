@@ -31,24 +31,33 @@ pytestmark = pytest.mark.slow
 def small(name: str, lamps: int) -> Scene:
     """A built-in scene with fewer and smaller photos."""
     return changed(
-        load_scene(name), camera={"size": (420, 280), "focal": 945.0, "calibration": 4}, lamp={"count": lamps}
+        load_scene(name),
+        camera={"size": (420, 280), "focal": 945.0, "calibration": 4},
+        lamp={"count": lamps},
+        render={"near": 2, "edge": 4},
     )
 
 
-@pytest.fixture(scope="module")
-def sets(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("sets")
+@pytest.fixture(scope="session")
+def ball_set(shared_by_workers) -> Path:
+    scene, quiet = small("matte-ball", 8), Reporter(quiet=True)
+    return shared_by_workers.once("sets", lambda folder: rendered(scene, folder, workers=2, reporter=quiet))
 
 
-@pytest.fixture(scope="module")
-def ball(sets: Path) -> Score:
-    return evaluate_scene(small("matte-ball", 8), sets, workers=2, reporter=Reporter(quiet=True))
+@pytest.fixture(scope="session")
+def ball(shared_by_workers, ball_set: Path) -> Score:
+    scene, quiet = small("matte-ball", 8), Reporter(quiet=True)
+    return shared_by_workers.once(
+        "ball", lambda _: evaluate_scene(scene, ball_set.parent, workers=2, reporter=quiet)
+    )
 
 
-@pytest.fixture(scope="module")
-def plane(tmp_path_factory) -> Score:
-    folder = tmp_path_factory.mktemp("sets")
-    return evaluate_scene(small("oren-nayar-plane", 10), folder, workers=2, reporter=Reporter(quiet=True))
+@pytest.fixture(scope="session")
+def plane(shared_by_workers) -> Score:
+    scene, quiet = small("oren-nayar-plane", 10), Reporter(quiet=True)
+    return shared_by_workers.once(
+        "plane", lambda folder: evaluate_scene(scene, folder, workers=2, reporter=quiet)
+    )
 
 
 def test_a_matte_ball_is_found_matte(ball: Score):
@@ -69,9 +78,8 @@ def test_the_balls_calibration_is_near_the_truth(ball: Score):
     assert ball.result.left_out == ()
 
 
-def test_the_papers_of_few_photos_are_in_memory_at_once(ball: Score, sets: Path, monkeypatch):
+def test_the_papers_of_few_photos_are_in_memory_at_once(ball: Score, ball_set: Path, monkeypatch):
     """Of 240 photos they were 600 MB. Two threads may each hold the one they read, and the one that they work on."""
-    folder = rendered(small("matte-ball", 8), sets, workers=2, reporter=Reporter(quiet=True))
     papers, most = [], []
     put = Scratch.put
 
@@ -89,18 +97,19 @@ def test_the_papers_of_few_photos_are_in_memory_at_once(ball: Score, sets: Path,
 
     monkeypatch.setattr(Scratch, "put", watched)
     monkeypatch.setenv("PHOTOGONIO_CACHE", "")  # as if for the first time
-    found = calibrate(folder, workers=2)
+    found = calibrate(ball_set, workers=2)
     assert len(papers) > 8
     assert max(most) <= 4
     for view, known in zip(found.views, ball.result.setup.views, strict=True):
         np.testing.assert_array_equal(view.light.place, known.light.place)
 
 
-def test_of_a_set_with_one_more_photo_only_that_is_looked_at(ball: Score, sets: Path, tmp_path, monkeypatch):
+def test_of_a_set_with_one_more_photo_only_that_is_looked_at(
+    ball: Score, ball_set: Path, tmp_path, monkeypatch
+):
     """And what is found is, to the bit, what is found from nothing."""
-    folder = rendered(small("matte-ball", 8), sets, workers=2, reporter=Reporter(quiet=True))
-    shutil.copytree(folder, tmp_path / "set")
-    manifest = tomllib.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    shutil.copytree(ball_set, tmp_path / "set")
+    manifest = tomllib.loads((ball_set / MANIFEST).read_text(encoding="utf-8"))
     last = next(photo for photo in reversed(manifest["photo"]) if photo["role"] == "sample")
     fewer = manifest | {"photo": [photo for photo in manifest["photo"] if photo is not last]}
     looked_at, look_at = [], looking._look_at
