@@ -15,6 +15,8 @@ from photogonio.capture.containers.boxes import turns
 from photogonio.capture.containers.tone import Tone, of_cicp
 from photogonio.capture.files.decode import decode_opencv
 
+UNREADABLE = (ValueError, EOFError, SyntaxError, RuntimeError, OSError, IndexError)
+
 
 def size_of(path: Path, file: pillow_heif.HeifFile) -> tuple[int, int]:
     """Width and height as stored."""
@@ -46,8 +48,11 @@ def tone_of(file: pillow_heif.HeifFile) -> Tone | None:
 
 def opened(path: Path) -> pillow_heif.HeifFile:
     try:
-        return pillow_heif.open_heif(str(path), convert_hdr_to_8bit=False, hdr_to_16bit=False)
-    except (ValueError, EOFError, SyntaxError, RuntimeError, OSError) as error:
+        file = pillow_heif.open_heif(str(path), convert_hdr_to_8bit=False, hdr_to_16bit=False)
+        if len(file) == 0:
+            raise ValueError("it holds no picture")
+        return file
+    except UNREADABLE as error:
         raise ValueError(f"truncated or damaged: {' '.join(str(error).split())}") from error
 
 
@@ -61,7 +66,7 @@ def decode_heic(path: Path) -> np.ndarray:
     file = opened(path)
     try:
         pixels = np.asarray(file)
-    except (ValueError, EOFError, SyntaxError, RuntimeError, OSError) as error:
+    except UNREADABLE as error:
         raise ValueError(f"truncated or damaged: {' '.join(str(error).split())}") from error
     pixels = pixels[..., None] if pixels.ndim == 2 else pixels
     pixels = pixels[..., : 1 if pixels.shape[2] < 3 else 3]  # without alpha

@@ -290,3 +290,16 @@ def test_exif_that_is_damaged_counts_as_absent():
         exif.attributes(whole[:length])
     for k in range(6, len(whole)):
         exif.attributes(whole[:k] + bytes([whole[k] ^ 0xFF]) + whole[k + 1 :])
+
+
+def test_a_heic_without_a_picture_is_refused(tmp_path):
+    """Every byte of its directory is spoilt in turn: whatever follows, it is one line or a picture."""
+    path = heic(tmp_path / "a.heic", smooth())
+    whole = path.read_bytes()
+    for k in range(24, min(len(whole), 480), 3):
+        path.write_bytes(whole[:k] + b"\xff\xff" + whole[k + 2 :])
+        for read in (read_header, read_image):
+            try:
+                read(path)
+            except InputError as error:
+                assert "\n" not in str(error)
