@@ -27,6 +27,7 @@ UNDONE = {
     8: (3, False),
 }
 EMPTY: Mapping[str, object] = {}
+MOST_TIMES = 16  # as long as its pixels reach a picture may be
 OF_FOUR = ("R", "G", "B", "A")
 
 
@@ -44,15 +45,31 @@ class About:
     part: int = 0  # of several in the file
     kept: tuple[int, ...] = ()  # its channels; empty: all
     inverted: bool = False  # the code 0 is white
+    corner: tuple[int, int] | None = (
+        None  # x, y of the first pixel in the picture, where it is not all that is stored
+    )
     turned: int = 1  # the orientation that the decoder applies, in EXIF's numbers
 
     def as_stored(self, pixels: np.ndarray) -> np.ndarray:
         """Decoded pixels without what the decoder should have left alone or should have done."""
+        if self.corner is not None:
+            pixels = placed(pixels, self.corner, self.size)
         if self.inverted:
             pixels = np.array((1 << self.bits) - 1, pixels.dtype) - pixels
         quarters, flipped = UNDONE[self.turned]
         pixels = np.rot90(pixels, quarters)
         return np.ascontiguousarray(pixels[:, ::-1] if flipped else pixels)
+
+
+def placed(pixels: np.ndarray, corner: tuple[int, int], size: tuple[int, int]) -> np.ndarray:
+    """A picture of ``size`` (width, height) with pixels from ``corner`` (x, y) on; what lies outside is cut off, and
+    nothing is black."""
+    (x, y), (width, height) = corner, size
+    whole = np.zeros((height, width, pixels.shape[2]), pixels.dtype)
+    left, top = max(x, 0), max(y, 0)
+    part = pixels[top - y : max(height - y, 0), left - x : max(width - x, 0)]
+    whole[top : top + part.shape[0], left : left + part.shape[1]] = part
+    return whole
 
 
 def about(path: Path, kind: str) -> About:
@@ -163,7 +180,15 @@ def of_exr(path: Path) -> About:
         file.seek_subimage(part, 0)
         spec = file.spec()
         found = of_spec(path, spec, tell=lambda: Tone((LINEAR,), "OpenEXR"))
-        return replace(found, part=part, kept=kept, channels=tuple(spec.channelnames[k] for k in kept))
+        found = replace(found, part=part, kept=kept, channels=tuple(spec.channelnames[k] for k in kept))
+        corner, size = (spec.x - spec.full_x, spec.y - spec.full_y), (spec.full_width, spec.full_height)
+        if corner == (0, 0) and size == found.size:
+            return found
+        if max(size) > MOST_TIMES * max(found.size):
+            raise ValueError(f"has pixels for {found.size} of a picture of {size}")
+        return replace(
+            found, size=size, corner=corner
+        )  # the display window is what a camera's matrix speaks of
 
 
 def of_jxl(path: Path) -> About:

@@ -21,6 +21,10 @@ def notes(photoset: PhotoSet, headers: Mapping[str, Header]) -> tuple[str, ...]:
             (file, (f"{head.tone.name} ({head.tone.source})",)) for file, head in headers.items()
         )
         found += [f"tone curve {curve} in {photos(files)}" for curve, files in curves]
+    if photoset.radiometry.colour == "camera" and any("ICC" in head.tone.source for head in headers.values()):
+        found.append(
+            "of the photos' ICC profiles the tone curves are used alone: colours are the camera's own"
+        )
     return tuple(found)
 
 

@@ -119,3 +119,23 @@ def test_damaged_headers_are_one_line_each(tmp_path):
             read_image(tmp_path / "b.exr")
         except InputError as error:
             assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    "window", [(2, 1, 20, 15), (-3, -2, 8, 6), (0, 0, 13, 9), (0, 0, 20, 4), (30, 30, 40, 40)]
+)
+def test_the_display_window_is_the_picture(tmp_path, window):
+    """x and y of the pixels in it, its width and height. Outside of the pixels it is black, as OpenEXR has it."""
+    x, y, width, height = window
+    spec = oiio.ImageSpec(13, 9, 3, "float")
+    spec.x, spec.y, spec.full_width, spec.full_height = x, y, width, height
+    pixels = RNG.uniform(1, 2, (9, 13, 3)).astype(np.float32)
+    file = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert file.open(str(tmp_path / "a.exr"), spec) and file.write_image(pixels)
+    file.close()
+    expected = np.zeros((height, width, 3), np.float32)
+    for row, column in np.ndindex(height, width):
+        if 0 <= row - y < 9 and 0 <= column - x < 13:
+            expected[row, column] = pixels[row - y, column - x]
+    assert read_header(tmp_path / "a.exr").size == (width, height)
+    assert np.array_equal(read_image(tmp_path / "a.exr").pixels, expected)
