@@ -204,7 +204,7 @@ def sensor_of(photoset: PhotoSet, images: Sequence[Image], encoding: Encoding) -
     if radiometry.white_level is not None:
         clip = min(clip, encoding.white * (image.full_scale + image.black) - image.black)
     noise = given_noise(radiometry, len(image.channels), image.sites)
-    sensor = Sensor(encoding, noise or assumed_noise(len(image.channels)), clip, own_levels)
+    sensor = Sensor(encoding, noise or assumed_noise(len(image.channels)), clip, own_levels, image.full_scale)
     return sensor if noise else replace(sensor, noise=noise_of(sensor, images))
 
 

@@ -56,11 +56,21 @@ class Sensor:
     noise: NoiseModel
     clip: float  # code, in file units, at and above which a pixel is full; infinite: never
     own_levels: bool = False  # the manifest gives black or white, also for RAW files
+    full_scale: float = 0.0  # of the files that ``clip`` is of; 0: of all
 
 
 def encoding_of(image: Image, sensor: Sensor) -> Encoding:
     """The set's, or the photo's own."""
     return sensor.encoding.own_of(image.tone)
+
+
+def clip_of(image: Image, sensor: Sensor) -> float:
+    """The code at and above which the photo is full, also where it has other bits than those that told."""
+    if sensor.full_scale in (0.0, image.full_scale):
+        return sensor.clip
+    if image.pixels.dtype.kind != "u":
+        return np.inf
+    return min(sensor.clip * image.full_scale / sensor.full_scale, image.full_scale)
 
 
 def cut(array: np.ndarray, region: Region | Windows | None) -> np.ndarray:
@@ -94,7 +104,7 @@ def signal_of(image: Image, sensor: Sensor, region: Region | Windows | None = No
         value, steps = linear_signal(image, pixels, sensor)
         variance = sensor.noise.variance(value) + steps
     full = cut(image.saturated, region) if image.saturated is not None else None
-    return Signal(value, variance, saturated(pixels, sensor.clip, full))
+    return Signal(value, variance, saturated(pixels, clip_of(image, sensor), full))
 
 
 def widened(pixels: np.ndarray) -> np.ndarray:
@@ -171,7 +181,7 @@ def mean_level(
     rows = ROWS if pixels.dtype == np.float16 else len(pixels)
     for first in range(0, len(pixels), rows):
         band = slice(first, first + rows)
-        own = replace(sensor, encoding=encoding_of(image, sensor))
+        own = replace(sensor, encoding=encoding_of(image, sensor), clip=clip_of(image, sensor))
         _fill_level(widened(pixels[band]), line, own, image.full_scale, factor, level[band], usable[band])
     if image.saturated is not None:
         usable &= ~cut(image.saturated, region)

@@ -142,3 +142,23 @@ def test_a_mirrored_picture_is_told(tmp_path, files):
 def test_an_unknown_word_is_refused(tmp_path, files):
     with pytest.raises(InputError, match="auto"):
         read(tmp_path, files, radiometry='[radiometry]\nencoding = "adobe"\n')
+
+
+def test_photos_of_fewer_bits_are_full_at_their_own_top(tmp_path, files):
+    """Sample photos of 16 bits beside a calibration photo of 8: neither clips at the other's code."""
+    bright = np.where(np.arange(64)[:, None] < 5, 1.0, LIGHT)
+    for file in ("a.png", "b.png"):
+        png(tmp_path / file, wide(bright))
+    png(tmp_path / "c.png", narrow(srgb_code(bright)))
+    photos = [
+        {"file": f, "role": "sample" if f != "c.png" else "calibration"} for f in ("a.png", "b.png", "c.png")
+    ]
+    files["manifest"](tmp_path, photos)
+    photoset = load_photoset(tmp_path)
+    reader = prepare(photoset)
+    for role in ("sample", "calibration"):
+        view = photoset.views(role)[0]
+        assert np.array_equal(reader.read(view).saturated, np.broadcast_to(np.arange(64) < 5, (48, 64))), role
+        level, usable = reader.read_level(view)
+        assert np.array_equal(usable, np.broadcast_to(np.arange(64) >= 5, (48, 64))), role
+        assert np.abs(level - bright.mean(axis=2))[usable].max() < 1.2 / 255
