@@ -1,0 +1,52 @@
+"""Hours of it:  python -m tests.fuzz --long N [--only NAME ...] [--seed S]
+
+N inputs are shared out over all readers; each that is not read or refused in one line is printed with what reproduces
+it, and the exit status is 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tests.fuzz.harness import Fuzzed
+from tests.fuzz.targets import TARGETS
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
+    parser.add_argument("--long", type=int, metavar="N", default=10_000)
+    parser.add_argument("--only", nargs="+", default=[], choices=[target.name for target in TARGETS])
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args()
+    os.environ["PHOTOGONIO_CACHE"] = ""
+    chosen = [one for one in TARGETS if (one.name in args.only if args.only else one.share)]
+    shares = sum(max(one.share, 1) for one in chosen)
+    wrong = 0
+    with tempfile.TemporaryDirectory() as place:
+        for target in chosen:
+            fuzzed = Fuzzed.of(target, Path(place) / target.name)
+            count, start, seen = args.long * max(target.share, 1) // shares, time.monotonic(), set()
+            for k in range(count):
+                seed = f"{args.seed} {target.name} {k}"
+                fault = fuzzed(random.Random(seed))
+                if not fault:
+                    continue
+                wrong += 1
+                if fault.splitlines()[-2:] and tuple(fault.splitlines()[-3:]) not in seen:
+                    seen.add(tuple(fault.splitlines()[-3:]))
+                    print(f"--- {target.name}, input {seed!r}:\n{fault}", flush=True)
+            seconds = time.monotonic() - start
+            read = f"{fuzzed.accepted} read, {fuzzed.refused} refused"
+            print(f"{target.name}: {count} inputs, {read}, {seconds:.0f} s", flush=True)
+    print(f"{wrong} inputs went wrong")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
