@@ -50,13 +50,17 @@ def manifest_text(folder: Path) -> str:
     Raises InputError if there are no photos, if none can be read, or if the file names photos already.
     """
     found = survey(folder)
-    notes = "".join(f"# {note}.\n" for note in found.notes)
-    tables = notes + photo_tables(found.photos) + passed_lines(found.passed)
+    lines = [tone_line(found.tones), *found.notes]
     path = folder / MANIFEST
     if path.exists():
-        text = read_text(path)
-        if "photo" in read_toml(path):
+        text, values = read_text(path), read_toml(path)
+        if "photo" in values:
             raise InputError(path, "names photos already; move it away to begin anew")
+        lines += encoding_doubt(values, encoding_for(found.tones))
+    tables = (
+        "".join(f"# {line}.\n" for line in lines) + photo_tables(found.photos) + passed_lines(found.passed)
+    )
+    if path.exists():
         return text.rstrip() + "\n\n" + tables
     name = folder.resolve().name.replace('"', "")
     stub = stub_manifest(make_target(), name=name, encoding=encoding_for(found.tones))
@@ -68,6 +72,20 @@ def encoding_for(tones: Iterable[Tone]) -> str:
     """The encoding that all files agree on, "auto" if it has no name or they differ."""
     curves = {curve for tone in tones for curve in tone.curves}
     return {frozenset({LINEAR}): "linear", frozenset({SRGB}): "srgb"}.get(frozenset(curves), "auto")
+
+
+def tone_line(tones: Iterable[Tone]) -> str:
+    """How the photos' codes stand for light, and what says so."""
+    return "Tone curves: " + ", ".join(dict.fromkeys(f"{tone.name} ({tone.source})" for tone in tones))
+
+
+def encoding_doubt(values: Mapping[str, object], found: str) -> list[str]:
+    """What is to be checked where a manifest names another encoding than the photos have."""
+    radiometry = values.get("radiometry")
+    stated = radiometry.get("encoding") if isinstance(radiometry, dict) else None
+    if stated not in ("linear", "srgb") or stated == found:
+        return []
+    return [f'CHECK: [radiometry] encoding = "{stated}" goes before what the photos have, "{found}"']
 
 
 def passed_lines(passed: Mapping[str, str]) -> str:

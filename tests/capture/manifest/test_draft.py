@@ -150,3 +150,13 @@ def test_nothing_that_looks_like_a_photo_is_passed_over_in_silence(tmp_path, fil
         assert f'# NOT TAKEN: "{name}"' in text
     (tmp_path / "photoset.toml").write_text(text, encoding="utf-8")
     assert len(load_photoset(tmp_path).photos) == 2
+
+
+@pytest.mark.parametrize(("stated", "told"), [("linear", True), ("srgb", False), ("auto", False)])
+def test_a_manifest_of_another_encoding_is_doubted(tmp_path, stated, told):
+    png(tmp_path / "a.png", np.zeros((8, 8, 3), np.uint8), (b"sRGB", b"\0"))
+    stub = stub_manifest(make_target(), encoding=stated)
+    (tmp_path / "photoset.toml").write_text(stub, encoding="utf-8")
+    text = manifest_text(tmp_path)
+    assert text.startswith(stub.rstrip()) and "# Tone curves: sRGB (sRGB chunk)." in text
+    assert (f'# CHECK: [radiometry] encoding = "{stated}"' in text) == told
