@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from photogonio.capture.containers.tone import Curve, Tone, named, of_cicp, rises
 
 HEAD, ENTRY = 128, 12  # bytes
-MOST_TAGS = 1000
+MOST_TAGS, MOST_STEPS = 1000, 1 << 16
 CHANNELS = {b"RGB ": (b"rTRC", b"gTRC", b"bTRC"), b"GRAY": (b"kTRC",)}
 # of each function type of a parametric curve: how many numbers it has, and they as g, a, b, c, d, e, f
 PARAMETRIC: dict[int, tuple[int, Callable[..., tuple[float, ...]]]] = {
@@ -78,6 +78,8 @@ def curve(tag: bytes) -> Curve:
     (count,) = struct.unpack_from(">I", tag, 8)
     if count == 0:
         return Curve("linear")
+    if count > MOST_STEPS:
+        raise ValueError(f"has a tone curve of {count} steps")
     if count == 1:
         return Curve("gamma", (struct.unpack_from(">H", tag, 12)[0] / 256,))
     return Curve("table", tuple(value / 65535 for value in struct.unpack_from(f">{count}H", tag, 12)))

@@ -187,30 +187,53 @@ def dng(
     black: int = 0,
     exif: Sequence[Entry] = (),
     opcodes: dict[int, bytes] | None = None,
+    nested: bool = False,
 ) -> Path:
-    """A DNG of a mosaic (h, w, 1) of red, green, green, blue, or of linear pixels (h, w, 3)."""
+    """A DNG of a mosaic (h, w, 1) of red, green, green, blue, or of linear pixels (h, w, 3).
+
+    ``nested``: below a thumbnail, as cameras and converters write it.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     height, width, channels = pixels.shape
     content = np.ascontiguousarray(pixels).tobytes()
 
-    def entries(start: int, inner: int) -> list[Entry]:
+    main = [(271, 2, list(b"Maker\0")), (272, 2, list(b"Model\0")), (50706, 1, [1, 4, 0, 0]),
+            (50708, 2, list(b"Maker Model\0")), (50721, 10, rationals([1, 0, 0, 0, 1, 0, 0, 0, 1])),
+            (50728, 5, rationals([1, 1, 1])), (50778, 3, [21])]  # fmt: skip
+
+    def picture(start: int) -> list[Entry]:
         found: list[Entry] = [
             (254, 4, [0]), (256, 4, [width]), (257, 4, [height]), (258, 3, [8 * pixels.dtype.itemsize] * channels),
-            (259, 3, [1]), (262, 3, [32803 if channels == 1 else 34892]), (271, 2, list(b"Maker\0")),
-            (272, 2, list(b"Model\0")), (273, 4, [start]), (274, 3, [1]), (277, 3, [channels]), (278, 4, [height]),
-            (279, 4, [len(content)]), (284, 3, [1]), (339, 3, [3 if pixels.dtype.kind == "f" else 1] * channels),
-            (50706, 1, [1, 4, 0, 0]), (50708, 2, list(b"Maker Model\0")), (50714, 4, [black] * channels),
-            (50717, 4, [white] * channels), (50721, 10, rationals([1, 0, 0, 0, 1, 0, 0, 0, 1])),
-            (50728, 5, rationals([1, 1, 1])), (50778, 3, [21]),
+            (259, 3, [1]), (262, 3, [32803 if channels == 1 else 34892]), (273, 4, [start]), (274, 3, [1]),
+            (277, 3, [channels]), (278, 4, [height]), (279, 4, [len(content)]), (284, 3, [1]),
+            (339, 3, [3 if pixels.dtype.kind == "f" else 1] * channels), (50714, 4, [black] * channels),
+            (50717, 4, [white] * channels),
         ]  # fmt: skip
         found += [(33421, 3, [2, 2]), (33422, 1, [0, 1, 1, 2])] if channels == 1 else []
-        found += [(tag, 7, list(data)) for tag, data in (opcodes or {}).items()]
-        return found + ([(34665, 4, [inner])] if exif else [])
+        return found + [(tag, 7, list(data)) for tag, data in (opcodes or {}).items()]
 
-    inner = 8 + len(tiff_directory(entries(0, 0), 8))
-    more = tiff_directory(exif, inner) if exif else b""
-    first = tiff_directory(entries(inner + len(more), inner), 8)
-    path.write_bytes(b"II*\0" + struct.pack("<I", 8) + first + more + content)
+    def thumbnail(start: int, below: int) -> list[Entry]:
+        return [
+            (254, 4, [1]), (256, 4, [4]), (257, 4, [3]), (258, 3, [8] * 3), (259, 3, [1]), (262, 3, [2]),
+            (273, 4, [start]), (277, 3, [3]), (278, 4, [3]), (279, 4, [36]), (284, 3, [1]), (330, 4, [below]),
+        ]  # fmt: skip
+
+    def laid(start: int, inner: int, below: int, small: int) -> tuple[bytes, bytes]:
+        """The first directory, and the picture's own if that is another."""
+        more = [(34665, 4, [inner])] if exif else []
+        if not nested:
+            return tiff_directory([*picture(start), *main, *more], 8), b""
+        return tiff_directory([*thumbnail(small, below), *main, *more], 8), tiff_directory(
+            picture(start), below
+        )
+
+    first, second = laid(0, 0, 0, 0)
+    inner = 8 + len(first)
+    below = inner + (len(tiff_directory(exif, inner)) if exif else 0)
+    small = below + len(second)
+    first, second = laid(small + 36, inner, below, small)
+    middle = tiff_directory(exif, inner) if exif else b""
+    path.write_bytes(b"II*\0" + struct.pack("<I", 8) + first + middle + second + bytes(range(36)) + content)
     return path
 
 

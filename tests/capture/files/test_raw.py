@@ -179,3 +179,29 @@ def test_a_dng_by_another_name_is_a_dng(tmp_path):
     written = mosaic()
     path = dng(tmp_path / "a.tif", written, white=60000)
     assert np.array_equal(read_image(path).pixels, cells(written[..., 0].astype(np.float32)))
+
+
+@pytest.mark.parametrize("suffix", ["dng", "tif"])
+def test_a_picture_below_a_thumbnail(tmp_path, suffix):
+    gain = shading(np.arange(HEIGHT), np.arange(WIDTH))
+    written = np.round(40000 / gain)[..., None].astype(np.uint16)
+    opcodes = {LIST2: opcode_list(gain_map(points((5, 7)), (HEIGHT, WIDTH)))}
+    path = dng(tmp_path / f"a.{suffix}", written, white=60000, opcodes=opcodes, exif=EXPOSURE, nested=True)
+    image, header = read_image(path), read_header(path)
+    assert np.abs(image.pixels / image.full_scale * 1.5 - 1).max() <= 1e-4
+    assert header.exposure.exposure_time == pytest.approx(1 / 121, rel=1e-6) and header.size == (
+        WIDTH // 2,
+        HEIGHT // 2,
+    )
+
+
+def test_floats_below_a_thumbnail_are_refused_at_the_white_level(tmp_path):
+    written = mosaic("float32")
+    assert read_image(dng(tmp_path / "a.dng", written, white=1, nested=True)).pixels.shape == (
+        HEIGHT // 2,
+        WIDTH // 2,
+        3,
+    )
+    written[5, 5] = 4.0
+    with pytest.raises(InputError, match=r"b\.dng: .*WhiteLevel"):
+        read_image(dng(tmp_path / "b.dng", written, white=1, nested=True))
