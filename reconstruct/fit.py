@@ -336,11 +336,15 @@ def _diagnostics(
     }
 
 
+def _is_empty(item: object) -> bool:
+    return isinstance(item, list | tuple | np.ndarray) and len(item) == 0
+
+
 def _told(value):
     """Diagnostics as the file tells them: four digits, and nothing of what was not asked or found."""
     if isinstance(value, dict):
-        known = {key: _told(item) for key, item in value.items() if item is not None and item != []}
-        return {key: item for key, item in known.items() if item != {}}
+        known = {key: _told(item) for key, item in value.items() if item is not None and not _is_empty(item)}
+        return {key: item for key, item in known.items() if not (isinstance(item, dict) and not item)}
     if isinstance(value, list | tuple):
         return [_told(item) for item in value]
     return float(f"{value:.4g}") if isinstance(value, float) else value

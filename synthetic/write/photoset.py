@@ -36,7 +36,7 @@ def synthesize(scene: Scene, folder: str | Path, workers: int = 1, progress: Pro
     The files are the same for any number of workers. An earlier set of ours is replaced; any other folder that is not
     empty is refused with InputError.
     """
-    folder = Path(folder)
+    folder = Path(os.path.realpath(folder))  # a link's own place
     if folder.exists() and not (folder / TRUTH).is_file() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(folder, "is there already and is not a rendered set; choose another place")
     folder.parent.mkdir(parents=True, exist_ok=True)

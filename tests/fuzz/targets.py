@@ -30,14 +30,18 @@ from photogonio.reconstruct.table.facets import facet_index
 from photogonio.reconstruct.table.table_file import save_table
 from photogonio.synthetic.brdf.files import read_brdf
 from photogonio.synthetic.brdf.library import make_brdf, on_grid
+from photogonio.synthetic.render.world import brdf_of
+from photogonio.synthetic.scene.plan import camera_of, plan
 from photogonio.synthetic.scene.scene import SCENES, load_scene
+from photogonio.synthetic.write.manifest import manifest_of
+from photogonio.synthetic.write.truth import truth_of
 
 from photogonio.cli import main
 from photogonio.compare.reflectances import load_known
 from photogonio.evaluate.history import load_scores
 from photogonio.evaluate.truth import load_truth
 from photogonio.options import Choice, Options
-from photogonio.pipeline import fit
+from photogonio.pipeline import fit, process
 from photogonio.run.circumstances import Circumstances, packed
 from photogonio.run.surroundings import Shown
 from photogonio.run.tables import read_table
@@ -339,6 +343,41 @@ def read_photo(path: Path) -> None:
     read_image(path)
 
 
+def photos(folder: Path) -> Ways:
+    """One photo of a set; the others are whole."""
+    TinySet(folder)
+    plain = (folder / "sample/s3.png").read_bytes()
+    return [lambda rng: by.of_bytes(plain, rng)]
+
+
+def process_set(path: Path) -> None:
+    folder = next(one for one in path.parents if (one / MANIFEST).is_file())
+    process(folder, None, Options(order=1, lobes=0, workers=1))
+
+
+def use_coefficients(path: Path) -> None:
+    for form in ("csv", "merl", "mitsuba", "scatmech"):
+        out = path.with_suffix(".out")
+        status = main(["export", str(path), "--format", form, "-o", str(out)])
+        out.unlink(missing_ok=True)
+        assert status in (0, 2)
+    out = path.with_suffix(".svg")
+    assert main(["show", str(path), "-o", str(out)]) in (0, 2)
+    out.unlink(missing_ok=True)
+
+
+def fit_rows(path: Path) -> None:
+    fit(path, None, Options(order=1, lobes=0, workers=1))
+
+
+def plan_scene(path: Path) -> None:
+    """All that is done of a scene before it is rendered."""
+    scene = load_scene(path)
+    camera, shots = camera_of(scene), plan(scene)
+    manifest_of(scene, camera, shots)
+    truth_of(scene, camera, brdf_of(scene), shots)
+
+
 COMMANDS = (
     "fit",
     "compare",
@@ -405,5 +444,11 @@ TARGETS = (
         for suffix in (".png", ".tif", ".jpg", ".exr", ".webp")
     ),
     Target("command", "", command, run_command, share=2),
-    Target("fit", "table.npz", table, fit_facets, share=0),  # seconds each: only when asked for
+    # seconds each: only when asked for
+    Target("fit", "table.npz", table, fit_facets, share=0),
+    Target("fit rows", "rows.csv", rows, fit_rows, share=0),
+    Target("set", MANIFEST, manifest, process_set, share=0),
+    Target("photos", "sample/s3.png", photos, process_set, share=0),
+    Target("use", "coefficients.json", coefficients, use_coefficients, share=0),
+    Target("plan", "scene.toml", scene, plan_scene, share=0),
 )
