@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 
 import numpy as np
+from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.adjust.bundle import pose_block
 from photogonio.calib.adjust.lamps import block_name
-from photogonio.calib.calibrate import light_of, settled_from
+from photogonio.calib.adjust.state import State
 from photogonio.calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader, Seen
@@ -22,6 +23,7 @@ from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.radiometry.readings import read_view
 from photogonio.calib.radiometry.scale import tie
 from photogonio.calib.remarks import Remarks
+from photogonio.calib.views import light_of
 from photogonio.capture.photoset import PhotoSet, View
 
 from tests.drawn.setups import SAMPLE, SIZE, World, draw_corners, draw_patch, draw_world, observe, photoset_of
@@ -58,12 +60,15 @@ def deviations(seed: int, *, paper: bool = False, views: int = 8) -> list[Deviat
     )
     camera, model, photos = fitted_camera(photos, SIZE, remarks)
     posed, observations = find_poses(photoset, camera, photos, remarks)
-    scale_corners(camera, posed, observations)
-    bias = 0.1 * rng.normal()
-    for observation in observations:
-        observe(world, observation, int(observation.view.name[1:]), bias, rng, paper=paper)
     quiet = lambda label, done, total: None  # noqa: E731
-    settled = settled_from(photoset, reader, model, camera, posed, observations, quiet)
+    state = scale_corners(
+        State(photoset, reader, camera, model, tuple(posed), tuple(observations), remarks, quiet)
+    )
+    bias = 0.1 * rng.normal()
+    for observation in state.observations:
+        observe(world, observation, int(observation.view.name[1:]), bias, rng, paper=paper)
+    state = settle(state)
+    settled, observations = state.settled, list(state.observations)
     found = [
         *_camera_z(world, settled),
         *_pose_z(world, settled, observations),

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from photogonio.calib.adjust.bundle import CameraModel
 from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, POSE, Observation, Posed, light_id
 from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
-from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, tell_views
-from photogonio.calib.diagnose.marker_corners import listed_order, order_warning, reordered
-from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
+from photogonio.calib.diagnose.board.board_shape import bad_photos
+from photogonio.calib.diagnose.board.marker_corners import listed_order, order_warning, reordered
+from photogonio.calib.diagnose.board.wrong_board import board_fault
 from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners, board_points
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import fit_pose, joined
@@ -53,6 +54,15 @@ class Photos:
         """The same with other corners; inverse of ``every``."""
         first, second = len(self.boards), len(self.boards) + len(self.samples)
         return Photos(every[first:second], every[second:], every[:first])
+
+
+def first_state(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Remarks) -> State:
+    """Where the camera stood in every photo; InputError if nothing can be made of the set."""
+    photos = look_at_all(photoset, reader, tell, remarks)
+    photoset, photos = as_printed(photoset, reader, photos, remarks)
+    camera, model, photos = find_camera(photoset, reader, photos, tell, remarks)
+    boards, observations = find_poses(photoset, camera, photos, remarks)
+    return State(photoset, reader, camera, model, tuple(boards), tuple(observations), remarks, tell)
 
 
 def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Remarks) -> Photos:
@@ -277,44 +287,6 @@ def _misses(camera: Camera, pose: Pose, corners: Corners) -> np.ndarray:
     return np.linalg.norm(camera.project(pose, corners.points) - corners.pixels, axis=1)
 
 
-def check_camera(
-    photoset: PhotoSet,
-    camera: Camera,
-    model: CameraModel,
-    boards: list[Posed],
-    observations: list[Observation],
-    remarks: Remarks,
-) -> None:
-    """Warn of what the photos leave open, and of a board that is not what the manifest says."""
-    photos = boards + [
-        (s.pose_block, s.corners, s.pose)
-        for s in observations
-        if s.corners is not None and s.pose_block != FIXED_POSE
-    ]
-    given = photoset.camera.matrix is not None
-    if not given:
-        tell_views(camera.size, photos, remarks)
-    _refuse_misfit(
-        photoset,
-        camera,
-        [(c, p) for _, c, p in photos]
-        + [(s.corners, s.pose) for s in observations if s.corners is not None and s.pose_block == FIXED_POSE],
-    )
-    if photoset.board is not None:
-        lamps = {number for entry in photoset.lights for number in entry.marker_ids}
-        for doubt in board_doubts(photoset.board, camera, boards, lamps):
-            remarks.tell("board-rows", doubt)
-    shape = board_shape(model, camera, photos, given)
-    if shape is not None:
-        shape.tell(remarks)
-        remarks.residuals["board"] = {
-            "stretch": shape.stretch,
-            "stretch_error": shape.stretch_error,
-            "bend": shape.bend.tolist(),
-            "bend_error": shape.bend_error.tolist(),
-        }
-
-
 def _refuse_misfit(photoset: PhotoSet, camera: Camera, photos: list[tuple[Corners, Pose]]) -> None:
     """InputError if in most photos the board's corners lie many pixels beside their places."""
     if not photos:
@@ -337,22 +309,24 @@ def _freed(corners: Corners) -> float:
     return float(np.sqrt(count / max(count - _POSE_VALUES, 1)))
 
 
-def scale_corners(camera: Camera, boards: list[Posed], observations: list[Observation]) -> float:
-    """Give corners the errors they show: those stated know nothing of what all corners of a print share."""
-    photos = [(c, p) for _, c, p in boards] + [
-        (s.corners, s.pose) for s in observations if s.corners is not None
-    ]
+def scale_corners(state: State) -> State:
+    """Give corners the errors they show: those stated know nothing of what all corners of a print share.
+
+    Raises:
+        InputError: they lie nowhere near their places.
+    """
+    camera, observations = state.camera, state.copied()
+    seen = [(s, s.corners) for s in observations if s.corners is not None]
+    photos = [(c, p) for _, c, p in state.boards] + [(c, s.pose) for s, c in seen]
+    _refuse_misfit(state.photoset, camera, photos)
     z = [_freed(c) * (camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for c, p in photos]
     if not z:
-        return 1.0
+        return state
     factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))
-    boards[:] = [(name, replace(c, sigma=factor * c.sigma), pose) for name, c, pose in boards]
+    boards = tuple((name, replace(c, sigma=factor * c.sigma), pose) for name, c, pose in state.boards)
     still = sum(s.pose_block == FIXED_POSE for s in observations)
-    for observation in observations:
-        if observation.corners is not None:
-            # a still camera's photos repeat the errors of where the pixels cut the print
-            alike = np.sqrt(still) if observation.pose_block == FIXED_POSE else 1.0
-            observation.corners = replace(
-                observation.corners, sigma=alike * factor * observation.corners.sigma
-            )
-    return factor
+    for observation, corners in seen:
+        # a still camera's photos repeat the errors of where the pixels cut the print
+        alike = np.sqrt(still) if observation.pose_block == FIXED_POSE else 1.0
+        observation.corners = replace(corners, sigma=alike * factor * corners.sigma)
+    return replace(state, boards=boards, observations=tuple(observations))

@@ -20,6 +20,7 @@ class Diagnosis:
     views: tuple[str, ...] = ()  # photos concerned, each by its first file; none: all
     allowed: bool = False  # whether what follows from it was allowed for, or taken out
     detail: Mapping[str, object] = field(default_factory=dict)  # plain JSON values
+    grounds: Any = field(default=None, compare=False, repr=False)  # what a remedy takes; not written
 
     @property
     def told(self) -> bool:
@@ -33,10 +34,8 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, object]:
         """Plain JSON values."""
-        return {name: getattr(self, name) for name in self.__slots__} | {
-            "views": list(self.views),
-            "detail": dict(self.detail),
-        }
+        told = {name: getattr(self, name) for name in self.__slots__ if name != "grounds"}
+        return told | {"views": list(self.views), "detail": dict(self.detail)}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Diagnosis:

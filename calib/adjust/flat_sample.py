@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from photogonio.calib.detect.edges import Edges, on_plane
+from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.capture.photoset import Plane
+from photogonio.capture.photoset import PhotoSet, Plane
 from scipy.optimize import least_squares
 
 _LEAST = 40  # points of all photos from which a place is told
@@ -96,3 +98,12 @@ def lying(camera: Camera, seen: list[tuple[Pose, Edges]], plane: Plane, still: b
     alike = np.sqrt(len(seen)) if still else 1.0
     edges = [Edges(e.places, e.pixels, e.normals, alike * e.sigma) for _, e in seen]
     return place_plane(camera, [pose for pose, _ in seen], edges, plane)
+
+
+def flat_move(photoset: PhotoSet, camera: Camera, observations: Sequence[Observation]) -> PlaneMove | None:
+    """How a flat sample lies, as the photos show it; None for a ball, or where too little shows."""
+    if not isinstance(photoset.sample, Plane):
+        return None
+    seen = [(s.pose, s.edges) for s in observations if s.edges is not None]
+    still = all(s.pose_block == FIXED_POSE for s in observations)
+    return lying(camera, seen, photoset.sample, still)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,8 +23,8 @@ from photogonio.calib.adjust.bundle import (
     quadratic_term,
 )
 from photogonio.calib.adjust.lamps import Lamp, block_name
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation, Posed
-from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.shading.fit import ShadingFit
 from photogonio.calib.shading.model import ShadingScene
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
@@ -42,21 +43,18 @@ _BLACK = 0.3  # of the logarithm of black print over white
 
 
 def first_values(
-    photoset: PhotoSet,
-    model: CameraModel,
-    camera: Camera,
-    boards: list[Posed],
+    state: State,
     observations: list[Observation],
     lamps: dict[str, Lamp],
     scene: ShadingScene | None,
     sample: np.ndarray | None,
 ) -> Values:
     """All blocks where the stages before have put them."""
-    values: Values = {"camera": model.block(camera)}
-    values |= {name: pose_block(pose) for name, _, pose in boards}
+    values: Values = {"camera": state.model.block(state.camera)}
+    values |= {name: pose_block(pose) for name, _, pose in state.boards}
     values |= {observation.pose_block: pose_block(observation.pose) for observation in observations}
     values |= {block_name(name): np.asarray(lamp.block, float) for name, lamp in lamps.items()}
-    for k, ball in enumerate(photoset.mirror_balls):
+    for k, ball in enumerate(state.photoset.mirror_balls):
         values[f"ball {k}"] = np.append(np.asarray(ball.center, float), ball.radius)
     if sample is not None:
         values["sample"] = sample
@@ -95,7 +93,7 @@ def sightings(observations: list[Observation], lamps: dict[str, Lamp], scale: fl
 
 
 def corner_terms(
-    model: CameraModel, boards: list[Posed], observations: list[Observation]
+    model: CameraModel, boards: Sequence[Posed], observations: list[Observation]
 ) -> list[tuple[Term, bool]]:
     """The board's corners in all photos."""
     terms = [(corner_term(model, name, corners), True) for name, corners, _ in boards]
@@ -105,20 +103,17 @@ def corner_terms(
 
 
 def all_terms(
-    photoset: PhotoSet,
-    model: CameraModel,
-    boards: list[Posed],
+    state: State,
     observations: list[Observation],
     lamps: dict[str, Lamp],
     values: Values,
     fits: dict[str, ShadingFit],
     scale: float,
-    beam: bool = False,
-    lens: bool = False,
 ) -> list[tuple[Term, bool]]:
-    """Every term, with whether its loss is robust; the corners' come first, one a photo. ``beam``: lamps may shine
-    less beside their axis. ``lens``: pictures may be darker aside of their middle."""
-    terms = corner_terms(model, boards, observations)
+    """Every term, with whether its loss is robust; the corners' come first, one a photo. Lamps may shine less beside
+    their axis, and pictures be darker aside of their middle, where the state says that they do."""
+    model = state.model
+    terms = corner_terms(model, state.boards, observations)
     seen = sightings(observations, lamps, scale)
     if seen:
         terms.append((highlight_term(model, seen), True))
@@ -130,7 +125,8 @@ def all_terms(
         if s.view.name in fits:
             terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
     terms.append((camera_term(model), False))
-    return terms + _expectations(photoset, values) + _lamp_expectations(lamps, values, beam, lens)
+    terms += _expectations(state.photoset, values)
+    return terms + _lamp_expectations(lamps, values, state.narrow != 0.0, any(state.falloff))
 
 
 def shading_term(fit: ShadingFit, observation: Observation, lamp: Lamp, values: Values) -> Term:

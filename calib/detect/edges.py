@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.detect.limb import find_edges
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale
 from photogonio.calib.geometry.print_map import Print
@@ -36,19 +37,11 @@ def on_plane(plane: Plane, flat: np.ndarray) -> np.ndarray:
 
 
 def plane_edges(
-    level: np.ndarray,
-    usable: np.ndarray,
-    camera: Camera,
-    pose: Pose,
-    plane: Plane,
-    within: float,
-    print_: Print | None = None,
-    origin: tuple[int, int] = (0, 0),
+    part: GrayPart, camera: Camera, pose: Pose, plane: Plane, within: float, print_: Print | None = None
 ) -> Edges | None:
     """The edges of the outline in one photo, at most ``within`` pixels off; None if too few are clear.
 
-    ``level`` (h, w) float32 is linear radiance, its first pixel the photo's ``origin``. Edges of the board's ``print_``
-    are stronger than a sample's: where one may come within reach nothing is looked for.
+    Edges of the board's ``print_`` are stronger than a sample's: where one may come within reach nothing is looked for.
     """
     places, ahead = [], []
     corners = on_plane(plane, plane.outline)
@@ -62,7 +55,7 @@ def plane_edges(
     pixels = camera.project(pose, where)
     along = camera.project(pose, np.concatenate(ahead)) - pixels
     normals = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1, keepdims=True)
-    found, sigma, clear = find_edges(level, usable, pixels, normals, within, origin)
+    found, sigma, clear = find_edges(part, pixels, normals, within)
     clear &= np.abs(np.einsum("ij,ij->i", found - pixels, normals)) < within - _TAIL
     if print_ is not None:
         rays = camera.world_rays(pose, pixels)

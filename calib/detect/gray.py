@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from photogonio.capture.linear import kernel as pointwise
@@ -10,6 +11,15 @@ from photogonio.capture.radiance import RadianceImage
 
 _BRIGHT = 98.0  # percentile taken as white: highlights and a white patch should not darken the board
 _JUDGED = 250_000  # pixels, about, that tell a large picture's percentiles
+
+
+@dataclass(frozen=True, slots=True)
+class GrayPart:
+    """A part of a photo in gray."""
+
+    level: np.ndarray  # (h, w) float32, linear radiance
+    usable: np.ndarray  # (h, w) bool
+    origin: tuple[int, int] = (0, 0)  # the photo's pixel that its first is
 
 
 def gray(image: RadianceImage) -> np.ndarray:

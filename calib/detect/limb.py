@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.cones import cone_residual, outline
 from scipy.ndimage import gaussian_filter1d
@@ -34,35 +35,22 @@ class Limb:
 
 
 def find_limb(
-    level: np.ndarray,
-    usable: np.ndarray,
-    camera: Camera,
-    pose: Pose,
-    center: np.ndarray,
-    radius: float,
-    within: float,
-    origin: tuple[int, int] = (0, 0),
+    part: GrayPart, camera: Camera, pose: Pose, center: np.ndarray, radius: float, within: float
 ) -> Limb:
     """Edges across the expected limb, at most ``within`` pixels off it.
 
-    ``level`` (h, w) float32 is linear radiance, its first pixel the photo's ``origin``. Where several edges lie in
-    reach the strongest counts, if it stands well above what the ball's own shading does.
+    Where several edges lie in reach the strongest counts, if it stands well above what the ball's own shading does.
     """
     limb = outline(camera, pose, center, radius, LIMB_POINTS)
     outer = outline(camera, pose, center, radius * 1.02, LIMB_POINTS)
     normal = outer - limb
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    edge, sigma, clear = find_edges(level, usable, limb, normal, within, origin)
+    edge, sigma, clear = find_edges(part, limb, normal, within)
     return Limb(edge[clear], sigma[clear])
 
 
 def find_edges(
-    level: np.ndarray,
-    usable: np.ndarray,
-    places: np.ndarray,
-    normals: np.ndarray,
-    within: float,
-    origin: tuple[int, int] = (0, 0),
+    part: GrayPart, places: np.ndarray, normals: np.ndarray, within: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The strongest edge across each of ``places`` (n, 2) along its unit ``normals``, at most ``within`` pixels off.
 
@@ -70,10 +58,12 @@ def find_edges(
     """
     reach = within + 4 * _SOFT
     along = np.arange(-reach, reach + _STEP / 2, _STEP)
-    place = (places[:, None] - origin + along[:, None] * normals[:, None]).astype(np.float32)
-    profile = cv2.remap(level, place[..., 0], place[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    place = (places[:, None] - part.origin + along[:, None] * normals[:, None]).astype(np.float32)
+    profile = cv2.remap(
+        part.level, place[..., 0], place[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+    )
     bad = cv2.remap(
-        (~usable).astype(np.float32), place[..., 0], place[..., 1], cv2.INTER_LINEAR, borderValue=1.0
+        (~part.usable).astype(np.float32), place[..., 0], place[..., 1], cv2.INTER_LINEAR, borderValue=1.0
     )
     slope = gaussian_filter1d(profile.astype(float), _SOFT / _STEP, axis=1, order=1)
     strength = np.abs(slope)
@@ -113,25 +103,18 @@ def place_ball(
 
 
 def settled_limb(
-    level: np.ndarray,
-    usable: np.ndarray,
-    camera: Camera,
-    pose: Pose,
-    center: np.ndarray,
-    radius: float,
-    within: float,
-    origin: tuple[int, int] = (0, 0),
+    part: GrayPart, camera: Camera, pose: Pose, center: np.ndarray, radius: float, within: float
 ) -> Limb | None:
     """The limb found in wide reach, then again close to the circle it tells; None if it is not clear.
 
     Edges of the background and of the ball's own shadow line lie off the circle, and fall away in the second look.
     """
-    limb = find_limb(level, usable, camera, pose, center, radius, within, origin)
+    limb = find_limb(part, camera, pose, center, radius, within)
     for reach in (3 * _NEAR, _NEAR):
         if len(limb) < _FEWEST:
             return None
         near, size = place_ball(camera, [pose], [limb], center, radius)
-        limb = find_limb(level, usable, camera, pose, near, size, reach, origin)
+        limb = find_limb(part, camera, pose, near, size, reach)
     if len(limb) < _FEWEST:
         return None
     near, size = place_ball(camera, [pose], [limb], center, radius)

@@ -67,19 +67,12 @@ class Observation:
         return self.view.photos[0].role == "probe"
 
 
-def hand_over(observations: list[Observation], kept: list[Observation]) -> None:
+def hand_over(observations: Sequence[Observation], kept: Sequence[Observation]) -> None:
     """What all photos of a still camera show together goes from those that are left out to one that is ``kept``."""
     for observation in observations:
         heir = next((k for k in kept if k.pose_block == observation.pose_block and not k.probe), None)
         if observation.limb is not None and heir is not None and all(k is not observation for k in kept):
             heir.limb, observation.limb = observation.limb, None
-
-
-def start_over(observations: Sequence[Observation], highlights: Sequence[list[Highlight]]) -> None:
-    """Sights as they were before lamps were sought, with the ``highlights`` that were seen at first: shading that did
-    not know all of the light may have taken some for something else."""
-    for observation, seen in zip(observations, highlights, strict=True):
-        observation.highlights, observation.shading = list(seen), None
 
 
 def light_entry(photoset: PhotoSet, view: View) -> LightEntry | None:

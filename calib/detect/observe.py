@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from photogonio.calib.detect.edges import Edges, plane_edges
-from photogonio.calib.detect.gray import without_fireflies
+from photogonio.calib.detect.gray import GrayPart, without_fireflies
 from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, lamp_pixels
 from photogonio.calib.detect.limb import Limb, settled_limb
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
@@ -48,7 +48,7 @@ def observe(
     brightest, middle = _Pile("max"), _Pile("median")
     common = _places(photoset, camera, observations[0].pose, balls) if still else None
 
-    def watch(observation: Observation) -> tuple[np.ndarray, np.ndarray] | None:
+    def watch(observation: Observation) -> GrayPart | None:
         places = common or _places(photoset, camera, observation.pose, balls)
         found = [
             _highlight(reader, camera, observation, ball, number, places.lamp[number])
@@ -65,30 +65,28 @@ def observe(
             if box and not observation.dark and (still or not observation.probe)
             else None
         )
-        if level is None:
+        if box is None or level is None:
             return None
-        shown = without_fireflies(level[0]), np.isfinite(level[0])  # what is saturated has edges too
+        # what is saturated has edges too
+        shown = GrayPart(without_fireflies(level[0]), np.isfinite(level[0]), box[:2])
         if isinstance(photoset.sample, Plane) and not observation.probe:
-            observation.edges = _sample_edges(photoset, photoset.sample, *shown, camera, observation, box[:2])
+            observation.edges = _sample_edges(photoset, photoset.sample, shown, camera, observation)
         return shown
 
     for k, (observation, shown) in enumerate(
         zip(observations, reader.abreast(watch, observations), strict=True)
     ):
         if shown is not None and still:
-            (middle if observation.probe else brightest).add(observation, *shown)
+            (middle if observation.probe else brightest).add(observation, shown)
         elif shown is not None:
-            box = _sample_box(photoset, camera, observation.pose)
-            observation.limb = _sample_limb(photoset, *shown, camera, observation, box[:2])
+            observation.limb = _sample_limb(photoset, shown, camera, observation)
         tell("finding lamps, sample and paper", k + 1, len(observations))
     if brightest.observation is not None:
         brightest.observation.limb = _sample_limb(
-            photoset, *brightest.picture(), camera, brightest.observation, common.sample[:2]
+            photoset, brightest.picture(), camera, brightest.observation
         )
     if middle.observation is not None:
-        middle.observation.ball_limbs = _ball_limbs(
-            balls, *middle.picture(), camera, middle.observation, common.balls[:2]
-        )
+        middle.observation.ball_limbs = _ball_limbs(balls, middle.picture(), camera, middle.observation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,22 +158,22 @@ class _Pile:
     def __init__(self, how: str):
         self.observation: Observation | None = None  # the first, which what is found will be booked on
         self._how = how
-        self._levels: list[np.ndarray] = []
+        self._parts: list[GrayPart] = []
         self._usable: np.ndarray | None = None
 
-    def add(self, observation: Observation, level: np.ndarray, usable: np.ndarray) -> None:
+    def add(self, observation: Observation, part: GrayPart) -> None:
         self.observation = self.observation or observation
-        self._usable = usable if self._usable is None else self._usable & usable
-        if self._how == "max" and self._levels:
-            np.maximum(self._levels[0], level, out=self._levels[0])
-        elif len(self._levels) < _PILED:
-            self._levels.append(level)
+        self._usable = part.usable if self._usable is None else self._usable & part.usable
+        if self._how == "max" and self._parts:
+            np.maximum(self._parts[0].level, part.level, out=self._parts[0].level)
+        elif len(self._parts) < _PILED:
+            self._parts.append(part)
 
-    def picture(self) -> tuple[np.ndarray, np.ndarray]:
-        """Radiance (h, w) float32 and usable pixels of the pile."""
-        if len(self._levels) == 1:
-            return self._levels[0], self._usable
-        return np.median(self._levels, axis=0).astype(np.float32), self._usable
+    def picture(self) -> GrayPart:
+        """What the pile shows."""
+        first, levels = self._parts[0], [part.level for part in self._parts]
+        level = levels[0] if len(levels) == 1 else np.median(levels, axis=0).astype(np.float32)
+        return replace(first, level=level, usable=first.usable if self._usable is None else self._usable)
 
 
 def _highlight(
@@ -229,28 +227,24 @@ def is_dark(reading: PaperReading) -> bool:
 
 def _sample_limb(
     photoset: PhotoSet,
-    level: np.ndarray,
-    usable: np.ndarray,
+    part: GrayPart,
     camera: Camera,
     observation: Observation,
-    origin: tuple[int, int],
 ) -> Limb | None:
     sample = photoset.sample
     if not isinstance(sample, Sphere):
         return None
     center = np.asarray(sample.center, float)
     within = _within(camera, observation.pose, center, sample.radius)
-    return settled_limb(level, usable, camera, observation.pose, center, sample.radius, within, origin)
+    return settled_limb(part, camera, observation.pose, center, sample.radius, within)
 
 
 def _sample_edges(
     photoset: PhotoSet,
     plane: Plane,
-    level: np.ndarray,
-    usable: np.ndarray,
+    part: GrayPart,
     camera: Camera,
     observation: Observation,
-    origin: tuple[int, int],
 ) -> Edges | None:
     flat = np.asarray(plane.outline, float)
     middle = np.append(flat.mean(0), plane.height)
@@ -259,28 +253,24 @@ def _sample_edges(
     )
     board = photoset.board  # what is printed around loose markers is not known
     pattern = None if board is None or isinstance(board, LooseMarkers) else draw_print(board)
-    found = plane_edges(level, usable, camera, observation.pose, plane, within, pattern, origin)
+    found = plane_edges(part, camera, observation.pose, plane, within, pattern)
     if found is None:  # an outline that is told too large or too small
-        found = plane_edges(
-            level, usable, camera, observation.pose, plane, _FARTHER * within, pattern, origin
-        )
+        found = plane_edges(part, camera, observation.pose, plane, _FARTHER * within, pattern)
     return found
 
 
 def _ball_limbs(
     balls: tuple[MirrorBall, ...],
-    level: np.ndarray,
-    usable: np.ndarray,
+    part: GrayPart,
     camera: Camera,
     observation: Observation,
-    origin: tuple[int, int],
 ) -> dict[int, Limb]:
     """Limbs of the mirror balls by number, where they stand out of what is behind them."""
     limbs = {}
     for number, ball in enumerate(balls):
         center = np.asarray(ball.center, float)
         within = _within(camera, observation.pose, center, ball.radius)
-        limb = settled_limb(level, usable, camera, observation.pose, center, ball.radius, within, origin)
+        limb = settled_limb(part, camera, observation.pose, center, ball.radius, within)
         if limb is not None:
             limbs[number] = limb
     return limbs

@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from threading import Lock
-from typing import Protocol
+from typing import Protocol, TypedDict, Unpack
 
 import numpy as np
 from photogonio.calib.detect.corners import corners_of_half, expected_places, find_corners, placed_corners
@@ -48,29 +48,29 @@ _KEPT, _MOST_BYTES = 40, 40_000_000
 _ABOUT = 16  # pixels around a corner that placing it takes: its window, and two for what moves it
 
 
+class Asked(TypedDict, total=False):
+    """How photos are read, if not plainly."""
+
+    read_part: ReadPart | None  # reads a region of a view at less cost
+    read_level: ReadLevel | None  # likewise its gray levels
+    workers: int  # that many photos are looked at side by side, and in memory at once
+    keep: Keep  # sets aside what was read of a view's paper, some megabytes
+    looks: Looks | None  # keeps what a first look at each view found
+
+
 class Reader:
     """Reads views' radiance, keeping the latest while they are small; remembers which could not be read.
 
     Several threads may use it.
     """
 
-    def __init__(
-        self,
-        photoset: PhotoSet,
-        read_radiance: ReadRadiance,
-        read_part: ReadPart | None = None,
-        read_level: ReadLevel | None = None,
-        workers: int = 1,
-        keep: Keep = in_memory,
-        looks: Looks | None = None,
-    ):
-        """``read_part`` and ``read_level`` read less of a view at less cost; ``workers`` are looked at side by side;
-        ``keep`` sets aside what was read of a view's paper; ``looks`` are those of an earlier run."""
+    def __init__(self, photoset: PhotoSet, read_radiance: ReadRadiance, **asked: Unpack[Asked]):
         self.photoset = photoset
-        self.keep, self.looks = keep, looks
+        self.keep, self.looks = asked.get("keep", in_memory), asked.get("looks")
         self.failed: dict[str, str] = {}
-        self.workers = workers
-        self._read, self._read_part, self._read_level = read_radiance, read_part, read_level
+        self.workers = asked.get("workers", 1)
+        self._read = read_radiance
+        self._read_part, self._read_level = asked.get("read_part"), asked.get("read_level")
         self._kept: OrderedDict[str, RadianceImage] = OrderedDict()
         self._bytes = 0
         self._lock = Lock()

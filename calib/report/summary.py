@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.bundle import pose_block, project
 from photogonio.calib.adjust.flat_sample import PlaneMove
 from photogonio.calib.adjust.lamps import expected_pixel
+from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.adjust.terms import BALL_PLACE, SAMPLE_PLACE
 from photogonio.calib.detect.observation import Observation
-from photogonio.calib.diagnose.moved_lamp import SHARED_APART, SURE_APART, aside
+from photogonio.calib.diagnose.photos.moved_lamp import SHARED_APART, SURE_APART, aside
 from photogonio.calib.geometry.board import Corners
-from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import Marks
 from photogonio.capture.photoset import PhotoSet, Plane, Sphere
@@ -24,8 +26,10 @@ _CONTRADICTED = 3.0  # times their errors, by which highlights miss all lamps; p
 _BALL_MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 
 
-def account(photoset: PhotoSet, settled: Settled, observations: list[Observation], remarks: Remarks) -> None:
+def account(state: State) -> None:
     """Fill in residuals, standard errors and warnings."""
+    photoset, settled = state.photoset, state.settled
+    observations, remarks = state.observations, state.remarks
     _camera(settled, remarks)
     _sample(photoset, settled, remarks)
     _balls(photoset, settled, observations, remarks)
@@ -46,7 +50,7 @@ def account(photoset: PhotoSet, settled: Settled, observations: list[Observation
         remarks.residuals["shading_rms"] = float(np.median(rms))
 
 
-def _shared_lights(settled: Settled, observations: list[Observation], remarks: Remarks) -> None:
+def _shared_lights(settled: Settled, observations: Sequence[Observation], remarks: Remarks) -> None:
     """Lights that stood in several places under one name: each photo's paper tells its own, if it shows enough."""
     for lamp in settled.lamps.values():
         names = tuple(
@@ -191,7 +195,9 @@ def believed(photoset: PhotoSet, settled: Settled) -> bool:
     return off < _IMPLAUSIBLE * SAMPLE_PLACE and abs(block[3] / sample.radius - 1) < SAMPLE_PLACE
 
 
-def _balls(photoset: PhotoSet, settled: Settled, observations: list[Observation], remarks: Remarks) -> None:
+def _balls(
+    photoset: PhotoSet, settled: Settled, observations: Sequence[Observation], remarks: Remarks
+) -> None:
     told: list[dict[str, object]] = []
     rms = _ball_misses(photoset, settled, observations)
     for k, ball in enumerate(photoset.mirror_balls):
@@ -229,7 +235,7 @@ def _balls(photoset: PhotoSet, settled: Settled, observations: list[Observation]
         remarks.residuals["highlight_error_scale"] = settled.highlight_scale
 
 
-def _ball_misses(photoset: PhotoSet, settled: Settled, observations: list[Observation]) -> list[float]:
+def _ball_misses(photoset: PhotoSet, settled: Settled, observations: Sequence[Observation]) -> list[float]:
     """Rms (pixels) of each ball's highlights against where the lamps settled."""
     misses: list[list[float]] = [[] for _ in photoset.mirror_balls]
     for observation in observations:
@@ -269,19 +275,3 @@ def board_marks(settled: Settled, corners: Corners, pose: Pose) -> Marks:
     empty = np.zeros((0, 2))
     misses = settled.camera.project(pose, corners.points) - corners.pixels
     return Marks(corners.pixels, misses, empty, empty, empty, empty)
-
-
-def sample_in_picture(camera: Camera, pose: Pose, sample: Sphere | Plane) -> bool:
-    """Whether any of the sample's outline or middle lies within the picture."""
-    if isinstance(sample, Sphere):
-        points = np.asarray(sample.center, float) + sample.radius * np.vstack(
-            [np.zeros(3), np.eye(3), -np.eye(3)]
-        )
-    else:
-        flat = np.asarray(sample.outline, float)
-        flat = np.vstack([flat, flat.mean(0), (flat + np.roll(flat, 1, axis=0)) / 2])
-        points = np.column_stack([flat, np.full(len(flat), sample.height)])
-    ahead = pose.apply(points)[:, 2] > 0
-    pixels = camera.project(pose, points[ahead]) if ahead.any() else np.zeros((0, 2))
-    inside = (pixels >= -0.5).all(1) & (pixels <= np.array(camera.size) - 0.5).all(1)
-    return bool(inside.any())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from photogonio.calib.diagnose import registry
+from photogonio.calib.diagnose.registry import Stage, entries
 from photogonio.capture import codes
 from photogonio.capture.diagnosis import Entry
 from photogonio.reconstruct.goniometer import codes as tables
@@ -79,10 +79,11 @@ FIT = (
 ROOMS = (
     ("Photos as they are read", codes.ENTRIES),
     ("Tables of measurements", tables.ENTRIES),
-    ("The manifest, the camera and the board", registry.MANIFEST),
-    ("What single photos show", registry.PHOTO),
-    ("Lamps and lens", registry.LIGHT),
-    ("Strengths, places, and what is left", registry.STRENGTH),
+    ("The manifest and the photos", entries(Stage.MANIFEST)),
+    ("The camera and the board", entries(Stage.CAMERA)),
+    ("What single photos show", entries(Stage.PHOTO)),
+    ("Lamps and lens", entries(Stage.LIGHT)),
+    ("Strengths, places, and what is left", entries(Stage.STRENGTH)),
     ("The fit", FIT),
 )
 ENTRIES = tuple(entry for _, entries in ROOMS for entry in entries)
@@ -96,10 +97,10 @@ It is made from the program's own list: `python -m photogonio.report.diagnoses >
 def to_markdown(rooms: Sequence[tuple[str, Sequence[Entry]]] = ROOMS) -> str:
     """The page docs/diagnoses.md."""
     parts = [_HEAD]
-    for title, entries in rooms:
+    for title, listed in rooms:
         parts.append(f"## {title}\n\n| code | what it means | what to do | told from |\n|---|---|---|---|\n")
         parts[-1] += "".join(
-            f"| `{one.code}` | {one.means} | {one.advice} | {_threshold(one)} |\n" for one in entries
+            f"| `{one.code}` | {one.means} | {one.advice} | {_threshold(one)} |\n" for one in listed
         )
     return "\n".join(parts)
 

@@ -14,7 +14,7 @@ from photogonio.reconstruct.goniometer.columns import Matched, channel_names, ma
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
 from photogonio.reconstruct.goniometer.doubts import doubts_of
 from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
-from photogonio.reconstruct.goniometer.spoilt import Spoilt, find_spoilt, without
+from photogonio.reconstruct.goniometer.spoilt import SpoiltRows, find_spoilt, without
 from photogonio.reconstruct.goniometer.text import TextTable, read_text
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
@@ -153,7 +153,7 @@ def believed(samples: GoniometerSamples) -> GoniometerSamples:
     return replace(take(samples, keep), diagnoses=samples.diagnoses + said, left_out=out)
 
 
-def _said(samples: GoniometerSamples, one: Spoilt) -> str:
+def _said(samples: GoniometerSamples, one: SpoiltRows) -> str:
     """What is told of rows that are left out."""
     count = len(one.rows)
     text = f"{count} row{'s' if count > 1 else ''} left out"

@@ -40,7 +40,7 @@ _MARKS = {9, 99, 999, 9999, 99999, 999999, 32767, 32768, 65535, 2147483647}
 
 
 @dataclass(frozen=True, slots=True)
-class Spoilt:
+class SpoiltRows:
     """Rows of one kind that are no measurements."""
 
     rows: np.ndarray  # (m,) ascending
@@ -50,7 +50,7 @@ class Spoilt:
     lamp: float | None  # radians from the lamp's direction, within which all are; None: elsewhere
 
 
-def find_spoilt(samples: GoniometerSamples) -> list[Spoilt]:
+def find_spoilt(samples: GoniometerSamples) -> list[SpoiltRows]:
     """Kinds of rows that are no measurements; a row may be in several."""
     at, found = places(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i), []
     for channel, value in enumerate(samples.value.T):
@@ -58,7 +58,7 @@ def find_spoilt(samples: GoniometerSamples) -> list[Spoilt]:
     return found
 
 
-def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> list[Spoilt]:
+def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> list[SpoiltRows]:
     size = np.abs(value[value != 0.0])
     if not len(size):
         return []
@@ -142,7 +142,7 @@ def _some(rows: np.ndarray) -> np.ndarray:
     return rows[:: max(len(rows) // JUDGED, 1)]
 
 
-def _marked(samples, known: _Known, rows: np.ndarray, mark: float, channel: int) -> Spoilt | None:
+def _marked(samples, known: _Known, rows: np.ndarray, mark: float, channel: int) -> SpoiltRows | None:
     """The rows that hold a suspected mark, if they are no measurements."""
     some = _some(rows)
     told = known.expected(some)
@@ -158,10 +158,10 @@ def _marked(samples, known: _Known, rows: np.ndarray, mark: float, channel: int)
             return None
     if wrong.mean() < MOST:
         return None
-    return Spoilt(rows, channel, mark, float(np.median(told.value)), None)
+    return SpoiltRows(rows, channel, mark, float(np.median(told.value)), None)
 
 
-def _zeros(samples, known: _Known, rows: np.ndarray, channel: int) -> list[Spoilt]:
+def _zeros(samples, known: _Known, rows: np.ndarray, channel: int) -> list[SpoiltRows]:
     """Zeros that are none: all that hang together, if their neighbours contradict most, or those of them that stand
     among others; and whatever surrounds the lamp's direction, and nothing else."""
     found = [_of_cluster(known, cluster) for cluster in _clusters(known.at, rows)]
@@ -174,7 +174,7 @@ def _zeros(samples, known: _Known, rows: np.ndarray, channel: int) -> list[Spoil
         return []
     told, angle = known.expected(_some(out)), lamp_angle(samples, out)
     lamp = float(angle.max()) if _hides_lamp(samples, known, angle) else None
-    return [Spoilt(out, channel, 0.0, float(np.median(told.value)), lamp)]
+    return [SpoiltRows(out, channel, 0.0, float(np.median(told.value)), lamp)]
 
 
 def _of_cluster(known: _Known, cluster: np.ndarray) -> np.ndarray:
@@ -260,7 +260,7 @@ def half_angle(samples: GoniometerSamples, rows: np.ndarray) -> np.ndarray:
     return np.arccos(np.clip(half[:, 2] / np.maximum(np.linalg.norm(half, axis=1), 1e-12), -1.0, 1.0))
 
 
-def without(samples: GoniometerSamples, spoilt: list[Spoilt]) -> np.ndarray:
+def without(samples: GoniometerSamples, spoilt: list[SpoiltRows]) -> np.ndarray:
     """(n,) bool: rows that are in no kind of ``spoilt``."""
     keep = np.ones(len(samples.value), bool)
     for one in spoilt:

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photogonio.calib.calibrate import usable
 from photogonio.calib.detect.observe import is_dark
 from photogonio.calib.detect.paper_reading import PaperReading
-from photogonio.calib.diagnose.unusable_photos import washed_out
+from photogonio.calib.diagnose.photos.unusable_photos import UnusablePhotos, washed_out
+from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.shading.initial import square_ratios, white_level
 from photogonio.capture.errors import InputError
 
@@ -45,15 +45,17 @@ def test_a_lit_photo_whose_white_lies_in_shadow_is_not_dark():
 
 def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():
     drawn = Drawn(3, fixed=True)
-    *_, observations = drawn.camera()
+    state = drawn.camera()
+    observations = state.observations
     observations[0].dark, observations[0].limb = True, "of all photos"
-    assert usable(drawn.photoset, observations, drawn.remarks)[0] == observations[1:]
+    kept = ask(state, [UnusablePhotos()]).observations
+    assert [one.view.name for one in kept] == [one.view.name for one in observations[1:]]
     assert drawn.said(f"{observations[0].view.name}: left out, the photo is dark")
-    assert observations[1].limb == "of all photos"
+    assert kept[0].limb == "of all photos"
     for observation in observations:
         observation.dark = True
     with pytest.raises(InputError, match="dark"):
-        usable(drawn.photoset, observations, drawn.remarks)
+        ask(state, [UnusablePhotos()])
 
 
 @pytest.mark.parametrize(("share", "said"), [(0.15, ["v2"]), (0.01, [])])

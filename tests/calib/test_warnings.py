@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from photogonio.calib.adjust.alternate import _shade
+from photogonio.calib.adjust.alternate import _Round, _shade, settle
 from photogonio.calib.adjust.lamps import Lamp, block_name
-from photogonio.calib.calibrate import light_of, settled_at_last, settled_from
-from photogonio.calib.camera_poses import Photos, check_camera, find_poses, fitted_camera, scale_corners
+from photogonio.calib.adjust.state import State
+from photogonio.calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
 from photogonio.calib.detect.highlights import find_highlight
-from photogonio.calib.detect.observation import FIXED_POSE, start_over
+from photogonio.calib.detect.observation import FIXED_POSE
 from photogonio.calib.detect.photo_reader import Reader, Seen
-from photogonio.calib.diagnose.allowances import NO_FALLOFF, settle_allowing
-from photogonio.calib.diagnose.ambient_light import light_beside, note_beside
-from photogonio.calib.diagnose.board_shape import bad_photos, board_shape, tell_views
-from photogonio.calib.diagnose.lamp_beam import beam_of, note_beam
-from photogonio.calib.diagnose.unusable_photos import contradiction
-from photogonio.calib.diagnose.vignetting import brighten, note_falloff
+from photogonio.calib.diagnose.board.board_shape import bad_photos, board_shape, views_told
+from photogonio.calib.diagnose.lights.ambient_light import AmbientLight, room_doubt
+from photogonio.calib.diagnose.lights.lamp_beam import LampBeam
+from photogonio.calib.diagnose.lights.vignetting import Vignetting, corrected, falloff_known
+from photogonio.calib.diagnose.photos.unusable_photos import contradiction
+from photogonio.calib.diagnose.procedure import ask, settle_allowing, tell_lights
+from photogonio.calib.diagnose.registry import LIGHT, Stage, asked_at
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.remarks import Remarks
@@ -28,6 +28,7 @@ from photogonio.calib.report.summary import _shared_lights, account
 from photogonio.calib.shading.fit import fit_shading
 from photogonio.calib.shading.kernel import lens
 from photogonio.calib.shading.model import Ball
+from photogonio.calib.views import light_of
 from photogonio.capture.errors import InputError
 
 from benchmarks.coverage import deviations
@@ -64,7 +65,7 @@ class Drawn:
         self.samples = [draw_corners(self.world, p, self.rng, things=True) for p in self.world.views]
         self.remarks = Remarks()
 
-    def camera(self):
+    def camera(self) -> State:
         pairs = (("sample", self.samples), ("calibration", self.boards))
         seen = [
             [Seen(v, c, SIZE) for v, c in zip(self.photoset.views(role), corners, strict=False)]
@@ -72,19 +73,24 @@ class Drawn:
         ]
         camera, model, photos = fitted_camera(Photos(seen[0], [], seen[1]), SIZE, self.remarks)
         boards, observations = find_poses(self.photoset, camera, photos, self.remarks)
-        scale_corners(camera, boards, observations)
-        check_camera(self.photoset, camera, model, boards, observations, self.remarks)
-        return camera, model, boards, observations
+        reader = Reader(self.photoset, lambda _, view: draw_patch(self.world, int(view.name[1:]), self.rng))
+        state = State(
+            self.photoset, reader, camera, model, tuple(boards), tuple(observations), self.remarks, quiet
+        )
+        return ask(scale_corners(state), asked_at(Stage.CAMERA))
 
-    def settled(self, *, balls: tuple[int, ...] = (0, 1), paper: bool = False):
-        camera, model, boards, observations = self.camera()
-        for observation in observations:
+    def watched(self, *, balls: tuple[int, ...] = (0, 1), paper: bool = False) -> State:
+        """With what its photos show of lamp, sample and paper."""
+        state = self.camera()
+        for observation in state.observations:
             observe(self.world, observation, int(observation.view.name[1:]), 0.0, self.rng, paper=paper)
             observation.highlights = [h for h in observation.highlights if h.ball in balls]
-        reader = Reader(self.photoset, lambda _, view: draw_patch(self.world, int(view.name[1:]), self.rng))
-        found = settled_from(self.photoset, reader, model, camera, boards, observations, quiet)
-        account(self.photoset, found, observations, self.remarks)
-        return found, observations
+        return state
+
+    def settled(self, *, balls: tuple[int, ...] = (0, 1), paper: bool = False) -> State:
+        state = settle(self.watched(balls=balls, paper=paper))
+        account(state)
+        return state
 
     def said(self, text: str) -> bool:
         return any(text in warning for warning in self.remarks.warnings)
@@ -94,9 +100,7 @@ class Drawn:
 
 
 def view_codes(size, photos) -> list[str]:
-    remarks = Remarks()
-    tell_views(size, photos, remarks)
-    return remarks.codes()
+    return [one.code for one in views_told(size, photos)]
 
 
 def posed(drawn: Drawn, chosen: list[int] | None = None):
@@ -165,12 +169,11 @@ def test_a_board_that_is_not_flat():
         noise = 0.03 * drawn.rng.normal(size=(len(bent), 2))
         drawn.boards[k] = replace(drawn.boards[k], pixels=drawn.world.camera.project(pose, bent) + noise)
     drawn.samples = []
-    camera, model, boards, _ = drawn.camera()
+    state = drawn.camera()
+    camera, model, boards = state.camera, state.model, state.boards
     shape = board_shape(model, camera, boards, False)
     assert shape is not None
-    remarks = Remarks()
-    shape.tell(remarks)
-    assert "board-bent" in remarks.codes()
+    assert "board-bent" in [one.code for one in shape.told()]
     assert drawn.told("board-bent")
 
 
@@ -198,7 +201,8 @@ def test_a_still_camera_that_moved():
     drawn = Drawn(9, fixed=True)
     assert drawn.world.views[0] is drawn.world.views[1]
     drawn.samples[4] = replace(drawn.samples[4], pixels=drawn.samples[4].pixels + np.array([5.0, 0]))
-    camera, _, _, observations = drawn.camera()
+    state = drawn.camera()
+    camera, observations = state.camera, state.observations
     assert drawn.said("s4: the board is 5.0 px off")
     moved = [s.view.name for s in observations if s.pose_block != FIXED_POSE]
     assert moved == ["s4"]
@@ -214,9 +218,9 @@ def test_a_still_camera_that_moved():
 @pytest.mark.parametrize(("times", "said"), [(1.2, False), (8.5, True)])
 def test_mirror_balls_and_paper_that_contradict_each_other_are_told(times, said):
     drawn = Drawn(12)
-    found, observations = drawn.settled()
+    state = drawn.settled()
     drawn.remarks.diagnoses.clear()
-    account(drawn.photoset, replace(found, highlight_scale=times), observations, drawn.remarks)
+    account(replace(state, settled_or_none=replace(state.settled, highlight_scale=times)))
     assert drawn.told("balls-and-paper-contradict") == said
 
 
@@ -224,7 +228,7 @@ def test_a_sample_ball_that_stands_elsewhere():
     drawn = Drawn(10)
     away = replace(drawn.world.sample, center=SAMPLE.center + np.array([1.2, 0, 0]))
     drawn.world = replace(drawn.world, sample=away)
-    found, _ = drawn.settled()
+    found = drawn.settled().settled
     assert drawn.told("sample-moved")
     np.testing.assert_allclose(found.values["sample"][:2], away.center[:2], atol=0.15)
 
@@ -251,13 +255,11 @@ def test_a_mirror_ball_that_stands_elsewhere_is_named():
 
 def test_a_lamp_seen_in_one_ball_only():
     drawn = Drawn(12)
-    camera, model, boards, observations = drawn.camera()
-    for observation in observations:
-        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=False)
-    observations[2].highlights = observations[2].highlights[:1]
-    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
-    account(drawn.photoset, found, observations, drawn.remarks)
+    state = drawn.watched()
+    state.observations[2].highlights = state.observations[2].highlights[:1]
+    state = settle(state)
+    account(state)
+    found = state.settled
     assert drawn.said("seen in one mirror ball only, so put as far away as the other lights: s2")
     # its distance is as unknown as is said
     covariance = found.covariance["light s2"]
@@ -295,12 +297,14 @@ def test_a_room_that_is_not_dark_is_told(share):
         room = share * usual * np.where(reading.samples.white, 1.0, scene.black)
         lit = replace(reading, level=reading.level + room)
         fits[f"v{k}"] = fit_shading(lit, scene, drawn.world.lamps[k])
-    beside = light_beside(fits)
-    note_beside(beside, None, drawn.remarks)
-    less = replace(beside, level=0.01 * beside.bright)  # too little to be allowed for, and sure
-    assert not less.told
-    assert less.doubt == pytest.approx(0.01, rel=0.1)
-    assert (beside.doubt < 0.005) == (share == 0.0 or beside.told)
+    state = replace(drawn.camera(), settled_or_none=SimpleNamespace(shading=fits))
+    (beside,) = AmbientLight().evidence(state)
+    assert not replace(beside, amount=0.01).told  # too little to be allowed for, and sure
+    known = replace(beside, allowed=beside.told)
+    assert (room_doubt(replace(state, found={beside.code: known})) < 0.005) == (share == 0.0 or beside.told)
+    little = {beside.code: replace(beside, amount=0.01, error=0.001)}
+    assert room_doubt(replace(state, found=little)) == pytest.approx(0.01, rel=0.1)
+    tell_lights(replace(state, found={beside.code: known}), [AmbientLight()])
     found = drawn.remarks.residuals["light_beside_lamps"]
     # squares are uneven by 0.002, as one part of what shadows leave, and some of a shadow is penumbra
     assert found["share"] == pytest.approx(share, abs=5 * found["error"] + 0.1 * share)
@@ -313,38 +317,33 @@ def test_lamps_that_do_not_shine_alike_to_all_sides_are_told(power):
     """A panel's light goes with the cosine beside its axis: the board's edges, some 15 degrees off, are 3 % darker.
     Falloff alone would have it stand a tenth nearer; the ball's shadow knows better."""
     drawn = Drawn(3)
-    camera, model, boards, observations = drawn.camera()
-    for observation in observations:
+    state = drawn.watched(paper=True)
+    for observation in state.observations:
         k = int(observation.view.name[1:])
-        observe(drawn.world, observation, k, 0.0, drawn.rng, paper=True)
         axis = drawn.world.sample.center - drawn.world.lamps[k]
         ray = observation.reading.samples.points - drawn.world.lamps[k]
         cosine = ray @ axis / np.linalg.norm(axis) / np.linalg.norm(ray, axis=1)
         observation.reading = replace(observation.reading, level=observation.reading.level * cosine**power)
-    seen = [list(observation.highlights) for observation in observations]
-    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
-    beam = beam_of(found)
-    assert found.scene.narrow == 0.0
+    state = settle(state)
+    (beam,) = LampBeam().evidence(state)
+    assert state.settled.scene.narrow == 0.0
     assert beam.told == (power > 0)
-    assert beam.narrow == pytest.approx(power, abs=4 * beam.error + 0.1 * power)
+    assert beam.amount == pytest.approx(power, abs=4 * beam.error + 0.1 * power)
     if beam.told:
-        start_over(observations, seen)
-        found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet, beam.narrow)
-        assert found.scene.narrow == pytest.approx(power, abs=4 * beam.error)
-    note_beam(found, beam, drawn.remarks)
+        state = settle(LampBeam().remedy(state, [beam]))
+        assert state.settled.scene.narrow == pytest.approx(power, abs=4 * beam.error)
+    tell_lights(replace(state, found={beam.code: replace(beam, allowed=beam.told)}), [LampBeam()])
     assert drawn.told("lamp-beam") == (power > 0)
 
 
 def test_highlights_of_two_things_are_not_one_lamp():
     drawn = Drawn(13)
-    camera, model, boards, observations = drawn.camera()
-    for observation in observations:
-        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=False)
+    state = drawn.watched()
+    observations = state.observations
     wrong = observations[3].highlights[1]
     observations[3].highlights[1] = replace(wrong, pixel=wrong.pixel + np.array([6.0, -6.0]))
-    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
+    state = settle(state)
+    found, observations = state.settled, state.observations
     said = {s.light: contradiction(found, [s]) for s in observations}
     assert said.pop("s3") is not None
     assert set(said.values()) == {None}
@@ -370,22 +369,24 @@ def test_a_lamp_that_was_thrown_under_the_board_comes_back():
     """What contradicts itself may throw it there in a round, as two lamps under one name do: nothing is lit from there,
     and nothing would tell the way back."""
     drawn = Drawn(3)
-    found, observations = drawn.settled(paper=True)
+    state = drawn.settled(paper=True)
+    found, observations = state.settled, state.copied()
     true = {s.view.name: s.shading[:3].copy() for s in observations}
-    reader = Reader(drawn.photoset, lambda _, view: None)
     values = dict(found.values)
     for name in found.lamps:
         values[block_name(name)] = values[block_name(name)] * [1.0, 1.0, -0.1]
-    fits, _ = _shade(reader, observations, values, found.lamps, found.scene, 3, {})
+    now = _Round(state, observations, found.lamps, values, found.scene)
+    _shade(now, found.scene, 3, {})
+    fits = now.fits
     assert fits
     for name, fit in fits.items():
         assert np.linalg.norm(fit.place - true[name]) < 0.05 * np.linalg.norm(true[name])
 
 
-def dimmed(drawn: Drawn, boards, observations, corner: float):
+def dimmed(drawn: Drawn, corner: float) -> State:
     """Paper, lamps and balls of all photos, through a lens that leaves ``1 + corner`` of the light in the corners."""
-    for observation in observations:
-        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=True)
+    state = drawn.watched(paper=True)
+    for observation in state.observations:
         lens = 1 + corner * observation.reading.samples.aside
         samples = replace(
             observation.reading.samples, value=observation.reading.samples.value * lens[:, None]
@@ -393,6 +394,7 @@ def dimmed(drawn: Drawn, boards, observations, corner: float):
         observation.reading = replace(
             observation.reading, samples=samples, level=observation.reading.level * lens
         )
+    return state
 
 
 @pytest.mark.parametrize("fixed", [False, True])
@@ -401,19 +403,10 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
     """The same in all photos, each under its own lamp: falloff of the lamp alone would have it stand elsewhere, against
     its shadows, and otherwise in every photo."""
     drawn = Drawn(4, fixed=fixed)
-    camera, model, boards, observations = drawn.camera()
-    dimmed(drawn, boards, observations, corner)
-    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-
-    def settle(narrow, falloff):
-        return settled_from(
-            drawn.photoset, reader, model, camera, boards, observations, quiet, narrow, falloff
-        )
-
-    seen = [list(observation.highlights) for observation in observations]
-    settled, beam, found = settle_allowing(settle, settle(0.0, NO_FALLOFF), observations, seen, lens=True)
-    assert found.allowed == (corner < 0)
-    assert not beam.told
+    state = settle_allowing(dimmed(drawn, corner), LIGHT)
+    settled, observations, found = state.settled, state.observations, falloff_known(state)
+    assert state.found["vignetting"].allowed == found.allowed == (corner < 0)
+    assert not state.found["lamp-beam"].told
     aside = np.linspace(0.05, max(s.reading.samples.aside.max() for s in observations), 20)
     both = np.column_stack([aside, aside**2])
     error = np.sqrt(np.einsum("ni,ij,nj->n", both, found.covariance, both))
@@ -424,10 +417,10 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
     off = [(light.place - lamp, light.covariance) for light, lamp in lights]
     assert np.median([d @ np.linalg.solve(cov, d) / 3 for d, cov in off]) < 4  # squares of standard errors
     before = observations[0].reading.level
-    brighten(observations, found)
-    left = lens(observations[0].reading.samples.aside, found.terms)
-    np.testing.assert_allclose(observations[0].reading.level * left, before, rtol=1e-12)
-    note_falloff(found, drawn.remarks)
+    after = corrected(state).observations[0].reading
+    left = lens(after.samples.aside, found.terms) if corner < 0 else 1.0
+    np.testing.assert_allclose(after.level * left, before, rtol=1e-12)
+    tell_lights(state, [Vignetting()])
     assert drawn.told("vignetting") == (corner < 0)
     assert drawn.remarks.residuals["lens_falloff"]["allowed_for"] == (corner < 0)
 
@@ -435,22 +428,17 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
 def test_a_lens_is_found_in_a_lit_room_which_passed_for_a_beam():
     """Of the room's light, 0.1 of the lamp's, lamps that shine less aside explain a part: known, it is found again."""
     drawn = Drawn(27)
-    camera, model, boards, observations = drawn.camera()
-    for observation in observations:
-        observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=True)
+    state = drawn.watched(paper=True)
+    for observation in state.observations:
         reading, samples = observation.reading, observation.reading.samples
         room = 0.1 * np.median(reading.level[samples.white]) * np.where(samples.white, 1.0, BLACK / PAPER)
         level = (reading.level + room) * (1 - 0.12 * samples.aside)
         value = samples.value * (level / reading.level)[:, None]
         observation.reading = replace(reading, level=level, samples=replace(samples, value=value))
-    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    settled, beam, beside, falloff = settled_at_last(
-        drawn.photoset,
-        observations,
-        partial(settled_from, drawn.photoset, reader, model, camera, boards, observations, quiet),
-    )
-    assert beside.told
-    assert falloff.allowed and not beam.told
+    state = settle_allowing(state, LIGHT)
+    settled, observations, falloff = state.settled, state.observations, falloff_known(state)
+    assert state.found["ambient-light"].told
+    assert falloff.allowed and not state.found["lamp-beam"].told
     darker, error = falloff.corner
     assert abs(darker + 0.12) < 4 * error
     off = [

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from photogonio.calib.adjust.flat_sample import PlaneMove, lying, moved_points, place_plane
 from photogonio.calib.detect.edges import plane_edges
+from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.print_map import draw_print
 from photogonio.calib.remarks import Remarks
@@ -43,7 +44,7 @@ def photo(pose, values: np.ndarray, noise: float, seed: int) -> np.ndarray:
 def seen(values: np.ndarray, poses=POSES):
     usable = np.ones(SIZE[::-1], bool)
     found = [
-        (p, plane_edges(photo(p, values, 0.004, k), usable, CAMERA, p, PLANE, 8.0))
+        (p, plane_edges(GrayPart(photo(p, values, 0.004, k), usable), CAMERA, p, PLANE, 8.0))
         for k, p in enumerate(poses)
     ]
     assert all(e is not None for _, e in found)
@@ -113,7 +114,7 @@ def test_what_cannot_be_is_not_believed():
 def test_no_edges_no_move():
     assert place_plane(CAMERA, [], [], PLANE) is None
     usable, dark = np.ones(SIZE[::-1], bool), np.full(SIZE[::-1], 0.1, np.float32)
-    assert plane_edges(dark, usable, CAMERA, POSES[0], PLANE, 8.0) is None
+    assert plane_edges(GrayPart(dark, usable), CAMERA, POSES[0], PLANE, 8.0) is None
     remarks = Remarks()
     account_plane(SET, None, remarks)
     assert remarks.residuals == {}
@@ -124,8 +125,8 @@ def test_edges_of_the_print_are_not_taken_for_the_samples():
     """Points are kept only where the ground behind is one tone as far as an edge is looked for."""
     print_, usable, pose = draw_print(BOARD), np.ones(SIZE[::-1], bool), POSES[0]
     level = photo(pose, np.zeros(8), 0.004, 0)
-    free = plane_edges(level, usable, CAMERA, pose, PLANE, 3.0)
-    held = plane_edges(level, usable, CAMERA, pose, PLANE, 3.0, print_)
+    free = plane_edges(GrayPart(level, usable), CAMERA, pose, PLANE, 3.0)
+    held = plane_edges(GrayPart(level, usable), CAMERA, pose, PLANE, 3.0, print_)
     assert free is not None and held is not None
     over = print_.on_print(free.places[:, :2])
     assert over.any() and len(held) < len(free)

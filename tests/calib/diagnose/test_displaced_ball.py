@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.detect.limb import settled_limb
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader, look
-from photogonio.calib.diagnose import displaced_ball as astray
-from photogonio.calib.diagnose.displaced_ball import ball_elsewhere
+from photogonio.calib.diagnose.photos import displaced_ball as astray
+from photogonio.calib.diagnose.photos.displaced_ball import ball_elsewhere
 from photogonio.calib.geometry.camera import Camera, focal
 from photogonio.calib.geometry.cones import outline
 from photogonio.capture.photoset import Photo, PhotoSet, Sphere
@@ -50,7 +51,9 @@ def looked_for(levels, told: Sphere):
     brightest = np.max(list(levels.values()), axis=0).astype(np.float32)
     within = 2.0 + 0.04 * told.radius * focal(CAMERA) / 190.0
     usable = np.ones(brightest.shape, bool)
-    observations[0].limb = settled_limb(brightest, usable, CAMERA, POSE, told.center, told.radius, within)
+    observations[0].limb = settled_limb(
+        GrayPart(brightest, usable), CAMERA, POSE, told.center, told.radius, within
+    )
     return ball_elsewhere(photoset, reader, CAMERA, observations)
 
 

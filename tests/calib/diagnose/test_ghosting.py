@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from photogonio.calib.detect.observation import POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader
-from photogonio.calib.diagnose.ghosting import ghost_warnings
+from photogonio.calib.diagnose.photos.ghosting import MovedInBracket
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.capture.photoset import Photo, PhotoSet, Plane, Sphere, View
 from photogonio.capture.radiance import RadianceImage
@@ -30,7 +31,13 @@ def warnings(sample: Sphere | Plane, ghost: np.ndarray, exposures: int = 3) -> l
 
     reader = Reader(PhotoSet(Path("."), "drawn", "mm", sample, "auto", photos), read)
     observation = Observation(view, "L", None, ABOVE, f"{POSE}s0", 0.0)
-    return ghost_warnings(reader, CAMERA, sample, [observation], {"s0"})
+    state = SimpleNamespace(
+        reader=reader,
+        settled=SimpleNamespace(camera=CAMERA),
+        photoset=reader.photoset,
+        observations=(observation,),
+    )
+    return [one.message for one in MovedInBracket().evidence(state)]
 
 
 @pytest.mark.parametrize("sample", [BALL, FLAT])

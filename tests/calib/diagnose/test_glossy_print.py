@@ -6,16 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photogonio.calib.adjust.alternate import _by_highlights
-from photogonio.calib.calibrate import light_of, settled_from, usable
+from photogonio.calib.adjust.alternate import _by_highlights, _Round, settle
 from photogonio.calib.detect.paper_near_balls import Close
-from photogonio.calib.detect.photo_reader import Reader
-from photogonio.calib.diagnose.glossy_print import shining, white_alone
-from photogonio.calib.diagnose.unusable_photos import washed_out
+from photogonio.calib.diagnose.photos.glossy_print import shining, white_alone
+from photogonio.calib.diagnose.photos.unusable_photos import washed_out
+from photogonio.calib.diagnose.procedure import ask
+from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.shading.initial import square_ratios
+from photogonio.calib.views import light_of
 
-from tests.calib.test_warnings import Drawn, quiet
-from tests.drawn.setups import BLACK, PAPER, draw_paper, draw_patch, observe
+from tests.calib.test_warnings import Drawn
+from tests.drawn.setups import BLACK, PAPER, draw_paper, observe
 
 ROUGHNESS = 0.2  # of toner
 
@@ -129,17 +130,18 @@ def test_white_is_unsure_where_a_film_over_the_sheet_may_shine_and_nowhere_else(
 @pytest.mark.parametrize("f0", [0.0, 0.04])
 def test_lamps_over_a_shining_print_are_found_by_its_white(f0):
     drawn = Drawn(3)
-    camera, model, boards, observations = drawn.camera()
-    for observation in observations:
+    state = drawn.camera()
+    for observation in state.observations:
         number = int(observation.view.name[1:])
         observe(drawn.world, observation, number, 0.0, drawn.rng, paper=True)
         observation.reading = shone_on(drawn, observation.reading, number, f0)
-    observations, _ = usable(drawn.photoset, observations, drawn.remarks)
+    state = ask(state, asked_at(Stage.PHOTO)[1:-1])
+    observations = state.observations
     assert len(observations) == 6
-    assert drawn.said("no even share of the white") == (f0 > 0)
+    assert drawn.told("glossy-print") == (f0 > 0)
     assert all(s.reading.samples.white.all() for s in observations) == (f0 > 0)
-    reader = Reader(drawn.photoset, lambda _, view: draw_patch(drawn.world, 0, drawn.rng))
-    found = settled_from(drawn.photoset, reader, model, camera, boards, observations, quiet)
+    state = settle(state)
+    found, observations = state.settled, state.observations
     lights = [(light_of(found, s), drawn.world.lamps[int(s.view.name[1:])]) for s in observations]
     off = [(light.place - lamp, light.covariance) for light, lamp in lights]
     # squares of standard errors of three numbers: a mean of 18 is beyond 4 once in 10^8
@@ -149,12 +151,14 @@ def test_lamps_over_a_shining_print_are_found_by_its_white(f0):
 def test_highlights_that_were_dropped_still_show_a_lamp():
     """A lamp that went astray drops the right highlights of its photo, and has nothing else to lead it back."""
     drawn = Drawn(13)
-    found, observations = drawn.settled(paper=True)
+    state = drawn.settled(paper=True)
+    found, observations = state.settled, state.copied()
+    now = _Round(state, observations, found.lamps, found.values, found.scene)
     first = {s.view.name: tuple(s.highlights) for s in observations}
     none, name = dict.fromkeys(first, ()), observations[2].view.name
-    kept = _by_highlights(drawn.photoset, found.camera, found.values, observations, none)
+    kept = _by_highlights(now, none)
     observations[2].highlights = []
-    shown = _by_highlights(drawn.photoset, found.camera, found.values, observations, first)
+    shown = _by_highlights(now, first)
     assert len(kept) == len(observations)
     np.testing.assert_array_equal([shown[k] for k in kept], list(kept.values()))
-    assert name not in _by_highlights(drawn.photoset, found.camera, found.values, observations, none)
+    assert name not in _by_highlights(now, none)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from photogonio.calib.camera_poses import Photos, as_printed
 from photogonio.calib.detect.photo_reader import Reader, Seen
-from photogonio.calib.diagnose.marker_corners import ORDERS, listed_order, order_warning, reordered
+from photogonio.calib.diagnose.board.marker_corners import ORDERS, listed_order, order_warning, reordered
 from photogonio.calib.geometry.board import Corners, board_points
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.remarks import Remarks

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photogonio.calib.detect.photo_reader import Reader
-from photogonio.calib.diagnose.moved_lamp import tell_shared_apart
+from photogonio.calib.diagnose.photos.moved_lamp import MovedLamp
+from photogonio.calib.diagnose.procedure import ask
 
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import observe
@@ -16,13 +16,12 @@ def under_one_name(lamps: list[int], *, paper: bool):
     drawn = Drawn(3, fixed=True)
     places = tuple(drawn.world.lamps[k] for k in lamps)
     drawn.world = replace(drawn.world, lamps=places)
-    camera, _, _, observations = drawn.camera()
+    state = drawn.camera()
+    observations = state.observations
     for k, observation in enumerate(observations):
         observe(drawn.world, observation, k, 0.0, drawn.rng, paper=paper)
         observation.light = "lamp"
-    tell_shared_apart(
-        drawn.photoset, Reader(drawn.photoset, lambda _, view: None), camera, observations, drawn.remarks
-    )
+    observations = ask(state, [MovedLamp()]).observations
     return [s.light for s in observations], drawn
 
 
@@ -32,22 +31,21 @@ def test_each_place_of_a_lamp_becomes_a_light(paper):
     lights, drawn = under_one_name(places, paper=paper)
     alike = np.equal.outer(lights, lights)
     assert (alike == np.equal.outer(places, places)).all()
-    assert drawn.said("in 3 places") and drawn.said("id of its own")
+    assert drawn.said("in 3 places") and drawn.told("lamp-in-several-places")
 
 
 @pytest.mark.parametrize("paper", [False, True])
 def test_a_lamp_that_stood_still_stays_one_light(paper):
     lights, drawn = under_one_name([1] * 6, paper=paper)
-    assert lights == ["lamp"] * 6 and not drawn.said("id of its own")
+    assert lights == ["lamp"] * 6 and not drawn.told("lamp-in-several-places")
 
 
 def test_photos_without_balls_are_told_apart_by_their_paper():
     drawn = Drawn(3, fixed=True)
-    camera, _, _, observations = drawn.camera()
+    state = drawn.camera()
+    observations = state.observations
     for k, observation in enumerate(observations):
         observe(drawn.world, observation, k, 0.0, drawn.rng, paper=True)
         observation.light, observation.highlights = "lamp", []
-    tell_shared_apart(
-        drawn.photoset, Reader(drawn.photoset, lambda _, view: None), camera, observations, drawn.remarks
-    )
+    observations = ask(state, [MovedLamp()]).observations
     assert len({s.light for s in observations}) == len(observations)

@@ -4,14 +4,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader
-from photogonio.calib.diagnose.outline_off_sample import cut_to_sample
+from photogonio.calib.diagnose.photos.outline_off_sample import OutlineOffSample
+from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Photo, PhotoSet, Plane
 
-from tests.calib.geometry.test_board import MIDDLE, NOISE
+from tests.calib.geometry.test_board import MIDDLE, NOISE, quiet
 from tests.drawn.boards import BOARD, CAMERA, draw, looking_at, plane_points, radiance
 
 LOW, HIGH = np.array([30.0, 20.0]), np.array([66.0, 52.0])
@@ -36,8 +38,9 @@ def told(level, outline) -> tuple[np.ndarray, list[str]]:
     photoset = PhotoSet(Path("."), "drawn", "mm", plane, "auto", photos, BOARD)
     reader, remarks = Reader(photoset, lambda _, view: radiance(level, NOISE)), Remarks()
     observations = [Observation(view, view.name, None, POSE, FIXED_POSE) for view in photoset.views("sample")]
-    found = cut_to_sample(photoset, reader, CAMERA, observations, remarks)
-    return found.sample.outline, remarks.warnings
+    state = State(photoset, reader, CAMERA, None, (), tuple(observations), remarks, quiet)
+    found = ask(state, [OutlineOffSample()]).photoset
+    return found.sample.outline, list(remarks.warnings)
 
 
 @pytest.mark.parametrize("turn", [1, -1])

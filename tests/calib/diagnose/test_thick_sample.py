@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photogonio.calib.diagnose.thick_sample import _pieces, is_thick, shaded, side_light
+from photogonio.calib.diagnose.lights.thick_sample import _pieces, is_thick, shaded, side_light
 from photogonio.capture.photoset import CharucoBoard, Plane, Sphere
 
 OUTLINE = np.array([[50.0, 40.0], [120.0, 40.0], [120.0, 100.0], [50.0, 100.0]])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from photogonio.calib.detect.paper_reading import PaperReading
-from photogonio.calib.diagnose.tone_curve import judged, power_of_light, tone_doubt, tone_warning
+from photogonio.calib.diagnose.photos.tone_curve import judged, power_of_light, tone_doubt, tone_warning
 from photogonio.capture.linear.encoding import (
     gamma_to_linear,
     linear_to_gamma,
@@ -28,7 +28,8 @@ CURVES = {
 @pytest.fixture(scope="module")
 def seen():
     drawn = Drawn(3, views=VIEWS)
-    camera, _, _, observations = drawn.camera()
+    state = drawn.camera()
+    camera, observations = state.camera, state.observations
     for one in observations:
         observe(drawn.world, one, int(one.view.name[1:]), 0.0, drawn.rng, paper=True)
     return drawn, camera, observations

@@ -5,12 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from photogonio.calib.calibrate import usable
 from photogonio.calib.detect.paper_reading import PaperReading, local_noise
-from photogonio.calib.diagnose.glossy_print import shining
-from photogonio.calib.diagnose.veiling_glare import find_veils, lift, lifted_image, lifted_view, note_veil
-from photogonio.calib.remarks import Remarks
-from photogonio.calib.setup import ViewSetup
+from photogonio.calib.diagnose.photos.glossy_print import shining
+from photogonio.calib.diagnose.photos.veiling_glare import correction_of, find_veils, lifted
+from photogonio.calib.diagnose.procedure import ask
+from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.shading.initial import square_ratios
 
 from tests.calib.test_warnings import Drawn
@@ -119,7 +118,8 @@ def test_it_is_found_to_within_its_error_and_taken_off(readings, share):
         SimpleNamespace(view=SimpleNamespace(name=n), reading=r)
         for n, (r, _) in zip(found, both, strict=True)
     ]
-    lift(observations, found)
+    for one in observations:
+        one.reading = lifted(one.reading, found.get(one.view.name))
     for (name, one), (_, veil), observation, bare in zip(
         found.items(), both, observations, readings, strict=True
     ):
@@ -165,21 +165,13 @@ def test_nothing_is_made_of_a_board_without_black_or_white(readings):
     assert find_veils([]) == {}
 
 
-def test_pictures_and_views_are_freed_of_it_and_it_is_told(readings):
+def test_pictures_are_freed_of_it(readings):
     found = find_veils(named([veiled(reading, SHARE)[0] for reading in readings]))
-    one, remarks, picture = found["v0"], Remarks(), radiance(np.full((4, 5), 2.0), 0.0)
-    np.testing.assert_allclose(lifted_image(picture, one).value, 2.0 - one.level[0], rtol=1e-6)
-    assert lifted_image(picture, None) is picture
-    view = ViewSetup("v0", None, None, np.ones(1), np.ones(1), "none")
-    assert lifted_view(view, None) is view
-    none = replace(one, told=False)
-    assert lifted_view(view, none) is view and lifted_image(picture, none) is picture
-    np.testing.assert_array_equal(lifted_view(view, one).veil, one.level)
-    note_veil(found, remarks)
-    assert remarks.residuals["veil"]["share_of_white"] == pytest.approx(SHARE, rel=0.2)
-    assert "black_level" in remarks.warnings[0]
-    note_veil({}, quiet := Remarks())
-    assert not quiet.warnings
+    one, picture = found["v0"], radiance(np.full((4, 5), 2.0), 0.0)
+    np.testing.assert_allclose(
+        correction_of(one).of_image(picture, None).value, 2.0 - one.level[0], rtol=1e-6
+    )
+    assert correction_of(replace(one, told=False)).of_image(picture, None) is picture
 
 
 @pytest.mark.parametrize("share", [0.05, -0.03])
@@ -187,18 +179,21 @@ def test_a_veil_is_not_taken_for_a_print_that_shines(share):
     """It makes black print an uneven share of the white too, by as much as white is unevenly lit; less light than none,
     a black level that is too high, as well. Without it the shares are even, and black print may be read."""
     drawn = Drawn(3)
-    _, _, _, observations = drawn.camera()
-    for observation in observations:
+    state = drawn.camera()
+    for observation in state.observations:
         observe(drawn.world, observation, int(observation.view.name[1:]), 0.0, drawn.rng, paper=True)
         observation.reading = veiled(observation.reading, share)[0]
-    before = {s.view.name: square_ratios(s.reading) for s in observations}
+    before = {s.view.name: square_ratios(s.reading) for s in state.observations}
     assert len(shining(before)) >= 2
-    kept, veils = usable(drawn.photoset, observations, drawn.remarks)
-    assert kept == observations and not drawn.said("no even share of the white")
-    for observation in observations:
-        found, white = veils[observation.view.name], white_of(observation.reading) / (1 + share)
-        assert found.told and not observation.reading.samples.white.all()
-        assert np.abs(found.level - share * white).max() < WIDEST * np.hypot(found.error, LEAST * white).max()
+    after = ask(state, asked_at(Stage.PHOTO)[1:-1])
+    assert len(after.observations) == len(state.observations)
+    assert drawn.told("veiling-glare") and not drawn.told("glossy-print")
+    assert drawn.remarks.residuals["veil"]["share_of_white"] == pytest.approx(share, rel=0.2)
+    for observation in after.observations:
+        found, white = after.correction(observation.view.name), white_of(observation.reading)
+        assert found.offset is not None and not observation.reading.samples.white.all()
+        off = np.abs(found.offset - share * white).max()
+        assert off < WIDEST * np.hypot(found.offset_error, LEAST * white).max()
 
 
 def test_paper_whose_black_reads_below_nothing_has_a_noise():

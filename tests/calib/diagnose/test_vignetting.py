@@ -1,11 +1,10 @@
 """What is not known of a lens that darkens its pictures, in the errors that are stated of lamps' strengths."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from photogonio.calib.diagnose.vignetting import doubted
+from photogonio.calib.diagnose.lights.vignetting import doubted
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.setup import Falloff, Light, ViewSetup
 from photogonio.capture.photoset import PhotoSet, Sphere, WhitePatch
@@ -38,7 +37,7 @@ def found(*sheets: WhitePatch) -> tuple[np.ndarray, float]:
         for k, pose in enumerate(POSES)
     ]
     photoset = PhotoSet(Path("."), "x", "mm", SAMPLE, "auto", (), None, (), sheets)
-    views, common = doubted(photoset, SimpleNamespace(camera=CAMERA), views, FALLOFF)
+    views, common = doubted(photoset, CAMERA, views, FALLOFF)
     return np.array([view.strength_error[0] for view in views]), common
 
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from photogonio.calib.detect.photo_reader import look
-from photogonio.calib.diagnose.wrong_board import board_doubts, board_fault
+from photogonio.calib.diagnose.board.wrong_board import board_doubts, board_fault
 from photogonio.calib.geometry.board import opencv_board
 from photogonio.capture.photoset import Board, GridBoard, LooseMarkers
 

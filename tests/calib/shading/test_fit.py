@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from photogonio.calib.detect.paper_reading import local_noise
-from photogonio.calib.diagnose.ambient_light import Beside, ambient_irradiance, note_beside
+from photogonio.calib.diagnose.lights.ambient_light import AmbientLight, ambient_irradiance
 from photogonio.calib.geometry.camera import Pose
-from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import Light, ViewSetup
 from photogonio.calib.shading.fit import fit_shading, fits_better
+from photogonio.capture.diagnosis import Diagnosis
 
 from tests.drawn.setups import draw_paper, draw_world, scene_of
 
@@ -91,7 +91,6 @@ def test_the_room_is_as_bright_as_its_share_of_a_lamp(drawn):
 
 @pytest.mark.parametrize(("ambient", "said"), [(np.ones(1), "allowed for"), (None, "left in")])
 def test_it_is_said_whether_the_room_is_allowed_for(ambient, said):
-    remarks = Remarks()
-    note_beside(Beside(0.08, 0.001, 1.0), ambient, remarks)
-    (warning,) = remarks.warnings
+    room = Diagnosis("ambient-light", "", 0.08, 0.001, 0.015, 5.0)
+    warning = AmbientLight().message(room, allowed=ambient is not None)
     assert "by 8%" in warning and said in warning

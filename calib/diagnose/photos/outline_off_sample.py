@@ -6,18 +6,21 @@ belong, lie beside the sample.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
 import numpy as np
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.gray import without_fireflies
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.print_map import Print, draw_print
-from photogonio.calib.remarks import Remarks
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import MANIFEST, PhotoSet, Plane
+from photogonio.capture.photoset import MANIFEST, Plane
 
 _ASIDE = 1.8  # pixels to both sides of an edge at which the print's tone is read
 _STEP = 1.5  # pixels between places
@@ -28,21 +31,51 @@ _DEEP = 3.0  # pixels: what is less is found by the sample's own edges
 _LEFT = 0.25  # of the outline's area that must remain
 
 
-def cut_to_sample(
-    photoset: PhotoSet, reader: Reader, camera: Camera, observations: list[Observation], remarks: Remarks
-) -> PhotoSet:
-    """The set with a flat sample's outline without the parts in which photos show the board's print.
+class OutlineOffSample(Departure):
+    """A flat sample's outline without the parts in which photos show the board's print."""
+
+    stage = Stage.CAMERA
+    entries = (
+        Entry(
+            "outline-off-sample",
+            "The board's print is seen within the flat sample's outline: the sample is taken to be what is left of it.",
+            "Correct `sample.outline`.",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        found = print_within(state)
+        if found is None:
+            return []
+        kept, deepest = found
+        corners = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y in kept)
+        message = (
+            f"the board's print is seen within the flat sample's outline, up to {deepest:.2g} "
+            f"{state.photoset.length_unit} from its border: the sample is taken to be within [{corners}]; correct "
+            "sample.outline"
+        )
+        told = {"outline": kept.tolist()}
+        return [Diagnosis("outline-off-sample", message, deepest, allowed=True, detail=told, grounds=kept)]
+
+    def remedy(self, state: State, found: Sequence[Diagnosis]) -> State:
+        sample = replace(state.photoset.sample, outline=found[0].grounds)
+        return replace(state, photoset=replace(state.photoset, sample=sample))
+
+
+def print_within(state: State) -> tuple[np.ndarray, float] | None:
+    """What is left of a flat sample's outline (k, 2), and how deep the print is seen in it; None if it is not.
 
     Raises:
         InputError: hardly anything remains.
     """
+    photoset, reader, camera, observations = state.photoset, state.reader, state.camera, state.observations
     plane, board = photoset.sample, photoset.board
     shown = [s for s in observations if not s.probe]
     if not isinstance(plane, Plane) or board is None or board.kind == "markers" or not shown:
-        return photoset
+        return None
     pattern = draw_print(board)
     if pattern is None:
-        return photoset
+        return None
     outline = np.asarray(plane.outline, float)
     middle = np.append(outline.mean(axis=0), 0.0)
     pixel = float(np.median([np.linalg.norm(s.pose.apply(middle)) for s in shown])) / focal(camera)
@@ -50,27 +83,18 @@ def cut_to_sample(
     every = np.unique(np.linspace(0, len(shown) - 1, _PHOTOS).astype(int))
     seen = [c for k in every if (c := _contrast(reader, camera, shown[k], white, black)) is not None]
     if not seen:
-        return photoset
+        return None
     visible = np.nanmedian(seen, axis=0) > _CONTRAST
     least = max(_DEEP * pixel, abs(plane.height))
     kept, deepest = cut(outline, (white + black) / 2, visible, least)
     if deepest == 0.0:
-        return photoset
+        return None
     if len(kept) < 3 or cv2.contourArea(kept.astype(np.float32)) < _LEFT * cv2.contourArea(
         outline.astype(np.float32)
     ):
         where = f"{photoset.folder / MANIFEST}: sample.outline"
         raise InputError(where, "the board's print is seen in most of it: the flat sample lies elsewhere")
-    corners = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y in kept)
-    remarks.tell(
-        "outline-off-sample",
-        f"the board's print is seen within the flat sample's outline, up to {deepest:.2g} {photoset.length_unit} from "
-        f"its border: the sample is taken to be within [{corners}]; correct sample.outline",
-        amount=deepest,
-        allowed=True,
-        outline=kept.tolist(),
-    )
-    return replace(photoset, sample=replace(plane, outline=kept))
+    return kept, deepest
 
 
 def print_edges(pattern: Print, outline: np.ndarray, pixel: float) -> tuple[np.ndarray, np.ndarray]:

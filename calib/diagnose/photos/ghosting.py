@@ -2,32 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.cones import outline
-from photogonio.calib.remarks import Remarks
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import Plane, Sphere
 
 _TOLD = 0.01  # of the sample's part of the picture
 
 
-def tell_ghosts(
-    reader: Reader, camera: Camera, sample: Sphere | Plane, observations: list[Observation], remarks: Remarks
-) -> None:
-    """Tell of each view whose exposures disagree over more than a hundredth of the sample."""
-    for observation in observations:
-        if len(observation.view.photos) < 2:
-            continue
-        share = _ghost_share(reader, camera, sample, observation)
-        if share > _TOLD:
-            name = observation.view.name
-            message = (
+class MovedInBracket(Departure):
+    """Views whose exposures disagree over more than a hundredth of the sample."""
+
+    stage = Stage.STRENGTH
+    entries = (
+        Entry(
+            "moved-in-bracket",
+            "Something moved between the exposures of a bracket; that part of the sample's picture is not used.",
+            "Nothing, if it is a small part.",
+            least=0.01,
+            source="of the sample's part of the picture; a judgement",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        shares = {
+            one.view.name: _ghost_share(state.reader, state.settled.camera, state.photoset.sample, one)
+            for one in state.observations
+            if len(one.view.photos) > 1
+        }
+        return [
+            Diagnosis(
+                "moved-in-bracket",
                 f"{name}: something moved between the exposures of its bracket: {share:.0%} of the sample's part of "
-                "the picture is not used"
+                "the picture is not used",
+                amount=share,
+                least=_TOLD,
+                views=(name,),
+                allowed=True,
             )
-            remarks.tell("moved-in-bracket", message, views=(name,), amount=share, least=_TOLD, allowed=True)
+            for name, share in shares.items()
+            if share > _TOLD
+        ]
 
 
 def _ghost_share(reader: Reader, camera: Camera, sample: Sphere | Plane, observation: Observation) -> float:

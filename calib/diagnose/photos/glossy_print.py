@@ -4,13 +4,17 @@ tells neither how the board is lit nor, by itself, whether a photo is sharp. Whi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.paper_near_balls import Close
 from photogonio.calib.detect.paper_reading import PaperReading
+from photogonio.calib.diagnose.base import Departure, Stage
+from photogonio.calib.remarks import listed
 from photogonio.calib.shading.initial import Shares, square_ratios
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from scipy.spatial import cKDTree
 
 # relative error of black over white in a square, beside noise; path-traced matte prints have 0.02, toner of roughness
@@ -24,6 +28,36 @@ _SHARE, _FEWEST = 0.2, 2  # of the photos, and how many of them at least: one al
 _QUANTILES, _SIGMAS = (0.1, 0.9), 2.563  # that many standard deviations apart
 _WHITE = 0.98  # share of white print in a pixel close to a ball that counts as white
 _SAMPLES, _CLOSE = 200, 30  # of white that are worth a fit
+
+
+class GlossyPrint(Departure):
+    """Black print that shines: the white is read alone, in all photos, for what black shows of the lamp differs from
+    each to each."""
+
+    stage = Stage.PHOTO
+    entries = (
+        Entry(
+            "glossy-print",
+            "Black print is no even share of the white beside it: toner, or paper, that mirrors the lamp, "
+            "or light that "
+            "spreads in the lens. Lamps are found by the white alone, less surely, which is in the stated errors.",
+            "Print on matte paper, without toner; clean the lens.",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        shiny = shining({name: square_ratios(reading) for name, reading in state.papers()})
+        if not shiny:
+            return []
+        message = (
+            f"the black print is no even share of the white beside it, in {len(shiny)} photos ({listed(shiny)}): it "
+            "shines, or light spreads in the lens. Only the white is read; print on matte paper, without toner"
+        )
+        return [Diagnosis("glossy-print", message, len(shiny), views=tuple(shiny), allowed=True)]
+
+    def remedy(self, state: State, found: Sequence[Diagnosis]) -> State:
+        state.remarks.residuals["shining_print"] = list(found[0].views)
+        return state.with_paper(lambda _, reading: white_alone(reading))
 
 
 def shining(shares: Mapping[str, Shares]) -> list[str]:

@@ -6,18 +6,21 @@ share of a circle's edges that lie right stands out from all others', there is t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from photogonio.calib.adjust.alternate import start_sample
+from photogonio.calib.adjust.start import start_sample
+from photogonio.calib.adjust.state import State, observed
 from photogonio.calib.detect.gray import without_fireflies
 from photogonio.calib.detect.limb import LIMB_POINTS
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.cones import outline
-from photogonio.calib.remarks import Remarks
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.linear.signal import Region
 from photogonio.capture.photoset import PhotoSet, Sphere
 
@@ -72,8 +75,42 @@ class _Picture:
         return (away < inner[:, None]).sum(axis=1) >= _SEEN_THROUGH
 
 
+class DisplacedBall(Departure):
+    """A sample ball whose limb is seen far from its place in the manifest."""
+
+    stage = Stage.PHOTO
+    entries = (
+        Entry(
+            "displaced-ball",
+            "The sample ball's limb is seen elsewhere than the manifest has it; the ball is taken to be there.",
+            "Correct `sample.center`, and `sample.radius` if it is said to be half as large.",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        found = ball_elsewhere(state.photoset, state.reader, state.camera, state.observations)
+        if found is None:
+            return []
+        told, unit = state.photoset.sample, state.photoset.length_unit
+        assert isinstance(told, Sphere)
+        off = float(np.linalg.norm(found.center - told.center))
+        place = ", ".join(f"{v:.3g}" for v in found.center)
+        same = found.radius == told.radius
+        size = "," if same else f", with a radius of {found.radius:.3g}, half the manifest's,"
+        message = (
+            f"the sample ball stands {off:.2g} {unit} off the manifest's center, at about [{place}]{size} and is taken "
+            f"to be there: correct {'sample.center' if same else 'sample.center and sample.radius'}"
+        )
+        detail = {"center": found.center.tolist(), "radius": float(found.radius)}
+        return [Diagnosis("displaced-ball", message, off, allowed=True, detail=detail, grounds=found)]
+
+    def remedy(self, state: State, found: Sequence[Diagnosis]) -> State | None:
+        moved = observed(replace(state, photoset=replace(state.photoset, sample=found[0].grounds)))
+        return moved if shows_limb(moved.observations) else None
+
+
 def ball_elsewhere(
-    photoset: PhotoSet, reader: Reader, camera: Camera, observations: list[Observation]
+    photoset: PhotoSet, reader: Reader, camera: Camera, observations: Sequence[Observation]
 ) -> Sphere | None:
     """The sample ball where the photos show it, if that is far from where the manifest has it; else None."""
     ball = photoset.sample
@@ -93,31 +130,12 @@ def ball_elsewhere(
     return None
 
 
-def shows_limb(observations: list[Observation]) -> bool:
+def shows_limb(observations: Sequence[Observation]) -> bool:
     """Whether a good part of the sample's limb was found."""
     return any(s.limb is not None and len(s.limb) > _PART * LIMB_POINTS for s in observations)
 
 
-def note_ball(photoset: PhotoSet, found: Sphere, remarks: Remarks) -> None:
-    told, unit = photoset.sample, photoset.length_unit
-    off = float(np.linalg.norm(found.center - told.center))
-    place = ", ".join(f"{v:.3g}" for v in found.center)
-    size = (
-        "," if found.radius == told.radius else f", with a radius of {found.radius:.3g}, half the manifest's,"
-    )
-    key = "sample.center" if found.radius == told.radius else "sample.center and sample.radius"
-    remarks.tell(
-        "displaced-ball",
-        f"the sample ball stands {off:.2g} {unit} off the manifest's center, at about [{place}]{size} and is taken to "
-        f"be there: correct {key}",
-        amount=off,
-        allowed=True,
-        center=found.center.tolist(),
-        radius=float(found.radius),
-    )
-
-
-def _doubtful(camera: Camera, observations: list[Observation], ball: Sphere) -> bool:
+def _doubtful(camera: Camera, observations: Sequence[Observation], ball: Sphere) -> bool:
     """Whether no limb is seen about the manifest's place, or far aside."""
     if all(s.limb is None for s in observations):
         return True
@@ -201,7 +219,7 @@ def _scale(pictures: list[_Picture], camera: Camera, ball: Sphere) -> float:
 
 
 def _pictures(
-    reader: Reader, camera: Camera, observations: list[Observation], ball: Sphere
+    reader: Reader, camera: Camera, observations: Sequence[Observation], ball: Sphere
 ) -> list[_Picture]:
     """Edges as far around the ball as it is looked for: of a still camera's photos laid over one another, which show
     all sides lit, or of each."""

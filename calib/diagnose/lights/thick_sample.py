@@ -8,12 +8,14 @@ from dataclasses import replace
 import cv2
 import numba
 import numpy as np
-from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.lamps import block_name, place_in_world
+from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.paper_reading import PaperReading
+from photogonio.calib.diagnose.base import LightDeparture
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.visibility import direct
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import Board, Plane, Sphere
 
 THICK = 1 / 40  # of the board's larger side: a thinner sample's shadow is a line beside its edge
@@ -31,22 +33,44 @@ def is_thick(board: Board | None, sample: Sphere | Plane) -> bool:
     return sample.height > THICK * float(board_size(board).max())
 
 
-def clear_of_slab(sample: Plane, settled: Settled, observations: Sequence[Observation]) -> None:
-    """Take the sample's shadow and the light of its sides out of the observations' paper, with the lamps where they
-    settled."""
-    for observation in observations:
-        lamp = settled.lamps.get(observation.light)
-        reading = observation.reading
-        if reading is None or lamp is None or lamp.kind != "point":
-            continue
-        place = place_in_world(lamp, settled.values[block_name(lamp.name)], observation.pose)
-        if place[2] <= sample.height:
-            continue
-        points = reading.samples.points
-        thrown = side_light(points, place, sample) / direct(points, place)
-        clear = ~shaded(points, place, sample) & (thrown < MOST)
-        if clear.sum() >= FEWEST:
-            observation.reading = _cleared(reading, clear, thrown)
+class ThickSample(LightDeparture):
+    """Paper in the shadow of a thick flat sample is not read, nor what its sides light up much."""
+
+    code = "thick-sample"
+    entries = (
+        Entry(
+            code,
+            "The flat sample stands so high that it throws a shadow on the board: paper in it is not "
+            "read, nor what its "
+            "sides light up much.",
+            "Nothing.",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        return [Diagnosis(self.code)] if is_thick(state.photoset.board, state.photoset.sample) else []
+
+    def remedy(self, state: State, found: Sequence[Diagnosis]) -> State:
+        sample = state.photoset.sample
+        if not isinstance(sample, Plane):
+            return state
+        return state.with_paper(lambda one, reading: clear_of_slab(sample, state.settled, one, reading))
+
+
+def clear_of_slab(
+    sample: Plane, settled: Settled, observation: Observation, reading: PaperReading
+) -> PaperReading:
+    """A view's paper without the sample's shadow and the light of its sides, with the lamp where it settled."""
+    lamp = settled.lamps.get(observation.light)
+    if lamp is None or lamp.kind != "point":
+        return reading
+    place = place_in_world(lamp, settled.values[block_name(lamp.name)], observation.pose)
+    if place[2] <= sample.height:
+        return reading
+    points = reading.samples.points
+    thrown = side_light(points, place, sample) / direct(points, place)
+    clear = ~shaded(points, place, sample) & (thrown < MOST)
+    return _cleared(reading, clear, thrown) if clear.sum() >= FEWEST else reading
 
 
 def shaded(points: np.ndarray, lamp: np.ndarray, sample: Plane) -> np.ndarray:

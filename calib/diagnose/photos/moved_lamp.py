@@ -6,20 +6,21 @@ that nothing moved; where they do not, or there are none, each photo's own paper
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from photogonio.calib.adjust.alternate import start_sample, start_scene
 from photogonio.calib.adjust.lamps import middle_of, sight_rays
+from photogonio.calib.adjust.start import start_sample, start_scene
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.mirror_rays import MirroredRay
 from photogonio.calib.detect.observation import Observation, light_entry
-from photogonio.calib.detect.photo_reader import Reader
+from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.geometry.board import board_size
-from photogonio.calib.geometry.camera import Camera
-from photogonio.calib.remarks import Remarks
 from photogonio.calib.shading.fit import ShadingFit, fit_shading
 from photogonio.calib.shading.initial import first_fit
 from photogonio.calib.shading.model import ShadingScene
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import PhotoSet
 
 SHARED_APART = np.radians(5.0)  # by which photos of one light may have it apart, and
@@ -60,10 +61,34 @@ def aside(fit: ShadingFit) -> float:
     return float(np.sqrt(np.linalg.norm(across @ fit.covariance() @ across, 2))) / far
 
 
-def tell_shared_apart(
-    photoset: PhotoSet, reader: Reader, camera: Camera, observations: list[Observation], remarks: Remarks
-) -> None:
-    """Give a light of its own to each place in which photos of one light show it, in ``observations``."""
+class MovedLamp(Departure):
+    """Photos of one light that show it in several places: each becomes a light of its own."""
+
+    stage = Stage.PHOTO
+    entries = (
+        Entry(
+            "lamp-in-several-places",
+            "Photos of one light show it in several places: each is taken as a light of its own where "
+            "that can be told.",
+            "Give each place of a lamp an `id` of its own.",
+            least=0.0873,
+            sigmas=4.0,
+            source="radians; a judgement",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        return [_told(name, groups) for name, groups in places_apart(state) if len(_wanted(groups)) > 1]
+
+    def remedy(self, state: State, found: Sequence[Diagnosis]) -> State:
+        names = {view: light for one in found for view, light in one.grounds.items()}
+        lights = [names.get(one.view.name, one.light) for one in state.observations]
+        return state.keeping(replace(o, light=n) for o, n in zip(state.observations, lights, strict=True))
+
+
+def places_apart(state: State) -> list[tuple[str, list[list[_Told]]]]:
+    """Lights that stood in several places, and the photos of each place."""
+    photoset, camera, observations = state.photoset, state.camera, state.observations
     groups: dict[str, list[Observation]] = {}
     for observation in observations:
         entry = light_entry(photoset, observation.view)
@@ -82,15 +107,17 @@ def tell_shared_apart(
         if len(members) > 1 and not _one_place(members, rays)
     }
     if not doubtful:
-        return
+        return []
+    apart = []
     scene = start_scene(photoset, camera, observations, start_sample(camera, observations, photoset.sample))
     for name, members in doubtful.items():
-        found = reader.abreast(
+        found = state.reader.abreast(
             lambda s: _Told(s, rays[s.view.name], _by_paper(photoset, s, rays, scene)), members
         )
-        told = list(found)
-        if len(_places(told, SHARED_APART)) > 1:
-            _part(name, _places(told, _FINER), remarks)
+        photos = list(found)
+        if len(_places(photos, SHARED_APART)) > 1:
+            apart.append((name, _places(photos, _FINER)))
+    return apart
 
 
 def _one_place(members: list[Observation], rays: dict[str, dict[int, MirroredRay]]) -> bool:
@@ -133,18 +160,18 @@ def _places(told: list[_Told], least: float) -> list[list[_Told]]:
     return groups
 
 
-def _part(name: str, groups: list[list[_Told]], remarks: Remarks) -> None:
+def _wanted(groups: list[list[_Told]]) -> list[list[_Told]]:
+    """Places that photos of the sample show."""
+    return [group for group in groups if any(not t.observation.probe for t in group)]
+
+
+def _told(name: str, groups: list[list[_Told]]) -> Diagnosis:
     """Lights of their own for all places but the first, and the warning."""
-    wanted = [group for group in groups if any(not t.observation.probe for t in group)]
-    if len(wanted) < 2:
-        return
+    wanted = _wanted(groups)
     worst = max(a for g in wanted[1:] if (a := g[0].apart(wanted[0][0])) is not None)
-    for number, group in enumerate(groups[1:], 2):
-        for told in group:
-            told.observation.light = f"{name} ({number})"
     lists = [", ".join(t.observation.view.name for t in group[:_NAMED]) for group in wanted[:_NAMED]]
     more = ", and so on" if len(wanted) > _NAMED or any(len(g) > _NAMED for g in wanted) else ""
-    remarks.tell(
+    return Diagnosis(
         "lamp-in-several-places",
         f"photos of light {name!r} show it in directions {np.degrees(worst):.0f} degrees apart, in {len(wanted)} "
         f"places ({'; '.join(lists)}{more}): each is taken as a light of its own; give each place of a lamp an id of "
@@ -152,8 +179,13 @@ def _part(name: str, groups: list[list[_Told]], remarks: Remarks) -> None:
         amount=float(worst),
         least=float(SHARED_APART),
         sigmas=SURE_APART,
-        allowed=True,
         views=tuple(t.observation.view.name for group in wanted for t in group),
+        allowed=True,
+        grounds={
+            t.observation.view.name: f"{name} ({number})"
+            for number, group in enumerate(groups[1:], 2)
+            for t in group
+        },
     )
 
 

@@ -10,12 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from photogonio.calib.adjust.alternate import Settled
 from photogonio.calib.adjust.lamps import expected_pixel
-from photogonio.calib.detect.observation import Observation
+from photogonio.calib.adjust.state import Settled, State
+from photogonio.calib.detect.observation import Observation, hand_over
+from photogonio.calib.diagnose.base import Departure, Stage
+from photogonio.calib.diagnose.photos.glossy_print import shining
 from photogonio.calib.radiometry.patch import UNEVEN
 from photogonio.calib.radiometry.readings import StrengthReadings
-from photogonio.calib.shading.initial import Shares
+from photogonio.calib.shading.initial import Shares, square_ratios, white_level
+from photogonio.capture.diagnosis import Diagnosis, Entry
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST
 
 _FARTHEST = 1.5  # pixels by which highlights of one lamp may miss
 _WILD = 6.0  # and in their standard errors
@@ -25,6 +30,56 @@ _UNLIT = 0.03  # of the other photos' light: less than lamps at other places lea
 _DARKEST = 0.1  # share of a photo's squares that show a glossy print's lamp least
 _SQUARES = 6  # evenly lit ones, that tell how sharp the print is
 _MOST = 0.5  # share of the patches that must agree with their lamps, for the others to tell something
+
+
+class UnusablePhotos(Departure):
+    """Photos without a lamp, or whose print is not sharp, are left out."""
+
+    stage = Stage.PHOTO
+    entries = (
+        Entry("dark-photo", "No light is on the board in a photo; it is left out.", "Nothing."),
+        Entry(
+            "unsharp-print",
+            "Black print is much brighter beside white in a photo than in the others: out of focus, "
+            "shaken, light on the "
+            "lens, or the lamp was off. It is left out.",
+            "Nothing, if there are enough others.",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        shares, whites = {}, {}
+        for name, reading in state.papers():
+            shares[name], whites[name] = square_ratios(reading), white_level(reading)
+        unsharp = washed_out(shares, shining(shares), whites)
+        why = {
+            one.view.name: "the photo is dark: no light on the board"
+            for one in state.observations
+            if one.dark
+        }
+        if not unsharp and not why:
+            return []
+        code = "dark-photo" if why else "unsharp-print"
+        return [
+            Diagnosis(code, amount=len(why | unsharp), views=tuple(why | unsharp), grounds=(why, unsharp))
+        ]
+
+    def remedy(self, state: State, found: Sequence[Diagnosis]) -> State:
+        dark, unsharp = found[0].grounds
+        observations, kept = state.copied(), []
+        for observation in observations:
+            name = observation.view.name
+            if name in dark:
+                state.remarks.leave_out(name, dark[name], "dark-photo")
+            elif name in unsharp:
+                state.remarks.leave_out(name, unsharp[name], "unsharp-print")
+            else:
+                kept.append(observation)
+        if all(one.probe for one in kept):
+            why = "no sample photo can be used: " + state.remarks.reasons()
+            raise InputError(state.photoset.folder / MANIFEST, why)
+        hand_over(observations, kept)
+        return state.keeping(kept)
 
 
 def washed_out(
@@ -42,7 +97,7 @@ def washed_out(
     usual = float(np.median(list(ratios.values()))) if ratios else 0.0
     lit = float(np.median([whites[name] for name in ratios])) if whites and ratios else 0.0
     return {
-        name: _washed(ratio, usual, whites[name] / lit if lit > 0 else 1.0)
+        name: _washed(ratio, usual, whites[name] / lit if whites and lit > 0 else 1.0)
         for name, ratio in ratios.items()
         if ratio > _WASHED * usual + _WASHED_BY and name not in shining
     }
@@ -59,7 +114,7 @@ def _washed(ratio: float, usual: float, lit: float) -> str:
     )
 
 
-def contradiction(settled: Settled, members: list[Observation]) -> str | None:
+def contradiction(settled: Settled, members: Sequence[Observation]) -> str | None:
     """Why the highlights of one lamp (its views are ``members``) are not believed; None if they may be."""
     name = members[0].light
     lamp = settled.lamps[name]
@@ -82,7 +137,7 @@ def contradiction(settled: Settled, members: list[Observation]) -> str | None:
 
 
 def denied_by_patch(
-    settled: Settled, observations: list[Observation], readings: dict[str, StrengthReadings]
+    settled: Settled, observations: Sequence[Observation], readings: dict[str, StrengthReadings]
 ) -> list[str]:
     """Views whose white patch shows a falloff that is not their lamp's, where most patches agree with theirs."""
     mirrored = [

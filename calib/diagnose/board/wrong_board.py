@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import cv2
 import numpy as np
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.gray import detection_image, without_fireflies
 from photogonio.calib.detect.observation import Posed
 from photogonio.calib.detect.photo_reader import Reader, Seen
+from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.geometry.board import Corners, dictionary, marker_middles, opencv_board
 from photogonio.calib.geometry.camera import Camera
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers, PrintedBoard
 
@@ -73,7 +76,7 @@ def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
     return None
 
 
-def board_doubts(board: Board, camera: Camera, boards: list[Posed], others: set[int]) -> list[str]:
+def board_doubts(board: Board, camera: Camera, boards: Sequence[Posed], others: set[int]) -> list[str]:
     """A board of more or fewer rows than the manifest says, which puts its origin elsewhere: markers that no photo
     shows where it should, or that it has not; ``others`` are on lamps."""
     if isinstance(board, LooseMarkers) or not boards:
@@ -249,3 +252,25 @@ def _sides(quads: np.ndarray) -> np.ndarray:
 def _mapped(homography: np.ndarray, flat: np.ndarray) -> np.ndarray:
     lifted = np.column_stack([flat, np.ones(len(flat))]) @ homography.T
     return lifted[:, :2] / lifted[:, 2:]
+
+
+class BoardRows(Departure):
+    """A board of more or fewer rows than the manifest says."""
+
+    stage = Stage.CAMERA
+    entries = (
+        Entry(
+            "board-rows",
+            "Markers are missing in all photos, or seen, as of a board of fewer or more rows than the manifest's: its "
+            "origin lies elsewhere then, and all places are off by as much.",
+            "Correct `board.squares`, or `board.markers`.",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        board = state.photoset.board
+        if board is None:
+            return []
+        lamps = {number for entry in state.photoset.lights for number in entry.marker_ids}
+        said = board_doubts(board, state.camera, state.boards, lamps)
+        return [Diagnosis("board-rows", words) for words in said]

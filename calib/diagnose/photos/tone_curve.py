@@ -13,11 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from photogonio.calib.adjust.lamps import sight_rays
+from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.mirror_rays import meet
 from photogonio.calib.detect.observation import Observation, light_entry
 from photogonio.calib.detect.paper import PaperSamples
-from photogonio.calib.diagnose.veiling_glare import enough_print, evenly_lit
+from photogonio.calib.diagnose.base import Departure, Stage
+from photogonio.calib.diagnose.photos.veiling_glare import enough_print, evenly_lit
 from photogonio.calib.geometry.camera import Camera
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import PhotoSet
 
 # powers by which white grows with light, and shares of black in white, of pictures read with no curve though they have
@@ -151,3 +154,28 @@ def tone_warning(photoset: PhotoSet, doubt: ToneDoubt) -> str:
         f"[radiometry] encoding: the print contradicts the way in which the photos are read, {read}: "
         f"{' and '.join(shown)}. So it is if {so}{other}"
     )
+
+
+class WrongToneCurve(Departure):
+    """Pictures whose codes were read by another curve than they have."""
+
+    stage = Stage.PHOTO
+    entries = (
+        Entry(
+            "print-contradicts-encoding",
+            "Black print, as a share of the white, and how white grows with the light on it, are those of pictures "
+            "whose codes were read by another curve than they have.",
+            "Set `[radiometry] encoding` as it is said, and see what wrote the files; if the ink is no ordinary black, "
+            "and nothing else is told, nothing.",
+            least=0.15,
+            sigmas=2.0,
+            source="by which the power of growth differs from 1; drawn sets with balls that stand beside their places",
+        ),
+    )
+
+    def evidence(self, state: State) -> Sequence[Diagnosis]:
+        doubt = tone_doubt(state.photoset, state.camera, state.observations)
+        if doubt is None:
+            return []
+        message = tone_warning(state.photoset, doubt)
+        return [Diagnosis("print-contradicts-encoding", message, detail=doubt.to_dict())]

@@ -1,0 +1,4 @@
+"""What do lamps and lens do besides what is taken for granted of them?
+
+Takes the settled model; gives departures to be allowed for, the surest first.
+"""

@@ -1,0 +1,76 @@
+"""The order in which departures are asked for and allowed for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from photogonio.calib.adjust.alternate import settle
+from photogonio.calib.adjust.state import Settled, State
+from photogonio.calib.diagnose.base import Departure, LightDeparture
+
+
+def ask(state: State, departures: Iterable[Departure]) -> State:
+    """One after the other, each on the state that the one before has left; what is found goes to the remarks."""
+    for departure in departures:
+        found = departure.evidence(state)
+        after = departure.remedy(state, found) if found else state
+        if after is not None:
+            state.remarks.diagnoses += [one for one in found if one.message]
+            state = after
+    return state
+
+
+def settle_allowing(state: State, departures: Sequence[LightDeparture]) -> State:
+    """Everything settled, and again for each departure that then shows: the surest first, for any two look a little
+    alike. One that is not certain by itself is kept if the paper fits closer with it."""
+    state = settle(state)
+    left = {one.code: one for one in departures}
+    refused: set[str] = set()
+    while True:
+        seen = {one.code: one for departure in left.values() for one in departure.evidence(state)}
+        state = replace(state, found={**{c: d for c, d in state.found.items() if d.allowed}, **seen})
+        told = {code: one for code, one in seen.items() if one.told and code not in refused}
+        ready = [code for code in told if not any(other in told for other in left[code].after)]
+        if not ready:
+            return state
+        surest = max(ready, key=lambda code: told[code].sureness)
+        departure = left[surest]
+        tried = settle(departure.remedy(state, [told[surest]]))
+        if not departure.certain and not fits_closer(tried.settled, state.settled):
+            refused.add(surest)
+            continue
+        forgotten = {one.code: one for one in departures if one.code in departure.anew}
+        left = {c: one for c, one in {**left, **forgotten}.items() if c != surest}
+        known = {c: d for c, d in state.found.items() if c not in forgotten}
+        state = replace(tried, found={**known, surest: replace(told[surest], allowed=True)})
+        refused.clear()
+
+
+def fits_closer(settled: Settled, other: Settled) -> bool:
+    """Whether the paper of the photos that both have is nearer to the model in the first: by what it misses, relative,
+    since the errors that each expects are its own, and count what it does not believe against it."""
+    both = settled.shading.keys() & other.shading.keys()
+    first, second = (
+        sum(one.shading[name].rms ** 2 / one.shading[name].believed for name in both)
+        for one in (settled, other)
+    )
+    return first < second
+
+
+def tell_lights(
+    state: State, departures: Sequence[LightDeparture], allowed: Mapping[str, bool] | None = None
+) -> None:
+    """What was found of lamps and lens goes to the remarks. ``allowed`` may deny, by code, that what was told could be
+    allowed for."""
+    for one in departures:
+        found = state.found.get(one.code)
+        if found is None:
+            continue
+        found = one.as_settled(state, found)
+        state.remarks.residuals.update(one.numbers(found))
+        kept = found.allowed and (allowed or {}).get(one.code, True)
+        message = one.message(found, allowed=kept)
+        if message:
+            told = replace(found, code=one.told_as(found), message=message, allowed=kept)
+            state.remarks.diagnoses.append(told)
