@@ -86,7 +86,8 @@ def _fit(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "table",
         metavar="TABLE",
-        help="text table (CSV): theta_i, phi_i, theta_r, phi_r in degrees, and values; or table.npz",
+        help="text table (CSV): theta_i, phi_i, theta_r, phi_r in degrees, and values; MERL .binary, BSDF .xml, "
+        "pab-opto files or a folder of them; or table.npz",
     )
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: TABLE's name + -brdf)")
     _table_options(parser)
@@ -135,7 +136,7 @@ def _compare(commands: argparse._SubParsersAction) -> None:
         "two BRDFs: the field's error metrics and a scatter plot",
         "photogonio compare my-set-brdf/coefficients.json my-set/truth.json -o comparison",
     )
-    kinds = "coefficients.json, truth.json, .truth.npz, MERL .binary, or a table (.csv)"
+    kinds = "coefficients.json, truth.json, .truth.npz, MERL .binary, BSDF .xml, pab-opto, or a table (.csv)"
     parser.add_argument("a", metavar="A", help=f"the BRDF to judge: {kinds}")
     parser.add_argument("b", metavar="B", help="the reference, likewise")
     parser.add_argument("-o", "--out", metavar="OUT", help="folder for the numbers and pictures")

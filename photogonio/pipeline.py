@@ -58,7 +58,7 @@ from photogonio.run.surroundings import LightAround, around_of, light_of, shown_
 from photogonio.run.tables import read_table, refuse_empty, take_channels
 from photogonio.system.outputs import check_place, staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
-from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos
+from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_inputs, hash_photos
 
 ABREAST = 2  # whole photos that calibration looks at together: the memory they take
 
@@ -177,7 +177,7 @@ def fit(
     read = read_table(path, options, told, reporter)
     cells = take_channels(read.table, options)
     wanted = told.to_dict() | options.to_dict()
-    provenance = Provenance(canonical_command("fit", path.name, wanted), {path.name: hash_file(path)})
+    provenance = Provenance(canonical_command("fit", path.name, wanted), hash_inputs(path))
     if read.known is not None:
         result = _fitted_again(read.known, cells, options, provenance, reporter)
     else:

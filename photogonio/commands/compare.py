@@ -14,7 +14,7 @@ from photogonio.report.html import picture_bytes
 from photogonio.report.plots import scatter_figure
 from photogonio.system.outputs import check_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
-from photogonio.system.provenance import Provenance, canonical_command, hash_file
+from photogonio.system.provenance import Provenance, canonical_command, hash_inputs
 
 _UNITS = {
     "relative_l2": ("%", 100.0),
@@ -36,7 +36,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     options = {"mask": args.mask, "scale": args.scale or None} | told.to_dict()
     source = Provenance(
         canonical_command("compare", f"{paths[0].name} {paths[1].name}", options),
-        {path.name: hash_file(path) for path in paths},
+        {name: found for path in paths for name, found in hash_inputs(path).items()},
     )
     reporter.say(_table(found))
     numbers = found.to_dict() | {"source": source.to_dict()}

@@ -14,9 +14,8 @@ from photogonio.capture.files.documents import read_json
 from photogonio.capture.manifest.schema import array
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
-from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
-from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
-from photogonio.reconstruct.brdf.radiance import read_radiance
+from photogonio.reconstruct.brdf.merl import CHANNELS
+from photogonio.reconstruct.goniometer.foreign import known_everywhere
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
@@ -55,27 +54,23 @@ def find_brdf(path: Path) -> Path:
 
 
 def load_known(path: Path, told: Told = UNTOLD) -> Known:
-    """Read a BRDF: coefficients or truth (.json), MERL (.binary), a grid (.npz) or a table (.csv).
+    """Read a BRDF: coefficients or truth (.json), MERL (.binary), BSDF XML, a grid (.npz), or a table: text, or
+    pab-opto's files.
 
     ``told`` says how a table is read (:func:`reconstruct.goniometer.read.read_samples`).
 
     Raises:
         InputError: no such file, or none of these.
     """
-    readers = {
-        ".json": _read_json,
-        ".binary": _read_merl,
-        ".npz": _read_grid,
-        ".xml": _read_radiance,
-        ".bsdf": _read_mitsuba,
-    }
-    if not path.is_file():
-        raise InputError(path, "no such file; expected a BRDF (.json, .binary, .xml, .bsdf, .npz or .csv)")
-    if path.suffix == ".csv":
-        return _read_table(path, told)
-    if path.suffix not in readers:
-        raise InputError(path, f"expected a BRDF: one of {', '.join(readers)}, .csv")
-    return readers[path.suffix](path)
+    readers = {".json": _read_json, ".npz": _read_grid}
+    if not path.exists():
+        raise InputError(path, "no such file; expected a BRDF (.json, .binary, .xml, .npz or a table)")
+    if path.suffix in readers and path.is_file():
+        return readers[path.suffix](path)
+    known = known_everywhere(path)
+    if known is not None:
+        return Known(path.name, known.channels, isotropic=known.isotropic, evaluate=known.evaluate)
+    return _read_table(path, told)
 
 
 def _read_json(path: Path) -> Known:
@@ -115,20 +110,6 @@ def _part(path: Path, truth: object, name: str) -> dict:
     if not isinstance(part, dict):
         raise InputError(f"{path}: brdf {name}", "expected a table")
     return part
-
-
-def _read_merl(path: Path) -> Known:
-    return Known(path.name, CHANNELS, isotropic=True, evaluate=read_merl(path).evaluate)
-
-
-def _read_radiance(path: Path) -> Known:
-    found = read_radiance(path)
-    return Known(path.name, ("Y",), isotropic=found.isotropic, evaluate=found.evaluate)
-
-
-def _read_mitsuba(path: Path) -> Known:
-    found = read_mitsuba(path)
-    return Known(path.name, found.channels, isotropic=found.isotropic, evaluate=found.evaluate)
 
 
 def _read_grid(path: Path) -> Known:

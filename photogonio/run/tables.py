@@ -11,6 +11,7 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.options import Options
+from photogonio.reconstruct.goniometer.merged import merged
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable
@@ -45,7 +46,7 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
         known = unpacked(beside, table, path)
         return TableRead(table, _scale_of(path, beside) if known is None else known.setup.scale, known)
     _refuse_level(options, UNBINNED)
-    samples = read_samples(path, told)
+    samples = merged(read_samples(path, told))
     for note in samples.notes:
         reporter.say(f"{path.name}: {note}")
     reporter.tell(*(replace(one, message=f"{path.name}: {one.message}") for one in samples.diagnoses))

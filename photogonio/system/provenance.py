@@ -51,6 +51,12 @@ def hash_file(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def hash_inputs(path: Path) -> dict[str, str]:
+    """:func:`hash_file` of a file, or of each file of a folder, by name."""
+    files = sorted(file for file in path.iterdir() if file.is_file()) if path.is_dir() else [path]
+    return {file.name: hash_file(file) for file in files}
+
+
 def hash_files(paths: Iterable[Path], *, workers: int = 1) -> dict[Path, str]:
     """:func:`hash_file` of each; hashing releases the interpreter, so that workers help."""
     paths = list(paths)

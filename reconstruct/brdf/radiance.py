@@ -1,4 +1,4 @@
-"""Radiance's BSDF XML, read: reflection at a surface's own front from tensor trees and full Klems matrices.
+"""Radiance's BSDF XML, read: reflection at a surface's own front from tensor trees and matrices.
 
 WINDOW's "front" is the outside, so that the surface's own front is "Reflection Back"; a file that has "Reflection
 Front" alone is of a thing seen from there. docs/cli.md says what was tried.
@@ -7,19 +7,23 @@ Front" alone is of a thing seen from there. docs/cli.md says what was tried.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.brdf.klems import PATCHES, patch_of
+from photogonio.reconstruct.brdf.radiance_matrix import angle_bases, matrix_of, text_of
 from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square
 from photogonio.reconstruct.modes.angles import spherical_angles
 
 _LARGEST = 256 << 20  # bytes
 _SIDES = ("Reflection Back", "Reflection Front")
+_COLOURS = ("CIE-X", "CIE-Z", "CIE-u", "CIE-v")
 _DEEPEST = 12
+
+Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,52 +61,78 @@ class Tree:
 
 
 @dataclass(frozen=True, slots=True)
-class Klems:
-    """A full Klems matrix."""
-
-    value: np.ndarray  # (145 exit, 145 incident) 1/sr
-
-    def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
-        """f (n, 1), 1/sr, of unit vectors (n, 3): the patches', as in Radiance."""
-        (theta_i, phi_i), (theta_r, phi_r) = spherical_angles(incident), spherical_angles(exit)
-        f = self.value[patch_of(theta_r, phi_r), patch_of(theta_i, phi_i + np.pi)]
-        return np.where((incident[:, 2] > 0) & (exit[:, 2] > 0), f, 0.0)[:, None]
-
-
-@dataclass(frozen=True, slots=True)
 class Radiance:
-    """What the file says of the surface's front, gray."""
+    """What the file says of the reflection of one side."""
 
-    evaluate: Tree | Klems
+    channels: tuple[str, ...]  # Y; X, Y, Z; or one a wavelength
     isotropic: bool
+    evaluate: Evaluate  # incident, exit (n, 3) -> (n, c), 1/sr
+    note: str  # what was read
 
 
 def read_radiance(path: Path) -> Radiance:
     """The reflection of a BSDF XML.
 
     Raises:
-        InputError: no such file, no XML, or neither a tensor tree nor a full Klems matrix of reflection.
+        InputError: no such file, no XML, or neither a tensor tree nor a matrix of reflection.
     """
     root = _root(path)
-    data = {
-        d.findtext("WavelengthDataDirection", "").strip(): d
-        for d in root.iter("WavelengthDataBlock")
-        if _visible(root, d)
-    }
-    block = next((data[side] for side in _SIDES if side in data), None)
-    if block is None:
-        raise InputError(path, f"holds no reflection; expected a block of {' or '.join(_SIDES)}")
-    text = block.findtext("ScatteringData") or ""
     structure = (root.findtext(".//IncidentDataStructure") or "").strip()
-    if structure in ("TensorTree3", "TensorTree4"):
-        axes = int(structure[-1])
-        return Radiance(parse_tree(path, text, axes), axes == 3)
-    basis = (block.findtext("ColumnAngleBasis") or "").strip()
-    if structure == "Columns" and basis == "LBNL/Klems Full":
-        return Radiance(_klems(path, text), False)
-    raise InputError(
-        path, f"has {structure or 'no structure'} {basis}; expected a tensor tree or LBNL/Klems Full"
+    side, blocks = _blocks(path, root)
+    tree = structure in ("TensorTree3", "TensorTree4")
+    if not tree and structure not in ("Columns", "Rows"):
+        raise InputError(
+            path, f"has {structure or 'no structure'}; expected a tensor tree or a matrix (Columns, Rows)"
+        )
+    found: dict[str, Evaluate] = {}
+    for name, block in blocks.items():
+        if tree:
+            found[name] = parse_tree(path, block.findtext("ScatteringData") or "", int(structure[-1]))
+            continue
+        try:
+            found[name] = matrix_of(block, structure, angle_bases(root))
+        except ValueError as error:
+            raise InputError(path, f"its scattering data cannot be read ({error})") from None
+    channels, evaluate = _coloured(found)
+    return Radiance(
+        channels, structure == "TensorTree3", evaluate, f"{side}, {structure}, {', '.join(blocks)}"
     )
+
+
+def _blocks(path: Path, root: ElementTree.Element) -> tuple[str, dict[str, ElementTree.Element]]:
+    """The side that is read, and its blocks by wavelength."""
+    found: dict[str, dict[str, ElementTree.Element]] = {side: {} for side in _SIDES}
+    for data in root.iter("WavelengthData"):
+        for block in data.iter("WavelengthDataBlock"):
+            side = text_of(block, "WavelengthDataDirection")
+            if side in found:
+                found[side].setdefault(text_of(data, "Wavelength") or "Visible", block)
+    side = next((side for side in _SIDES if found[side]), None)
+    if side is None:
+        raise InputError(path, f"holds no reflection; expected a block of {' or '.join(_SIDES)}")
+    visible = {name: block for name, block in found[side].items() if name in ("Visible", *_COLOURS)}
+    return side, visible if "Visible" in visible else found[side]
+
+
+def _coloured(found: dict[str, Evaluate]) -> tuple[tuple[str, ...], Evaluate]:
+    """Channels, and all of them at once: Y alone, X, Y and Z, or one a wavelength."""
+    if "Visible" not in found:
+        names = tuple(found)
+        return names, lambda i, r: np.hstack([found[name](i, r) for name in names])
+    if {"CIE-X", "CIE-Z"} <= set(found):
+        order = ("CIE-X", "Visible", "CIE-Z")
+        return ("X", "Y", "Z"), lambda i, r: np.hstack([found[name](i, r) for name in order])
+    if {"CIE-u", "CIE-v"} <= set(found):
+        return ("X", "Y", "Z"), lambda i, r: _from_uv(
+            *(found[n](i, r) for n in ("Visible", "CIE-u", "CIE-v"))
+        )
+    return ("Y",), found["Visible"]
+
+
+def _from_uv(y: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """X, Y, Z (n, 3) of luminance and CIE 1976 u', v', (n, 1) each."""
+    v = np.maximum(v, 1e-6)
+    return np.hstack([y * 9.0 * u / (4.0 * v), y, y * (12.0 - 3.0 * u - 20.0 * v) / (4.0 * v)])
 
 
 def _root(path: Path) -> ElementTree.Element:
@@ -123,14 +153,6 @@ def _root(path: Path) -> ElementTree.Element:
     if root.tag != "WindowElement":
         raise InputError(path, f"is {root.tag}, no WindowElement; expected a BSDF of Radiance or WINDOW")
     return root
-
-
-def _visible(root: ElementTree.Element, block: ElementTree.Element) -> bool:
-    """Whether the block is of visible light, not of solar or one of the colours."""
-    for data in root.iter("WavelengthData"):
-        if block in list(data):
-            return (data.findtext("Wavelength") or "Visible").strip() == "Visible"
-    return True
 
 
 def parse_tree(path: Path, text: str, axes: int) -> Tree:
@@ -199,13 +221,3 @@ def _spread(numbers: np.ndarray, node: int, axes: int, below, value: list[float]
     for k in range(2**axes):
         half = tuple(slice(side // 2 * (k >> a & 1), side // 2 * ((k >> a & 1) + 1)) for a in range(axes))
         _spread(cube[half].ravel(), first + k, axes, below, value, wrong)
-
-
-def _klems(path: Path, text: str) -> Klems:
-    try:
-        numbers = np.array(text.replace(",", " ").split(), float)
-    except ValueError:
-        raise InputError(path, "has something that is no number among its scattering data") from None
-    if numbers.size != PATCHES**2 or not np.isfinite(numbers).all():
-        raise InputError(path, f"has {numbers.size} numbers; expected {PATCHES} x {PATCHES}")
-    return Klems(numbers.reshape(PATCHES, PATCHES))

@@ -13,6 +13,7 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import Matched, channel_names, match_columns, unused_note
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
 from photogonio.reconstruct.goniometer.doubts import doubts_of
+from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
 from photogonio.reconstruct.goniometer.spoilt import SpoiltRows, find_spoilt, without
 from photogonio.reconstruct.goniometer.text import TextTable, read_text
@@ -30,7 +31,8 @@ def read_samples(
     columns: Mapping[str, str] | None = None,
     where: Sequence[tuple[str, str]] = (),
 ) -> GoniometerSamples:
-    """Read a table of measurements: a header line, then angles and one column a channel.
+    """Read a table of measurements: a header line, then angles and one column a channel; or MERL's binary, pab-opto's
+    files (one, or a folder of them), the reflection of Radiance's BSDF XML.
 
     ``columns`` and ``where`` stand for those of ``told``. Rows without a number, below the surface, and such as
     cannot be measurements are left out, and told.
@@ -41,7 +43,15 @@ def read_samples(
     """
     if columns or where:
         told = replace(told, columns=columns or {}, where=where)
-    return read_columns(read_text(path), told)
+    foreign = read_foreign(path)
+    if foreign is None:
+        return read_columns(read_text(path), told)
+    if told != UNTOLD:
+        raise InputError(
+            path, "says itself what it holds; --columns, --where, --quantity and the like are for text tables"
+        )
+    foreign = believed(_of_known_errors(path, foreign))
+    return replace(foreign, diagnoses=foreign.diagnoses + doubts_of(foreign, "brdf"))
 
 
 def read_columns(table: TextTable, told: Told) -> GoniometerSamples:

@@ -158,8 +158,10 @@ def _likeliest(work: Cleaned) -> list[LobeSet]:
 def _reciprocity(trial: Trial, best: Tried) -> str:
     """Whether the surface is the same if incidence and exit are exchanged, as models say it; rows of a table that were
     read both ways say it themselves."""
-    if twins(trial.cells) < TWINS or direct(trial.cells).verdict == HELD:
+    if twins(trial.cells) < TWINS:
         return UNTOLD
+    if direct(trial.cells).verdict == HELD:
+        return HELD
     lobes = best.model.lobes
     other = trial.fitted(lobes, swapped=True)
     broken = trial.log_odds(best, other) >= CONVINCING and difference(best, other) >= MATTERS

@@ -1,0 +1,84 @@
+"""Measured BRDFs in files of other programs: read, or refused by their own name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
+from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
+from photogonio.reconstruct.brdf.radiance import read_radiance
+from photogonio.reconstruct.goniometer.pabopto import beginning, is_pabopto, read_pabopto
+from photogonio.reconstruct.goniometer.sampled import Evaluate, samples_of
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+
+_REFUSED = (  # what a file begins with, which program's it is
+    ("OPTIS", "a surface file of Ansys Speos (OPTIS)"),
+    ("#OPTIS", "a surface file of Ansys Speos (OPTIS)"),
+    ("#?RADIANCE", "a file of Radiance's, but no BSDF XML; convert it with bsdf2ttree or bsdf2klems"),
+    ("\x89HDF", "an HDF5 file"),
+    ("SIMPLE  =", "a FITS file"),
+    ("PK\x03\x04", "an archive or a spreadsheet; export the sheet as CSV"),
+)
+_ZEMAX = ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")
+_ASK = "; export it as a text table with columns theta_i, phi_i, theta_r, phi_r and values"
+
+
+@dataclass(frozen=True, slots=True)
+class KnownEverywhere:
+    """A BRDF that a file says for all directions."""
+
+    channels: tuple[str, ...]
+    isotropic: bool
+    evaluate: Evaluate
+    note: str
+
+
+def known_everywhere(path: Path) -> KnownEverywhere | None:
+    """MERL's binary, Radiance's XML or Mitsuba's tensor file; None for other files.
+
+    Raises:
+        InputError: it is one of them, and cannot be read.
+    """
+    if path.is_file() and path.suffix.lower() == ".binary":
+        return KnownEverywhere(CHANNELS, True, read_merl(path).evaluate, "MERL's table")
+    if "<WindowElement" in beginning(path) or (path.suffix.lower() == ".xml" and path.is_file()):
+        found = read_radiance(path)
+        return KnownEverywhere(found.channels, found.isotropic, found.evaluate, f"BSDF XML, {found.note}")
+    if beginning(path, 16).startswith("tensor_file"):
+        found = read_mitsuba(path)
+        return KnownEverywhere(found.channels, found.isotropic, found.evaluate, "Mitsuba's tensor file")
+    return None
+
+
+def read_foreign(path: Path) -> GoniometerSamples | None:
+    """Samples of a file that is no text table; None where it may be one.
+
+    Raises:
+        InputError: it is of a kind that is not read, or cannot be read.
+    """
+    known = known_everywhere(path)
+    if known is not None:
+        return samples_of(
+            lambda i, r: _above(known.evaluate, i, r),
+            known.channels,
+            isotropic=known.isotropic,
+            note=known.note,
+        )
+    start = beginning(path)
+    if path.is_dir() or is_pabopto(start):
+        return read_pabopto(path)
+    for mark, name in _REFUSED:
+        if start.startswith(mark):
+            raise InputError(path, f"is {name}: not read{_ASK}")
+    if sum(word in start for word in _ZEMAX) > 1:
+        raise InputError(path, f"is a BSDF file of Zemax OpticStudio or LightTools: not read{_ASK}")
+    if "VARS" in start and ("NUM_POINTS" in start or "ASTM" in start):
+        raise InputError(path, f"is a scatter file in the manner of ASTM E1392: not read{_ASK}")
+    return None
+
+
+def _above(evaluate: Evaluate, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+    return np.asarray(evaluate(incident, exit), float).reshape(len(incident), -1)

@@ -1,0 +1,103 @@
+"""pab-opto's files of measured scattering: one file an incident direction, rows of theta, phi and values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from photogonio.capture.diagnosis import Diagnosis
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+
+_MARKS = ("#intheta", "#incident_angle", "#theta_in", "#format: theta phi", "#format:\ttheta\tphi")
+_CHANNELS = {"cie-xyz": ("X", "Y", "Z"), "cie-y": ("Y",)}
+GRAZING = 0.02  # cosine of the exit angle, by which a DSF is not divided any more
+
+
+def is_pabopto(text: str) -> bool:
+    """Whether a file that begins so is one."""
+    low = text.lower()
+    return text.startswith("#") and any(mark in low for mark in _MARKS)
+
+
+def read_pabopto(path: Path) -> GoniometerSamples:
+    """Read one file, or all of a folder. Reflection only: rows and files of the other side are left out.
+
+    Raises:
+        InputError: a file is of another kind, or says no incident direction, or there is none.
+    """
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.is_file() and is_pabopto(beginning(file)))
+    else:
+        files = [path]
+    if not files:
+        raise InputError(
+            path, "holds no pab-opto file; expected headers with #intheta and #format: theta phi"
+        )
+    parts = [_rows(file) for file in files]
+    channels = parts[0][1]
+    for file, (_, names) in zip(files, parts, strict=True):
+        if names != channels:
+            raise InputError(file, f"has channels {', '.join(names)}, others {', '.join(channels)}")
+    rows = np.vstack([part for part, _ in parts])
+    keep = np.isfinite(rows).all(1) & (rows[:, 0] < 90.0) & (rows[:, 2] < 90.0)
+    if not keep.any():
+        raise InputError(path, "no row is of reflection, with both directions above the surface")
+    angles = np.radians(rows[keep, :4]).T
+    lost = int((~keep).sum())
+    message = f"{lost} rows left out: transmission, or without a number"
+    told = (Diagnosis("rows-left-out", message, amount=lost),) if lost else ()
+    note = (f"pab-opto, {len(files)} incident directions",)
+    return GoniometerSamples(
+        *angles, rows[keep, 4:], None, channels, left_out=lost, diagnoses=told, notes=note
+    )
+
+
+def beginning(path: Path, size: int = 4096) -> str:
+    """The first characters of a file, whatever they are; nothing where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return file.read(size).decode("latin-1")
+    except OSError:
+        return ""
+
+
+def _rows(path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Rows (n, 4 + c): theta_i, phi_i, theta_r, phi_r in degrees and values in 1/sr."""
+    try:
+        lines = path.read_text(encoding="latin-1").splitlines()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    header = [line[1:].strip() for line in lines if line.startswith("#")]
+    said: dict[str, str] = {}
+    for line in header:
+        name, _, rest = line.replace("\t", " ").partition(" ")
+        said.setdefault(name.lower().rstrip(":"), rest.strip())
+    kind = (said.get("format", "").lower().split() or ["bsdf"])[-1]
+    if kind not in ("bsdf", "brdf", "btdf", "dsf"):
+        raise InputError(path, f"its format is {said.get('format')!r}; expected theta phi and DSF or BSDF")
+    theta, phi = _incidence(path, said)
+    channels = _CHANNELS.get(said.get("colorimetry", "").lower(), ("Y",))
+    try:
+        data = np.loadtxt([line for line in lines if line.strip() and not line.startswith("#")], ndmin=2)
+    except ValueError as error:
+        raise InputError(path, f"rows are not numbers ({' '.join(str(error).split())[:80]})") from None
+    if data.shape[1] != 2 + len(channels):
+        raise InputError(path, f"has {data.shape[1]} columns; expected theta, phi and {len(channels)}")
+    value = data[:, 2:]
+    if kind == "dsf":
+        cosine = np.cos(np.radians(data[:, :1]))
+        value = np.divide(value, cosine, out=np.full_like(value, np.nan), where=cosine > GRAZING)
+    incident = np.broadcast_to([theta, phi], (len(data), 2))
+    return np.hstack([incident, data[:, :2], value]), channels
+
+
+def _incidence(path: Path, said: dict[str, str]) -> tuple[float, float]:
+    try:
+        if "incident_angle" in said:
+            theta, phi = map(float, said["incident_angle"].split()[:2])
+            return theta, phi
+        theta = said.get("intheta") or said["theta_in"]
+        return float(theta.split()[0]), float((said.get("inphi") or said.get("phi_in") or "0").split()[0])
+    except (KeyError, ValueError, IndexError):
+        raise InputError(path, "says no incident direction (#intheta and #inphi)") from None
