@@ -258,3 +258,17 @@ def gain_map(
     head = struct.pack(">10I", *first, *size, 0, planes, pitch, pitch, v, h)
     places = struct.pack(">4d", 1 / (v - 1), 1 / (h - 1), 0.0, 0.0)
     return opcode(9, head + places + struct.pack(">I", depth) + points.astype(">f4").tobytes())
+
+
+def exif_block(
+    orientation: int = 1, *, time: tuple[int, int] = (1, 64), apex: tuple[int, int] | None = None
+) -> bytes:
+    """EXIF of a time in seconds (and as APEX), f/2.8, ISO 100."""
+    inner: list[Entry] = [(0x829A, 5, time), (0x829D, 5, [28, 10]), (0x8827, 3, [100])]
+    inner += [] if apex is None else [(0x9201, 10, apex)]
+    first: list[Entry] = [(274, 3, [orientation]), (0x8769, 4, [0])]
+    length = len(tiff_directory(first, 8))
+    first[1] = (0x8769, 4, [8 + length])
+    return (
+        b"Exif\0\0II*\0" + struct.pack("<I", 8) + tiff_directory(first, 8) + tiff_directory(inner, 8 + length)
+    )

@@ -19,7 +19,7 @@ from photogonio.capture.files.formats import format_of
 from photogonio.capture.files.images import read_header, read_image
 from PIL import Image, features
 
-from tests.capture.odd_files import app2, gamma_tag, icc_profile, jpeg, tiff_directory
+from tests.capture.odd_files import app2, exif_block, gamma_tag, icc_profile, jpeg
 
 ADOBE = 563 / 256
 HEIGHT, WIDTH = 48, 64
@@ -30,17 +30,6 @@ def smooth(kind: type = np.uint8) -> np.ndarray:
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH] / WIDTH
     light = np.stack([0.2 + 0.6 * x, 0.2 + 0.6 * y, 0.7 - 0.3 * x - 0.2 * y], axis=-1)
     return np.round(light * np.iinfo(kind).max).astype(kind)
-
-
-def exif_block(orientation: int = 1) -> bytes:
-    """1/64 s, f/2.8, ISO 100."""
-    inner = [(0x829A, 5, [1, 64]), (0x829D, 5, [28, 10]), (0x8827, 3, [100])]
-    first = [(274, 3, [orientation]), (0x8769, 4, [0])]
-    length = len(tiff_directory(first, 8))
-    first[1] = (0x8769, 4, [8 + length])
-    return (
-        b"Exif\0\0II*\0" + struct.pack("<I", 8) + tiff_directory(first, 8) + tiff_directory(inner, 8 + length)
-    )
 
 
 def heic(path: Path, pixels: np.ndarray, bits: int = 8, **more: object) -> Path:

@@ -11,6 +11,7 @@ from photogonio.capture.manifest.load import load_photoset
 from tests.capture.odd_files import (
     SRGB_TAG,
     app2,
+    exif_block,
     gama,
     gamma_tag,
     icc_profile,
@@ -162,3 +163,32 @@ def test_photos_of_fewer_bits_are_full_at_their_own_top(tmp_path, files):
         level, usable = reader.read_level(view)
         assert np.array_equal(usable, np.broadcast_to(np.arange(64) >= 5, (48, 64))), role
         assert np.abs(level - bright.mean(axis=2))[usable].max() < 1.2 / 255
+
+
+PATCH = "[[white_patch]]\noutline = [[0, 0], [1, 0], [1, 1], [0, 1]]\nreflectance = 0.9\n"
+
+
+@pytest.mark.parametrize("patch", ["", PATCH])
+@pytest.mark.parametrize(
+    "names", [((1, 60), (1, 30), (1, 15), (1, 125)), ((1, 50), (1, 25), (1, 60), (1, 125))]
+)
+def test_shutter_times_are_steps_and_not_their_names(tmp_path, files, names, patch):
+    """A still scene by a camera of thirds: 1/60 s is 1/64, 1/15 1/16, 1/125 1/128, 1/50 2^(-17/3), 1/25 2^(-14/3)."""
+    true = {60: 64, 30: 32, 15: 16, 125: 128, 50: 2 ** (17 / 3), 25: 2 ** (14 / 3)}
+    for k, name in enumerate(names):
+        light = LIGHT * 15 / true[name[1]]
+        jpeg(tmp_path / f"{k}.jpg", narrow(srgb_code(light)), (0xE1, exif_block(time=name)))
+    reader, values = read(tmp_path, files, radiometry=patch, names=[f"{k}.jpg" for k in range(4)])
+    middles = [float(np.median(value)) for value in values]
+    assert max(middles) / min(middles) - 1 < 0.01  # codes of 8 bits; the names are 4 to 6.5 % apart
+    told = any("true steps" in line for line in reader.warnings)
+    assert told == (patch == "") and told != any("true steps" in note for note in reader.notes)
+
+
+def test_times_of_a_phone_are_as_they_stand(tmp_path, files):
+    for k, time in enumerate(((1, 60), (1, 121), (1, 33))):
+        jpeg(tmp_path / f"{k}.jpg", narrow(srgb_code(LIGHT * 30 / time[1])), (0xE1, exif_block(time=time)))
+    reader, values = read(tmp_path, files, names=[f"{k}.jpg" for k in range(3)])
+    middles = [float(np.median(value)) for value in values]
+    assert max(middles) / min(middles) - 1 < 0.01
+    assert not any("true steps" in line for line in (*reader.warnings, *reader.notes))
