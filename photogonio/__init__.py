@@ -2,9 +2,11 @@
 
 The public API; everything is imported on first use, so that the command line answers at once::
 
-    import photogonio
-    result = photogonio.process("my-set", "my-set-brdf")
-    result.brdf(incident, exit)  # unit vectors (..., 3) in the tangent frame
+    import photogonio as pg
+    b = pg.process("my-set", "my-set-brdf").brdf  # or pg.load("my-set-brdf")
+    b(incident, exit)  # unit vectors (..., 3) in the tangent frame
+
+docs/api.md shows it all.
 """
 
 import os
@@ -24,15 +26,19 @@ _HOMES = {
     "PhotoSet": "photogonio.capture.photoset",
     "load_photoset": "photogonio.capture.manifest.load",
     "Setup": "photogonio.calib.setup",
-    "load_setup": "photogonio.calib.setup",
-    "save_setup": "photogonio.calib.setup",
+    "load_setup": "photogonio.calib.setup_file",
+    "save_setup": "photogonio.calib.setup_file",
+    "load": "photogonio.face.files",
+    "MeasuredBrdf": "photogonio.face.measured",
+    "KnownBrdf": "photogonio.face.known",
     "Brdf": "photogonio.reconstruct.brdf.brdf",
     "load_brdf": "photogonio.reconstruct.brdf.brdf",
     "FacetTable": "photogonio.reconstruct.table.facet_table",
     "Options": "photogonio.pipeline",
     "calibrate": "photogonio.pipeline",
-    "fit": "photogonio.pipeline",
-    "process": "photogonio.pipeline",
+    "fit": "photogonio.face.jobs",
+    "process": "photogonio.face.jobs",
+    "Told": "photogonio.reconstruct.goniometer.told",
     "synthesize": "photogonio.synthetic.write.photoset",
 }
 __all__ = ["__version__", *_HOMES]

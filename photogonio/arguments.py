@@ -9,6 +9,7 @@ from typing import NoReturn
 from photogonio import __version__
 
 _SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
+_KINDS = "a result's folder, coefficients.json, truth.json, or what export writes"
 _PAPERS = ("a4", "a3", "letter")
 # as photogonio.reconstruct.goniometer.told has them, which would import numpy
 _QUANTITIES = ("brdf", "brdf-cos", "brdf-cos-cos", "brdf-cos-incident", "reflectance-factor", "percent")
@@ -136,7 +137,7 @@ def _compare(commands: argparse._SubParsersAction) -> None:
         "two BRDFs: the field's error metrics and a scatter plot",
         "photogonio compare my-set-brdf/coefficients.json my-set/truth.json -o comparison",
     )
-    kinds = "coefficients.json, truth.json, .truth.npz, MERL .binary, BSDF .xml, pab-opto, or a table (.csv)"
+    kinds = f"{_KINDS}, pab-opto, or a table (.csv, table.npz, .truth.npz)"
     parser.add_argument("a", metavar="A", help=f"the BRDF to judge: {kinds}")
     parser.add_argument("b", metavar="B", help="the reference, likewise")
     parser.add_argument("-o", "--out", metavar="OUT", help="folder for the numbers and pictures")
@@ -154,7 +155,7 @@ def _show(commands: argparse._SubParsersAction) -> None:
         "lobes, polar cuts and a shaded sphere of a BRDF",
         "photogonio show my-set-brdf/coefficients.json -o brdf.svg",
     )
-    parser.add_argument("coefficients", metavar="COEFFICIENTS", help="coefficients.json")
+    parser.add_argument("coefficients", metavar="COEFFICIENTS", help=_KINDS)
     parser.add_argument(
         "-o", "--out", metavar="FILE", default="brdf.png", help=".png or .svg (default: brdf.png)"
     )
@@ -167,7 +168,7 @@ def _export(commands: argparse._SubParsersAction) -> None:
         "write a BRDF for renderers and other tools",
         "photogonio export my-set-brdf/coefficients.json --format merl -o material.binary",
     )
-    parser.add_argument("coefficients", metavar="COEFFICIENTS", help="coefficients.json")
+    parser.add_argument("coefficients", metavar="COEFFICIENTS", help=_KINDS)
     parser.add_argument("--channel", metavar="NAME", help="only this one")
     parser.add_argument(
         "--format",

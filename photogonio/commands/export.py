@@ -6,7 +6,10 @@ import argparse
 from pathlib import Path
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
+from photogonio.compare.reflectances import find_brdf
+from photogonio.face.files import load
+from photogonio.face.known import KnownBrdf
+from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export import find_format
 from photogonio.reconstruct.export.loss import PLACE
 from photogonio.report.trust import told_distrust
@@ -14,8 +17,19 @@ from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 
 
-def one_channel(brdf: Brdf, name: str) -> Brdf:
+def source_of(path: Path, name: str) -> Brdf | KnownBrdf:
+    """What the file holds, if the format of that ``name`` can be written of it."""
+    brdf = load(path)
+    if isinstance(brdf, KnownBrdf):
+        brdf.require(name)
+        return brdf.filled()
+    return brdf
+
+
+def one_channel(brdf: Brdf | KnownBrdf, name: str) -> Brdf | KnownBrdf:
     """Only the channel of that name."""
+    if isinstance(brdf, KnownBrdf):
+        return brdf.only(name)
     if name not in brdf.channels:
         raise InputError(f"--channel {name}", f"expected one of {', '.join(brdf.channels)}")
     return brdf.only([brdf.channels.index(name)])
@@ -23,11 +37,12 @@ def one_channel(brdf: Brdf, name: str) -> Brdf:
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     form = find_format(args.format, args.basis)
-    path = Path(args.coefficients)
+    path = find_brdf(Path(args.coefficients))
     out = Path(args.out) if args.out else Path(path.stem + form.suffix)
-    brdf = load_brdf(path)
-    for line in told_distrust(brdf, path.name):
-        reporter.warn(line)
+    brdf = source_of(path, args.format)
+    if isinstance(brdf, Brdf):
+        for line in told_distrust(brdf, path.name):
+            reporter.warn(line)
     if args.channel is not None:
         brdf = one_channel(brdf, args.channel)
     if brdf.scale == "relative":

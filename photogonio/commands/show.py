@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.brdf.brdf import load_brdf
+from photogonio.compare.reflectances import find_brdf
+from photogonio.face.files import load
+from photogonio.face.measured import MeasuredBrdf
 from photogonio.reconstruct.brdf.words import described
 from photogonio.report.html import picture_bytes
-from photogonio.report.plots import overview_figure
 from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
@@ -21,27 +22,29 @@ _ANGLES = np.radians([0.0, 30.0, 60.0])
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
-    out, path = Path(args.out), Path(args.coefficients)
+    out, path = Path(args.out), find_brdf(Path(args.coefficients))
     kind = out.suffix.removeprefix(".").lower()
     if kind not in ("png", "svg"):
         raise InputError(args.out, "expected a name that ends in .png or .svg")
-    brdf = load_brdf(path)
-    for line in told_distrust(brdf, path.name):
-        reporter.warn(line)
+    brdf = load(path)
+    if isinstance(brdf, MeasuredBrdf):
+        for line in told_distrust(brdf, path.name):
+            reporter.warn(line)
     source = Provenance(canonical_command("show", path.name, {}), {path.name: hash_file(path)})
-    title = f"{brdf.source.get('name', path.name)}: {brdf.symmetry}, {described(brdf)}"
-    valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
-    figure = overview_figure(brdf, brdf.channels, title, valid=valid)
+    figure = brdf.plot()
     with staged_file(out) as stage:
         stage.write_bytes(picture_bytes(figure, kind=kind, source=source.to_text()))
     reporter.say(f"written to {out}")
-    return {
-        "channels": brdf.channels,
-        "order": brdf.order,
-        "model": described(brdf),
-        "albedo": brdf.bihemispherical_albedo(),
-        "directional_albedo": {
-            f"{np.degrees(angle):.0f}": brdf.directional_albedo(angle) for angle in _ANGLES
-        },
-        "out": str(out),
-    }
+    numbers: dict[str, object] = {"channels": brdf.channels, "out": str(out)}
+    value, error = brdf.albedo()
+    numbers |= {"albedo": value, "albedo_error": error}
+    if isinstance(brdf, MeasuredBrdf):
+        reporter.say(described(brdf))
+        numbers |= {
+            "order": brdf.order,
+            "model": described(brdf),
+            "directional_albedo": {
+                f"{np.degrees(angle):.0f}": brdf.directional_albedo(angle) for angle in _ANGLES
+            },
+        }
+    return numbers

@@ -10,15 +10,21 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.arrays import read_arrays
 from photogonio.capture.files.documents import read_json
 from photogonio.capture.manifest.schema import array
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.brdf.merl import CHANNELS
+from photogonio.reconstruct.brdf.scatmech import is_scatmech, read_scatmech, scatmech_brdf
+from photogonio.reconstruct.export.gltf import read_gltf
+from photogonio.reconstruct.export.openpbr import read_openpbr
 from photogonio.reconstruct.goniometer.foreign import known_everywhere
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
+from photogonio.reconstruct.table.cells import cells_of
+from photogonio.reconstruct.table.table_file import load_table
 from photogonio.synthetic.brdf.files import check_values, grid_arrays
 from photogonio.synthetic.render.world import brdf_from
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
@@ -62,11 +68,18 @@ def load_known(path: Path, told: Told = UNTOLD) -> Known:
     Raises:
         InputError: no such file, or none of these.
     """
-    readers = {".json": _read_json, ".npz": _read_grid}
+    readers = {
+        ".json": _read_json,
+        ".npz": _read_grid,
+        ".mtlx": _read_openpbr,
+        ".gltf": _read_gltf,
+    }
     if not path.exists():
         raise InputError(path, "no such file; expected a BRDF (.json, .binary, .xml, .npz or a table)")
     if path.suffix in readers and path.is_file():
         return readers[path.suffix](path)
+    if path.is_file() and is_scatmech(path):
+        return _read_scatmech(path)
     known = known_everywhere(path)
     if known is not None:
         return Known(path.name, known.channels, isotropic=known.isotropic, evaluate=known.evaluate)
@@ -78,7 +91,7 @@ def _read_json(path: Path) -> Known:
     if isinstance(document, dict) and document.get("format") == TRUTH_FORMAT:
         return _read_truth(path, document.get("brdf"))
     brdf = load_brdf(path)
-    return Known(path.name, brdf.channels, isotropic=brdf.symmetry == "isotropic", evaluate=brdf)
+    return Known(path.name, brdf.channels, isotropic=not brdf.turning, evaluate=brdf)
 
 
 def _read_truth(path: Path, truth: object) -> Known:
@@ -112,7 +125,38 @@ def _part(path: Path, truth: object, name: str) -> dict:
     return part
 
 
+def _read_openpbr(path: Path) -> Known:
+    return _principled(path, read_openpbr)
+
+
+def _read_gltf(path: Path) -> Known:
+    return _principled(path, read_gltf)
+
+
+def _principled(path: Path, read: Callable[[Path], Evaluate]) -> Known:
+    """A material of a renderer's own model, in R, G and B."""
+    try:
+        return Known(path.name, CHANNELS, isotropic=True, evaluate=read(path))
+    except (ValueError, KeyError, IndexError, TypeError, SyntaxError) as error:
+        raise InputError(path, f"holds no material that photogonio export wrote: {error}") from None
+
+
+def _read_scatmech(path: Path) -> Known:
+    brdf = scatmech_brdf(read_scatmech(path))
+    return Known(path.name, brdf.channels, isotropic=True, evaluate=brdf)
+
+
+def _read_facets(path: Path) -> Known:
+    """A facet table that ``process`` left: its values at the cells' mean directions."""
+    table = load_table(path)
+    cells = cells_of(table)
+    incident, exit = unit_vectors(cells.theta_i, cells.phi_i), unit_vectors(cells.theta_r, cells.phi_r)
+    return Known(path.name, table.channels, isotropic=False, at=_at(incident, exit), value=cells.value)
+
+
 def _read_grid(path: Path) -> Known:
+    if "groups" in read_arrays(path, "a grid or a facet table"):
+        return _read_facets(path)
     return _on_grid(path, *grid_arrays(path))
 
 

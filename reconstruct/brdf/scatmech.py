@@ -71,6 +71,17 @@ def _check_row(where: str, row: list[int], value: float) -> None:
         raise InputError(where, f"an isotropic mode has k = l >= 0, not {k}, {l}")
 
 
+def is_scatmech(path: Path | str) -> bool:
+    """Whether the first row of a file is one of these, and not a table's headers."""
+    try:
+        with Path(path).open(encoding="utf-8") as file:
+            lines = (re.split("[;#]", line)[0].strip() for line in file)
+            words = re.split(r"[,\s]+", next((line for line in lines if line), ""))
+            return len(words) == 8 and all(float(word) == int(float(word)) for word in words[:-1])
+    except (OSError, ValueError):
+        return False
+
+
 def write_scatmech(path: Path | str, table: ScatmechTable) -> None:
     """Write a coefficient file, every number at full precision. Inverse of :func:`read_scatmech`."""
     lines = [

@@ -222,6 +222,6 @@ def _within_one_error(loss: np.ndarray, least: np.ndarray) -> bool:
     """Whether losses of the same folds differ by no more than chance: on their logarithms, since folds differ much in
     how hard they are and one hard fold would hide what all the others say."""
     tiny = np.finfo(float).tiny
-    ratio = np.log(np.maximum(loss, tiny) / np.maximum(least, tiny))
+    ratio = np.log(np.maximum(loss, tiny)) - np.log(np.maximum(least, tiny))
     error = ratio.std(ddof=1) / np.sqrt(len(ratio)) if len(ratio) > 1 else 0.0
     return bool(ratio.mean() <= error + 1e-12)

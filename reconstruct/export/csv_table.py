@@ -12,7 +12,8 @@ _LAST = 85.0  # degrees: at 90 many BRDFs have no finite value
 
 
 def write_csv(brdf: Brdf, path: Path) -> None:
-    """theta_i, phi_i, theta_r, phi_r in degrees and f, 1/sr, one column a channel.
+    """theta_i, phi_i, theta_r, phi_r in degrees and f, 1/sr, one column a channel; where it is known one standard error
+    of f, in a column ``sigma`` a channel.
 
     Isotropic: phi_i is 0 and phi_r goes half a turn, since the other half is its mirror image.
     """
@@ -22,8 +23,10 @@ def write_csv(brdf: Brdf, path: Path) -> None:
     phi_i = np.zeros(1) if isotropic else turn
     phi_r = np.arange(0.0, 181.0, _TURN) if isotropic else turn
     grids = [grid.ravel() for grid in np.meshgrid(polar, phi_i, polar, phi_r, indexing="ij")]
-    rows = np.column_stack([*grids, brdf.evaluate(*np.radians(grids))])
-    header = ",".join(["theta_i", "phi_i", "theta_r", "phi_r", *brdf.channels])
-    np.savetxt(
-        path, rows, fmt=["%g"] * 4 + ["%.9g"] * len(brdf.channels), delimiter=",", header=header, comments=""
-    )
+    columns, names = [brdf.evaluate(*np.radians(grids))], list(brdf.channels)
+    if getattr(brdf, "uncertainty", None) is not None:
+        columns.append(brdf.standard_error(*np.radians(grids)))
+        names += [f"sigma_{name}" for name in brdf.channels] if len(names) > 1 else ["sigma"]
+    header = ",".join(["theta_i", "phi_i", "theta_r", "phi_r", *names])
+    form = ["%g"] * 4 + ["%.9g"] * len(brdf.channels) + ["%.4g"] * (len(names) - len(brdf.channels))
+    np.savetxt(path, np.column_stack([*grids, *columns]), fmt=form, delimiter=",", header=header, comments="")

@@ -1,0 +1,123 @@
+"""A BRDF in Python that is no file of coefficients: a table of MERL's or a renderer's, a truth, or measured rows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from photogonio.capture.errors import InputError
+from photogonio.compare.reflectances import Known
+from photogonio.face.measured import Albedo
+from photogonio.face.presented import Presented
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.integrals import albedo_of
+from photogonio.reconstruct.modes.quadrature import elevation_rule
+
+FINEST = 0.1  # radians: what a quadrature of a table resolves
+_COEFFICIENTS = ("modes", "scatmech")  # formats that need them
+
+
+class KnownBrdf(Presented):
+    """f known everywhere, or at single pairs of directions (``at``, ``value``); without errors."""
+
+    __slots__ = ("known",)
+
+    def __init__(self, known: Known):
+        self.known = known
+
+    name = property(lambda self: self.known.name)
+    channels = property(lambda self: self.known.channels)  # type: ignore[assignment]
+    turning = property(lambda self: not self.known.isotropic)
+    symmetry = property(lambda self: "isotropic" if self.known.isotropic else "general")
+    scale = "absolute"
+    valid: ClassVar[dict[str, float]] = {}
+    uncertainty = None
+
+    def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+        """f (..., c), 1/sr, at unit vectors (..., 3) that broadcast together; 0 below the surface.
+
+        Raises InputError where f is known at single pairs only.
+        """
+        return self._f(incident, exit)
+
+    def evaluate(
+        self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike
+    ) -> np.ndarray:
+        """f (..., c), 1/sr, at angles in radians that broadcast together."""
+        return self._f(unit_vectors(theta_i, phi_i), unit_vectors(theta_r, phi_r))
+
+    def angles(
+        self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, phi_i: ArrayLike = 0.0
+    ) -> np.ndarray:
+        """f (..., c), 1/sr; dphi = phi_r - phi_i, pi is forward."""
+        return self.evaluate(theta_i, phi_i, theta_r, np.asarray(phi_i, float) + np.asarray(dphi, float))
+
+    def directional_albedo(self, theta_i: ArrayLike, phi_i: ArrayLike = 0.0) -> np.ndarray:
+        """(..., c) fraction of the light from (theta_i, phi_i) that is sent out, by quadrature."""
+        theta, phi = np.broadcast_arrays(np.asarray(theta_i, float), np.asarray(phi_i, float))
+        sent = [albedo_of(self._safe, t, p, finest=FINEST) for t, p in zip(theta.flat, phi.flat, strict=True)]
+        return np.reshape(sent, (*theta.shape, len(self.channels)))
+
+    def _safe(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+        """f, 0 where it was not measured."""
+        return np.nan_to_num(self._f(incident, exit))
+
+    def albedo(self) -> Albedo:
+        """Under even light from the whole hemisphere, by quadrature; its error is not known."""
+        theta, weight = elevation_rule(6, level=3)
+        turns = (0.0,) if self.known.isotropic else tuple(np.pi * np.arange(8) / 8)
+        sent = np.mean([albedo_of(self._safe, theta, turn, finest=FINEST) for turn in turns], axis=0)
+        value = 2.0 * (weight * np.cos(theta)) @ sent
+        return Albedo(value, np.full_like(value, np.nan))
+
+    def export(
+        self, format: str, path: str | Path, *, channel: str | None = None, order: int | None = None
+    ) -> str:
+        """Write it for another program (docs/cli.md); what is lost by that, in words.
+
+        Raises InputError where the format cannot hold it, or needs coefficients.
+        """
+        self.require(format)
+        source = self if channel is None else self.only(channel)
+        return self._export(source.filled(), format, Path(path), order)
+
+    def require(self, format: str) -> None:
+        """Raises InputError where the ``format`` cannot be written of it."""
+        if format in _COEFFICIENTS:
+            raise InputError(self.name, f"holds no coefficients, which {format} needs; fit it first")
+        if self.known.evaluate is None:
+            raise InputError(self.name, "is known at single pairs of directions only; fit it first")
+
+    def only(self, channel: str) -> KnownBrdf:
+        """Of one channel."""
+        place, whole = self._only_place(channel, self.channels), self.known.evaluate
+        if whole is None:
+            raise InputError(self.name, "is known at single pairs of directions only; fit it first")
+        return KnownBrdf(
+            Known(self.name, (channel,), self.known.isotropic, lambda i, r: whole(i, r)[..., [place]])
+        )
+
+    def filled(self) -> KnownBrdf:
+        """The same with 0 where it was not measured, as other programs take it."""
+        return KnownBrdf(Known(self.name, self.channels, self.known.isotropic, self._safe))
+
+    def __repr__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _lines(self) -> list[str]:
+        pairs = (
+            "everywhere" if self.known.value is None else f"at {len(self.known.value)} pairs of directions"
+        )
+        return [
+            f"{self.name}: no coefficients, f known {pairs}",
+            f"{'turning' if self.turning else 'isotropic'}, channels {', '.join(self.channels)}",
+            "albedo: ask for it, by quadrature" if self.known.value is None else "albedo not known",
+            "standard errors not known",
+            "from a file of its own kind",
+        ]
+
+    def _known(self) -> Known:
+        return self.known

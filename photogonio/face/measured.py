@@ -1,0 +1,120 @@
+"""A measured BRDF in Python: what :func:`photogonio.load` and the jobs give."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from photogonio.compare.reflectances import Known
+from photogonio.face.presented import Presented
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.spread import albedo_error, drawn
+from photogonio.reconstruct.brdf.words import described
+from photogonio.reconstruct.modes.angles import spherical_angles
+from photogonio.report.plots import overview_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Albedo(NamedTuple):
+    """Fraction of the light that is sent out, and one standard error of it."""
+
+    value: np.ndarray  # (c,)
+    error: np.ndarray  # (c,) NaN where it is not known
+
+
+class MeasuredBrdf(Presented, Brdf):
+    """A BRDF with its errors: ``b(wi, wr)`` at unit vectors, 1/sr; 0 below the surface."""
+
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, brdf: Brdf) -> MeasuredBrdf:
+        """The same, with the methods of this class."""
+        return cls(**{field.name: getattr(brdf, field.name) for field in fields(Brdf)})
+
+    @property
+    def name(self) -> str:
+        """Of the set or file that it came from."""
+        return str(self.source.get("name", "BRDF"))
+
+    def angles(
+        self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, phi_i: ArrayLike = 0.0
+    ) -> np.ndarray:
+        """f (..., c), 1/sr, at angles in radians that broadcast together; dphi = phi_r - phi_i, pi is forward.
+
+        ``phi_i`` matters only where the surface changes as it turns.
+        """
+        return self.evaluate(theta_i, phi_i, theta_r, np.asarray(phi_i, float) + np.asarray(dphi, float))
+
+    def standard_error(self, *where: ArrayLike) -> np.ndarray:
+        """One standard error of f (..., c), 1/sr; 1.96 of them are a 95 % interval.
+
+        ``where`` is incident and exit unit vectors (..., 3); or theta_i, theta_r, dphi; or theta_i, phi_i, theta_r,
+        phi_r, in radians. NaN where the file does not say.
+        """
+        if len(where) == 2:
+            where = (*spherical_angles(where[0]), *spherical_angles(where[1]))
+        elif len(where) == 3:
+            where = (where[0], 0.0, where[1], where[2])
+        if len(where) != 4:
+            raise TypeError("expected two directions, or three or four angles")
+        return super().standard_error(*where)
+
+    def albedo(self) -> Albedo:
+        """Under even light from the whole hemisphere, with its error."""
+        return Albedo(self.bihemispherical_albedo(), albedo_error(self))
+
+    def sample(self, n: int, seed: int = 0) -> list[MeasuredBrdf]:
+        """``n`` BRDFs drawn from the covariance of the parameters: a rendering of each is a draw of the rendering.
+
+        Raises InputError where the file does not say how sure it is.
+        """
+        return [MeasuredBrdf.of(one) for one in drawn(self, n, seed)]
+
+    def plot(self) -> Figure:
+        """Lobes, cuts and balls under three lights, as a figure of matplotlib; dashed beyond what was seen."""
+        valid = np.radians(self.valid.get("theta_r_max", 90.0))
+        symmetry = "turning" if self.turning else "isotropic"
+        return overview_figure(
+            self, self.channels, f"{self.name}: {symmetry}, {described(self)}", valid=valid
+        )
+
+    def export(
+        self, format: str, path: str | Path, *, channel: str | None = None, order: int | None = None
+    ) -> str:
+        """Write it for another program (docs/cli.md); what is lost by that, in words, or nothing.
+
+        Raises InputError where the format cannot hold it.
+        """
+        brdf = self if channel is None else self.only([self._place(channel)])
+        return self._export(brdf, format, Path(path), order)
+
+    def __repr__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _lines(self) -> list[str]:
+        """Five lines: what it is, its channels, how bright, how far it may be trusted, and from what."""
+        albedo = " · ".join(f"{value:.3f}" for value in self.bihemispherical_albedo())
+        symmetry = "turning" if self.turning else "isotropic"
+        top = self.valid.get("theta_i_max")
+        known = "said for every parameter" if self.uncertainty is not None else "of no parameter but modes"
+        valid = "" if top is None else f", valid below {top:.0f} degrees"
+        return [
+            f"{self.name}: {described(self)}",
+            f"{symmetry}, {self.scale} scale, channels {', '.join(self.channels)}",
+            f"albedo under even light {albedo}",
+            f"standard errors {known}{valid}",
+            f"from {self.source.get('command', 'no command that is told')}",
+        ]
+
+    def _known(self) -> Known:
+        return Known(self.name, self.channels, isotropic=not self.turning, evaluate=self)
+
+    def _place(self, channel: str) -> int:
+        return self._only_place(channel, self.channels)

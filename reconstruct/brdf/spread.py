@@ -1,0 +1,116 @@
+"""What a BRDF's covariance says of more than f: its albedo's error, and BRDFs drawn from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.parameters import either_side, lobe_parameter, number_of, with_number
+from photogonio.reconstruct.modes.integrals import bihemispherical_albedo
+
+NODES = 12  # midpoints in each angle, between which errors beyond the parameters are averaged
+LEAST = 1e-6  # of a drawn weight, reflectance or roughness
+
+
+def albedo_error(brdf: Brdf) -> np.ndarray:
+    """(c,) one standard error of the albedo under even light; NaN where it is not known.
+
+    What is beyond the parameters is taken to be alike in all directions.
+    """
+    known = brdf.uncertainty
+    if known is None:
+        return np.full(len(brdf.channels), np.nan)
+    change = np.zeros((len(known.parameters), len(brdf.channels)))
+    modes, bare = len(brdf.modes), replace(brdf, modes=brdf.modes[:0], coefficients=brdf.coefficients[:0])
+    unit = bihemispherical_albedo(brdf.symmetry, brdf.modes, np.eye(modes), brdf.quantity)
+    change[:modes] = unit[:, None]
+    for p, name in enumerate(known.parameters[modes:], start=modes):
+        found = lobe_parameter(name, brdf.lobes)
+        if found is None:
+            raise InputError("parameters", f"there is no {name!r} in this file")
+        less, more, between = either_side(brdf.lobes[found[0]], found[1])
+        ends = [replace(bare, lobes=(one,)).bihemispherical_albedo() for one in (less, more)]
+        change[p] = (ends[1] - ends[0]) / between
+    own = np.einsum("pc,cpq,qc->c", change, known.spread(), change)
+    return np.sqrt(np.maximum(own, 0.0) + (_beyond(brdf) * brdf.bihemispherical_albedo()) ** 2)
+
+
+def _beyond(brdf: Brdf) -> np.ndarray:
+    """(c,) relative errors that no parameter says: their mean, weighed by the light that goes each way."""
+    middle = (np.arange(NODES) + 0.5) / NODES
+    theta_i, theta_r, dphi = (
+        grid.ravel()
+        for grid in np.meshgrid(0.5 * np.pi * middle, 0.5 * np.pi * middle, np.pi * middle, indexing="ij")
+    )
+    weight = (np.sin(2.0 * theta_i) * np.sin(2.0 * theta_r))[:, None]
+    f = weight * np.abs(brdf.evaluate(theta_i, 0.0, theta_r, dphi))
+    tables = (table for table in (brdf.uncertainty.misfit, brdf.uncertainty.unseen) if table is not None)
+    means = [table.at(theta_i, theta_r, dphi) @ f / f.sum(0) for table in tables]
+    return np.sqrt(brdf.uncertainty.scale**2 + sum((mean**2 for mean in means), np.zeros(f.shape[1])))
+
+
+def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
+    """``count`` BRDFs drawn from the covariance: what is beyond the parameters stays as it is.
+
+    Numbers that channels share are drawn once. Raises InputError where no covariance is known.
+    """
+    known = brdf.uncertainty
+    if known is None or not np.isfinite(known.spread()).all():
+        raise InputError("sample", "the file does not say how sure its numbers are")
+    rng = np.random.default_rng(seed)
+    modes, spread = len(brdf.modes), known.spread()
+    shared = np.array(
+        [k >= modes and _is_shared(name, brdf) for k, name in enumerate(known.parameters)], bool
+    )
+    own, common = np.flatnonzero(~shared), np.flatnonzero(shared)
+    together = rng.normal(size=(count, len(common))) @ _root(spread[0][np.ix_(common, common)]).T
+    changes = np.zeros((count, len(known.parameters), len(brdf.channels)))
+    changes[:, common] = together[:, :, None]
+    for c, one in enumerate(spread):
+        across = one[np.ix_(own, common)]
+        gain = across @ np.linalg.pinv(one[np.ix_(common, common)], rcond=1e-12, hermitian=True)
+        alone = one[np.ix_(own, own)] - gain @ across.T
+        noise = rng.normal(size=(count, len(own))) @ _root(alone).T
+        changes[:, own, c] = together @ gain.T + noise
+    return [_moved(brdf, change) for change in changes]
+
+
+def _root(covariance: np.ndarray) -> np.ndarray:
+    """A square root, (p, p)."""
+    values, vectors = np.linalg.eigh(covariance)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def _is_shared(name: str, brdf: Brdf) -> bool:
+    """Whether channels have the same of a lobe's number."""
+    found = lobe_parameter(name, brdf.lobes)
+    if found is None:
+        return False
+    lobe, what = brdf.lobes[found[0]], found[1]
+    return (
+        what.startswith("roughness") or what == "azimuth" or (what == "f0" and lobe.fresnel == "dielectric")
+    )
+
+
+def _moved(brdf: Brdf, change: np.ndarray) -> Brdf:
+    """With the parameters changed by ``change`` (p, c), and what cannot be kept within what can."""
+    modes, lobes = len(brdf.modes), list(brdf.lobes)
+    for p, name in enumerate(brdf.uncertainty.parameters[modes:], start=modes):
+        place, what = lobe_parameter(name, brdf.lobes)
+        value = number_of(lobes[place], what) + change[p]
+        if what.startswith("roughness"):
+            value = np.clip(value, LEAST**0.5, None if lobes[place].turning else 1.0)
+        elif what == "f0":
+            value = np.clip(value, LEAST, 1.0 - LEAST)
+        elif what in ("weight", "ground"):
+            value = np.maximum(value, 0.0)
+        lobes[place] = with_number(lobes[place], what, value)
+    return replace(
+        brdf,
+        coefficients=brdf.coefficients + change[:modes],
+        lobes=tuple(lobes),
+        uncertainty=None,
+        standard_errors=np.full_like(brdf.coefficients, np.nan),
+    )
