@@ -34,7 +34,19 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"photogonio {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
-    for add in (_process, _calibrate, _fit, _synthesize, _evaluate, _compare, _show, _export, _target, _init):
+    for add in (
+        _process,
+        _batch,
+        _calibrate,
+        _fit,
+        _synthesize,
+        _evaluate,
+        _compare,
+        _show,
+        _export,
+        _target,
+        _init,
+    ):
         add(commands)
     return parser
 
@@ -62,6 +74,33 @@ def _process(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("set", metavar="SET", help="folder with photoset.toml")
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: SET's name + -brdf)")
     _fit_options(parser)
+
+
+def _batch(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "batch",
+        "many photo sets, each as process does, with one table and one page of all",
+        "photogonio batch archive -o library",
+    )
+    parser.add_argument("sets", metavar="FOLDER", nargs="+", help="photo sets, folders of such, or patterns")
+    parser.add_argument(
+        "-o", "--out", metavar="OUT", default="library", help="folder to write (default: library)"
+    )
+    parser.add_argument(
+        "--executor",
+        metavar="local:N",
+        type=_executor,
+        help="how many worker processes and threads in all (default: one a core)",
+    )
+    _fit_options(parser, workers=False)
+
+
+def _executor(text: str) -> int:
+    kind, _, number = text.partition(":")
+    if kind != "local" or not number.isdecimal() or int(number) < 1:
+        raise argparse.ArgumentTypeError(f"expected local:N, found {text!r}")
+    return int(number)
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:
@@ -249,7 +288,7 @@ def _table_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _fit_options(parser: argparse.ArgumentParser) -> None:
+def _fit_options(parser: argparse.ArgumentParser, *, workers: bool = True) -> None:
     parser.add_argument("--order", type=_auto_or_whole, default="auto", help="largest radial order, or auto")
     parser.add_argument(
         "--level", type=_auto_or_whole, default="auto", help="of the icosahedral facets, or auto"
@@ -275,7 +314,10 @@ def _fit_options(parser: argparse.ArgumentParser) -> None:
         help="off: single values that contradict their neighbours count like all others",
     )
     parser.add_argument("--channels", metavar="A,B,...", type=_names, help="only these, by name")
-    _workers(parser)
+    if workers:
+        _workers(parser)
+    else:
+        parser.set_defaults(workers=None)
 
 
 def _workers(parser: argparse.ArgumentParser) -> None:

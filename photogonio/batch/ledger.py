@@ -1,0 +1,76 @@
+"""What became of each set: one line of JSON a set, written whole, so that a batch that was killed goes on from it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+
+from photogonio.system.outputs import plain, staged_file
+
+LEDGER = "ledger.jsonl"
+DONE, DISTRUSTED, FAILED = "done", "not to be trusted", "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class SetEntry:
+    """One set; nothing that differs between runs."""
+
+    set: str
+    key: str  # of everything that the result depends on
+    status: str  # DONE, DISTRUSTED or FAILED
+    said: str = ""  # why it failed or is not to be trusted
+    numbers: Mapping[str, object] = field(default_factory=dict)  # see .work.numbers_of
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is a result."""
+        return self.status != FAILED
+
+    def line(self) -> bytes:
+        return (json.dumps(plain(asdict(self)), ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def read_ledger(path: Path) -> dict[str, SetEntry]:
+    """The last entry of each set. A line that a kill cut short, or that is none of ours, is passed over."""
+    try:
+        lines = path.read_bytes().split(b"\n")
+    except FileNotFoundError:
+        return {}
+    known = {f.name for f in fields(SetEntry)}
+    found = {}
+    for line in lines[:-1]:  # what follows the last line's end was cut short
+        try:
+            values = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(values, dict) and set(values) == known and isinstance(values["numbers"], dict):
+            found[str(values["set"])] = SetEntry(**values)
+    return found
+
+
+def append(path: Path, entry: SetEntry) -> None:
+    """Add a line in one write, on the disk before it returns."""
+    handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+    try:
+        # a line that was cut short before must not run into this one
+        size = os.fstat(handle).st_size
+        torn = size > 0 and not _ends_line(path)
+        os.write(handle, (b"\n" if torn else b"") + entry.line())
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def rewrite(path: Path, entries: Iterable[SetEntry]) -> None:
+    """The whole ledger anew, in the order given: the same bytes whatever came first."""
+    with staged_file(path) as stage:
+        stage.write_bytes(b"".join(entry.line() for entry in entries))
+
+
+def _ends_line(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(-1, os.SEEK_END)
+        return file.read(1) == b"\n"
