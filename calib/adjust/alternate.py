@@ -29,6 +29,7 @@ from photogonio.capture.photoset import MirrorBall
 
 _STEPS = (8, 3, 3, 3)  # of each view's own shading fit in each round: the adjustment does the rest
 # of a lamp's distance: where balls and shading differ as much, a fit is tried from where the balls show it
+_REACH, _TURN = 0.5, 0.05  # of a lamp's distance, by which one round may change it, and move it across
 _ELSEWHERE = 0.02
 _WILD = 6.0  # standard errors at which a highlight is taken for something else
 _WILD_PIXELS = 2.5
@@ -72,7 +73,7 @@ def settle(state: State) -> State:
             now.scene = replace(now.scene, error=pooled(fit.shown for fit in now.fits.values()))
         terms = all_terms(state, observations, now.lamps, now.values, now.fits, now.scale)
         done = adjust(now.values, terms, fixed)
-        now.values = done.values
+        now.values = done.values | _within_reach(now.values, done.values, now.lamps)
         for observation in observations:
             observation.pose = block_pose(now.values[observation.pose_block])
         if now.fits:  # only where lamps are sure without the highlights
@@ -117,6 +118,27 @@ def _at_rest(now: _Round, done: Adjusted) -> Settled:
         _corner_rms(done, photos),
         now.scale,
     )
+
+
+def _within_reach(before: Values, after: Values, lamps: dict[str, Lamp]) -> Values:
+    """Places of lamps that moved by more than a straight line holds for: a step along the ray that is as long as the
+    lamp is far turns it, and of lamps far away little tells the distance. They keep as much of it as is safe."""
+    moved = {}
+    for name, lamp in lamps.items():
+        block = block_name(name)
+        if lamp.kind != "point" or lamp.fixed:
+            continue
+        far = float(np.linalg.norm(before[block]))
+        toward, step = before[block] / far, after[block] - before[block]
+        along = float(step @ toward)
+        across = step - along * toward
+        aside = float(np.linalg.norm(across))
+        if abs(along) > _REACH * far or aside > _TURN * far:
+            across *= min(1.0, _TURN * far / max(aside, 1e-300))
+            moved[block] = (
+                before[block] + float(np.clip(along, -_REACH * far, _REACH * far)) * toward + across
+            )
+    return moved
 
 
 def _present(scene: ShadingScene, values: Values) -> ShadingScene:

@@ -120,7 +120,7 @@ def start_lamp(
     if scene is not None and paper is not None and reading is not None and kind != "directional":
         diagonal = float(np.hypot(*board_size(photoset.board)))
         local = first_fit(reading, scene, rays, middle_of(photoset), diagonal)
-        if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or not rays:
+        if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or len({r.ball for r in rays}) < 2:
             paper.shading = local
             place = paper.pose.apply(local[:3]) if attached else local[:3]
             return Lamp(name, entry, "point", place, source if rays else "board")

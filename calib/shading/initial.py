@@ -13,6 +13,10 @@ from photogonio.calib.shading.kernel import misfits
 from photogonio.calib.shading.model import ShadingScene
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
+_AFAR = (
+    20.0,
+    90.0,
+)  # and where they are as good as infinitely far: from nearer starts fits end in wrong directions
 _HEIGHTS = (12.0, 25.0, 40.0, 58.0, 78.0)  # degrees above the board
 _AROUND = 12
 _COARSE = 700  # samples for trying many places
@@ -124,7 +128,7 @@ def _beaten(place: np.ndarray, reading: PaperReading, scene: ShadingScene, start
 
 def ray_places(rays: list[MirroredRay], diagonal: float) -> list[np.ndarray]:
     """Where the rays meet, and places along each of them."""
-    places = [r.origin + k * diagonal * r.direction for r in rays for k in _RANGES]
+    places = [r.origin + k * diagonal * r.direction for r in rays for k in _RANGES + _AFAR]
     if len(rays) > 1:
         met = meet(rays, "point", diagonal)
         places.append(met.place)
@@ -137,7 +141,7 @@ def sky_places(middle: np.ndarray, diagonal: float) -> list[np.ndarray]:
     for height in np.radians(_HEIGHTS):
         for turn in np.arange(_AROUND) * 2 * np.pi / _AROUND:
             toward = np.array([np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)])
-            places += [middle + k * diagonal * toward for k in _RANGES[1:4]]
+            places += [middle + k * diagonal * toward for k in (*_RANGES[1:4], _AFAR[-1])]
     return places
 
 
