@@ -80,8 +80,8 @@ def fit_camera(views: list[Corners], size: tuple[int, int], workers: int = 1) ->
     judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
     tried = abreast(lambda n: _held_out(judges, size, MODELS[n] | extra), names, workers)
     held_out = dict(zip(names, tried, strict=True))
-    tried = abreast(lambda n: _calibrate(good, size, MODELS[n] | extra), names, workers)
-    fits = dict(zip(names, tried, strict=True))
+    fitted = abreast(lambda n: _calibrate(good, size, MODELS[n] | extra), names, workers)
+    fits = dict(zip(names, fitted, strict=True))
     count = 2 * sum(len(v) for v in good)
     model = names[-1]
     for k, name in enumerate(names):
@@ -134,7 +134,7 @@ def _beats(larger: float, smaller: float, count: int, terms: int) -> bool:
 def _calibrate(views: list[Corners], size: tuple[int, int], flags: int) -> tuple[float, Camera, np.ndarray]:
     points = [np.ascontiguousarray(v.points, np.float32).reshape(-1, 1, 3) for v in views]
     pixels = [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in views]
-    rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(
+    rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(  # type: ignore[call-overload]  # no start
         points, pixels, size, np.eye(3), None, flags=flags, criteria=_STOP
     )
     distortion = np.asarray(distortion, float).reshape(-1)[: 8 if flags & cv2.CALIB_RATIONAL_MODEL else 5]

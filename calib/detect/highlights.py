@@ -123,7 +123,7 @@ def _brightest_blob(
     rest = np.where(allowed, level - base, 0.0)
     best, first = None, (False, 0.0)
     for _ in range(6):
-        y, x = np.unravel_index(np.argmax(rest), rest.shape)
+        y, x = map(int, np.unravel_index(np.argmax(rest), rest.shape))
         peak = float(rest[y, x])
         if peak < 12 * noise or (best is not None and peak < 0.5 * best[2]):
             break

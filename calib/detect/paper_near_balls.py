@@ -43,8 +43,9 @@ class Close:
     aside: np.ndarray | None = None  # (n,) likewise
 
     def keep(self, mask: np.ndarray) -> Close:
-        parts = ((one.name, getattr(self, one.name)) for one in fields(self))
-        return Close(**{name: None if part is None else part[mask] for name, part in parts})
+        names = (one.name for one in fields(self))
+        given = {name: part[mask] for name in names if (part := getattr(self, name)) is not None}
+        return Close(**given)
 
 
 @dataclass(frozen=True, slots=True)

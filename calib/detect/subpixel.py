@@ -57,7 +57,7 @@ class Around:
 
 def _inside(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     middle = np.round(pixels)
-    return (middle > _NEAREST).all(1) & (middle < np.array(size) - _NEAREST).all(1)
+    return np.all((middle > _NEAREST) & (middle < np.array(size) - _NEAREST), axis=1)
 
 
 def register(

@@ -9,7 +9,7 @@ from photogonio.calib.geometry.camera import Camera, Pose
 def outline(camera: Camera, pose: Pose, center: np.ndarray, radius: float, count: int = 90) -> np.ndarray:
     """The limb of a ball in the picture, (count, 2) pixels: the tangent cone from the camera's centre."""
     axis = pose.apply(np.asarray(center, float))
-    distance = np.linalg.norm(axis)
+    distance = float(np.linalg.norm(axis))
     axis = axis / distance
     across = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)

@@ -29,9 +29,10 @@ def fit_pose(camera: Camera, corners: Corners) -> PoseFit | None:
         return None
     inlier = np.ones(len(corners), bool)
     for _ in range(4):
-        pose = _solve(camera, corners.points[inlier], corners.pixels[inlier])
-        if pose is None:
+        tried = _solve(camera, corners.points[inlier], corners.pixels[inlier])
+        if tried is None:
             return None
+        pose = tried
         miss = np.linalg.norm(camera.project(pose, corners.points) - corners.pixels, axis=1)
         spread = 1.4826 * float(np.median(miss[inlier]))
         kept = miss < max(_OUTLIER_SIGMA * spread, _OUTLIER_PIXELS)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -37,14 +38,22 @@ _LITTLE_BOUNCE = 0.02  # over the direct light: paper with more of it is not rea
 
 @dataclass(frozen=True, slots=True)
 class Strength:
-    """A lamp's strength times the surface's reflectance over pi, or why it could not be read."""
+    """A lamp's strength times the surface's reflectance over pi."""
 
-    value: np.ndarray | None  # (c,)
-    error: np.ndarray | None  # (c,) of the reading itself, not of the lamp's place
+    value: np.ndarray  # (c,)
+    error: np.ndarray  # (c,) of the reading itself, not of the lamp's place
     pull: (
-        np.ndarray | None
+        np.ndarray
     )  # (3,) derivative of log 1/r^2 (sample left aside) by the lamp's place, over what was read
     problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class NoStrength:
+    """Why it could not be read."""
+
+    value: ClassVar[None] = None
+    problem: str
     rough: Strength | None = None  # what there is in spite of the problem, better than nothing
 
 
@@ -56,10 +65,6 @@ class Stray:
     amounts: np.ndarray  # (3,) diffuse, glossy, even, or (3, c)
     even: float  # unit of the even light
     tilt: tuple[float, float, float] = (1.0, 0.0, 0.0)  # of the direct light: constant, by x and by y
-
-
-def no_strength(problem: str) -> Strength:
-    return Strength(None, None, None, problem)
 
 
 def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[np.ndarray, np.ndarray]:
@@ -85,40 +90,40 @@ def light_shape(points: np.ndarray, light: Light, stray: Stray | None) -> tuple[
 
 def read_patch(
     image: RadianceImage, camera: Camera, pose: Pose, light: Light, patch: WhitePatch, stray: Stray | None
-) -> Strength:
+) -> Strength | NoStrength:
     """Strength times rho / pi from one patch's pixels, each with its own distance and angle to the lamp."""
     inside = _patch_mask(image, camera, pose, patch)
     if inside is None or inside.sum() < _FEWEST_PIXELS:
-        return no_strength("the patch is outside the picture or too small in it")
+        return NoStrength("the patch is outside the picture or too small in it")
     if image.saturated[inside].mean() > _CLIPPED:
-        return no_strength("the patch is clipped")
+        return NoStrength("the patch is clipped")
     y, x, step = _thinned(inside & image.valid)
     total = inside.sum() / step**2
     if len(y) < _FEWEST_PIXELS:
-        return no_strength("too few pixels of the patch are valid")
+        return NoStrength("too few pixels of the patch are valid")
     rays = camera.world_rays(pose, np.column_stack([x, y]).astype(float) + image.origin)
     eye = pose.center
     points = eye + ((patch.height - eye[2]) / rays[:, 2])[:, None] * rays
     shape, share = light_shape(points, light, stray)
     good = (shape > 0).all(1) & (share > _SEEN) & ~_hidden(points, eye, stray)
     if good.sum() < max(_FEWEST_PIXELS, 0.1 * total):
-        return no_strength("the patch lies in shadow, is hidden, or has too few usable pixels")
+        return NoStrength("the patch lies in shadow, is hidden, or has too few usable pixels")
     whole = int(good.sum())
     good[good] = _lit_part(
         image.value[y, x][good].astype(float) / shape[good], y[good] // step, x[good] // step
     )
     if good.sum() < max(_FEWEST_PIXELS, _LEAST_PART * total):
-        return no_strength(UNEVEN)
+        return NoStrength(UNEVEN)
     level = image.value[y, x][good].astype(float) / shape[good]
     noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good]
     middle = np.median(level, axis=0)
     spread = 1.4826 * np.median(np.abs(level - middle), axis=0)
     if middle.min() <= 0:
-        return no_strength("the patch is black")
+        return NoStrength("the patch is black")
     excess = np.sqrt(np.maximum(spread**2 - np.median(noise, axis=0) ** 2, 0.0)) / middle
     pull = _pull(points[good], light)
     if excess.max() > _UNEVEN:
-        return replace(no_strength(UNEVEN), rough=Strength(middle, excess * middle, pull))
+        return NoStrength(UNEVEN, Strength(middle, excess * middle, pull))
     error = 1.2533 * spread / np.sqrt(good.sum()) + (0.002 + _PARTLY * (good.sum() < whole)) * middle
     return Strength(middle, error, pull)
 
@@ -228,7 +233,7 @@ def read_paper(
     *,
     white: bool = True,
     shown: tuple[np.ndarray, np.ndarray] | None = None,
-) -> Strength:
+) -> Strength | NoStrength:
     """Strength times rho / pi of the paper (or the black print), the median over lit places little touched by
     bounce. ``shown`` is the :func:`light_shape` of its samples, where known."""
     samples = reading.samples
@@ -243,11 +248,11 @@ def read_paper(
     calm = good & (shape - bare[:, None] < _LITTLE_BOUNCE * bare[:, None]).all(1)
     good = calm if calm.sum() > _FEW_PLACES else good
     if good.sum() < _FEW_PLACES:
-        return no_strength("too little lit paper is seen")
+        return NoStrength("too little lit paper is seen")
     level = samples.value[good] / shape[good]
     middle = np.median(level, axis=0)
     if middle.min() <= 0:
-        return no_strength("the paper is black")
+        return NoStrength("the paper is black")
     squares = np.unique(samples.square[good])
     by_square = np.array([np.median(level[samples.square[good] == k], axis=0) for k in squares])
     spread = 1.4826 * np.median(np.abs(by_square - middle), axis=0)

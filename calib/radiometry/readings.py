@@ -10,10 +10,10 @@ from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.radiometry.patch import (
     LEAST_TILT,
+    NoStrength,
     Stray,
     Strength,
     light_shape,
-    no_strength,
     read_paper,
     read_patch,
 )
@@ -36,9 +36,15 @@ _FEW_SAMPLES = 300
 class StrengthReadings:
     """One view's readings, as strengths of the lamp times what is not known of the surface."""
 
-    patch: Strength  # the lamp's own: the patch's reflectance is known
-    paper: Strength  # times the white paper's reflectance over pi
-    black: Strength  # times the black print's
+    patch: Strength | NoStrength  # the lamp's own: the patch's reflectance is known
+    paper: Strength | NoStrength  # times the white paper's reflectance over pi
+    black: Strength | NoStrength  # times the black print's
+
+    @property
+    def both(self) -> tuple[Strength, Strength] | None:
+        """Patch and paper where both were read."""
+        patch, paper = self.patch, self.paper
+        return (patch, paper) if isinstance(patch, Strength) and isinstance(paper, Strength) else None
 
 
 def read_view(
@@ -48,24 +54,28 @@ def read_view(
     paper = observation.reading
     stray = None if paper is None else stray_light(settled, observation, paper, light)
     readings = []
-    for patch in photoset.white_patches:
-        one = read_patch(image, settled.camera, observation.pose, light, patch, stray)
-        readings.append(_of_lamp(one, np.asarray(patch.reflectance, float)))
-    good = [r for r in readings if r.value is not None]
-    refused = sorted(readings, key=lambda r: r.rough is None)  # what tells something in spite of it first
-    patch = _mean(good) if good else (*refused, no_strength(NO_PATCH))[0]
+    for sheet in photoset.white_patches:
+        one = read_patch(image, settled.camera, observation.pose, light, sheet, stray)
+        readings.append(_of_lamp(one, np.asarray(sheet.reflectance, float)))
+    good = [r for r in readings if isinstance(r, Strength)]
+    refused = [r for r in readings if isinstance(r, NoStrength)]
+    refused.sort(key=lambda r: r.rough is None)  # what tells something in spite of it first
+    patch = _mean(good) if good else (*refused, NoStrength(NO_PATCH))[0]
     if paper is None:
-        return StrengthReadings(patch, no_strength("no paper is seen"), no_strength("no print is seen"))
+        return StrengthReadings(patch, NoStrength("no paper is seen"), NoStrength("no print is seen"))
     shown = light_shape(paper.samples.points, light, stray)
-    tones = (read_paper(paper, light, stray, white=tone, shown=shown) for tone in (True, False))
-    return StrengthReadings(patch, *tones)
+    white, black = (read_paper(paper, light, stray, white=tone, shown=shown) for tone in (True, False))
+    return StrengthReadings(patch, white, black)
 
 
-def _of_lamp(one: Strength, reflectance: np.ndarray) -> Strength:
+def _of_lamp(one: Strength | NoStrength, reflectance: np.ndarray) -> Strength | NoStrength:
     """A patch's reading without what its reflectance did to it."""
-    rough = None if one.rough is None else _of_lamp(one.rough, reflectance)
-    if one.value is None:
-        return replace(one, rough=rough)
+    if isinstance(one, NoStrength):
+        return one if one.rough is None else replace(one, rough=_told_lamp(one.rough, reflectance))
+    return _told_lamp(one, reflectance)
+
+
+def _told_lamp(one: Strength, reflectance: np.ndarray) -> Strength:
     factor = np.pi / np.broadcast_to(reflectance, one.value.shape)
     return Strength(one.value * factor, one.error * factor, one.pull)
 
@@ -137,7 +147,7 @@ def _robust_line(design: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _mean(readings: list[Strength]) -> Strength:
     """Several patches of one view: those much darker than the brightest lie in shadow, or are hidden."""
     best = max(readings, key=lambda r: float(np.log(r.value).mean()))
-    alike = [r for r in readings if (r.value > best.value * (1 - ALIKE) - WORST * r.error).all()]
+    alike = [r for r in readings if np.all(r.value > best.value * (1 - ALIKE) - WORST * r.error)]
     weight = np.array([r.error**-2.0 for r in alike])
     total = weight.sum(0)
     value = sum(w * r.value for w, r in zip(weight, alike, strict=True)) / total

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from photogonio.calib.radiometry.patch import (
+    NoStrength,
     Strength,
-    no_strength,
 )
 from photogonio.calib.radiometry.readings import DARKER, NO_PATCH, WORST, StrengthReadings
 from photogonio.calib.remarks import Remarks, listed
@@ -64,16 +64,13 @@ def tie(
     tied: dict[str, Tied] = {}
     for name, reading in readings.items():
         options = []
-        if reading.patch.value is not None:
-            options.append(
-                (reading.patch.value, _whole_error(reading.patch, lights[name], middle), "white patch")
-            )
-        if reading.paper.value is not None and (ratio is not None or not absolute):
+        patch, paper = reading.patch, reading.paper
+        if isinstance(patch, Strength):
+            options.append((patch.value, _whole_error(patch, lights[name], middle), "white patch"))
+        if isinstance(paper, Strength) and (ratio is not None or not absolute):
             factor, doubt = ratio if ratio is not None else (np.pi, 0.0)
-            error = np.hypot(
-                _whole_error(reading.paper, lights[name], middle) * factor, doubt * reading.paper.value
-            )
-            options.append((reading.paper.value * factor, error, "board"))
+            error = np.hypot(_whole_error(paper, lights[name], middle) * factor, doubt * paper.value)
+            options.append((paper.value * factor, error, "board"))
         if options:
             tied[name] = _combine(options)
     if not tied or (not absolute and _explicit(given)):
@@ -134,13 +131,8 @@ def _by_place(light: Light, middle: np.ndarray, pull: np.ndarray | float = 0.0) 
 
 def _paper_to_patch(readings: dict[str, StrengthReadings]) -> tuple[np.ndarray, np.ndarray] | None:
     """pi over the paper's reflectance (c,) as the good patches tell it, and its standard error."""
-    ratios = np.array(
-        [
-            r.patch.value / r.paper.value
-            for r in readings.values()
-            if r.patch.value is not None and r.paper.value is not None
-        ]
-    )
+    both = [r.both for r in readings.values() if r.both is not None]
+    ratios = np.array([patch.value / paper.value for patch, paper in both])
     if len(ratios) == 0:
         return None
     middle = np.median(ratios, axis=0)
@@ -150,8 +142,11 @@ def _paper_to_patch(readings: dict[str, StrengthReadings]) -> tuple[np.ndarray, 
 
 def _make_do(readings: dict[str, StrengthReadings], remarks: Remarks) -> None:
     """Unevenly lit patches for a set that has no others: a rough scale is better than none."""
-    rough = {n: r.patch.rough for n, r in readings.items() if r.patch.rough is not None}
-    if not rough or any(r.patch.value is not None for r in readings.values()):
+    if any(isinstance(r.patch, Strength) for r in readings.values()):
+        return
+    refused = {n: r.patch for n, r in readings.items() if isinstance(r.patch, NoStrength)}
+    rough = {n: one.rough for n, one in refused.items() if one.rough is not None}
+    if not rough:
         return
     doubt = float(np.median([(one.error / one.value).max() for one in rough.values()]))
     remarks.residuals["uneven_patches_error"] = doubt
@@ -168,16 +163,16 @@ def _make_do(readings: dict[str, StrengthReadings], remarks: Remarks) -> None:
 def _leave_unsharp(readings: dict[str, StrengthReadings], remarks: Remarks) -> None:
     """Leave out paper whose white has spread over black print: it is darker than the patch has it, which is larger,
     and the black is lighter. A patch that is brighter than it should be leaves black as it is."""
-    known = [
-        r.patch.value is not None and r.paper.value is not None and r.black.value is not None
-        for r in readings.values()
-    ]
-    names = [name for name, all_told in zip(readings, known, strict=True) if all_told]
+    told = {
+        n: (*r.both, r.black)
+        for n, r in readings.items()
+        if r.both is not None and isinstance(r.black, Strength)
+    }
+    names = list(told)
     if len(names) < _FEW:
         return
-    told = [readings[name] for name in names]
-    lost = np.array([float(np.log(r.patch.value / r.paper.value).mean()) for r in told])
-    gained = np.array([float((r.black.value / r.paper.value).mean()) for r in told])
+    lost = np.array([float(np.log(patch.value / paper.value).mean()) for patch, paper, _ in told.values()])
+    gained = np.array([float((black.value / paper.value).mean()) for _, paper, black in told.values()])
     lost, gained = lost - np.median(lost), gained - np.median(gained)
     scatter, chance = (1.4826 * float(np.median(np.abs(one))) for one in (lost, gained))
     blurred = (lost > WORST * max(scatter, _PAPER_VARIES)) & (
@@ -191,17 +186,14 @@ def _leave_unsharp(readings: dict[str, StrengthReadings], remarks: Remarks) -> N
             views=(names[k],),
             amount=float(lost[k]),
         )
-        unsharp = no_strength("the print is not sharp")
+        unsharp = NoStrength("the print is not sharp")
         readings[names[k]] = replace(readings[names[k]], paper=unsharp, black=unsharp)
 
 
 def _disbelieve(readings: dict[str, StrengthReadings], remarks: Remarks) -> None:
     """Leave out patches that contradict the paper as the others see it, or make it whiter than white."""
-    both = {
-        n: float(np.log(r.patch.value / r.paper.value).mean())
-        for n, r in readings.items()
-        if r.patch.value is not None and r.paper.value is not None
-    }
+    told = {n: r.both for n, r in readings.items() if r.both is not None}
+    both = {n: float(np.log(patch.value / paper.value).mean()) for n, (patch, paper) in told.items()}
     least = np.log(np.pi / _WHITEST)  # pi over the paper's reflectance: the patch's value over the paper's
     possible = [v for v in both.values() if v > least]
     for name, value in both.items():
@@ -228,10 +220,10 @@ def _disbelieve(readings: dict[str, StrengthReadings], remarks: Remarks) -> None
 def _tell_scatter(readings: dict[str, StrengthReadings], remarks: Remarks) -> None:
     """Patch and paper lie under one lamp, and keep one ratio: where they do not, photos are not what they are taken
     for."""
-    both = [r for r in readings.values() if r.patch.value is not None and r.paper.value is not None]
+    both = [r.both for r in readings.values() if r.both is not None]
     if len(both) < _FEW:
         return
-    log = np.array([np.log(r.patch.value / r.paper.value) for r in both])
+    log = np.array([np.log(patch.value / paper.value) for patch, paper in both])
     scatter = 1.4826 * float(np.median(np.abs(log - np.median(log, axis=0)), axis=0).max())
     if scatter > _NO_RATIO:
         remarks.tell(
@@ -246,11 +238,11 @@ def _tell_scatter(readings: dict[str, StrengthReadings], remarks: Remarks) -> No
 
 def _widen(readings: dict[str, StrengthReadings]) -> None:
     """Larger errors where patch and paper scatter against one another by more than theirs explain."""
-    both = [r for r in readings.values() if r.patch.value is not None and r.paper.value is not None]
+    both = [r.both for r in readings.values() if r.both is not None]
     if len(both) < _FEW:
         return
-    log = np.array([np.log(r.patch.value / r.paper.value) for r in both])
-    stated = np.array([np.hypot(r.patch.error / r.patch.value, r.paper.error / r.paper.value) for r in both])
+    log = np.array([np.log(patch.value / paper.value) for patch, paper in both])
+    stated = np.array([np.hypot(*(one.error / one.value for one in pair)) for pair in both])
     factor = 1.4826 * float(np.median(np.abs(log - np.median(log, axis=0)) / stated))
     if factor <= 1.0:
         return
@@ -258,14 +250,14 @@ def _widen(readings: dict[str, StrengthReadings]) -> None:
         readings[name] = StrengthReadings(*(_wider(one, factor) for one in (r.patch, r.paper, r.black)))
 
 
-def _wider(one: Strength, factor: float) -> Strength:
-    return one if one.value is None else replace(one, error=factor * one.error)
+def _wider(one: Strength | NoStrength, factor: float) -> Strength | NoStrength:
+    return replace(one, error=factor * one.error) if isinstance(one, Strength) else one
 
 
 def _refuse(readings: dict[str, StrengthReadings], name: str, why: str, remarks: Remarks) -> None:
     problem = f"{_REFUSED}: {why}"
     remarks.tell("patch-not-believed", f"{name}: {problem}", views=(name,))
-    readings[name] = replace(readings[name], patch=no_strength(problem))
+    readings[name] = replace(readings[name], patch=NoStrength(problem))
 
 
 def _whiten(readings: dict[str, StrengthReadings]) -> None:
@@ -280,7 +272,7 @@ def _whiten(readings: dict[str, StrengthReadings]) -> None:
     ratio = np.median(both, axis=0)
     spread = 1.4826 * np.median(np.abs(np.array(both) / ratio - 1), axis=0)
     for name, r in readings.items():
-        if r.paper.value is None and r.black.value is not None:
+        if isinstance(r.paper, NoStrength) and isinstance(r.black, Strength):
             value = r.black.value / ratio
             error = np.hypot(r.black.error / ratio, spread * value)
             readings[name] = replace(r, paper=Strength(value, error, r.black.pull))

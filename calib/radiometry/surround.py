@@ -147,8 +147,8 @@ def _median(values: np.ndarray) -> np.ndarray:
 def _grid(sample: Sphere) -> tuple[np.ndarray, np.ndarray]:
     """Centres (m, 3) and side lengths (m,) of the cells about the sample's foot."""
     rings, inside = [], 0.0
-    for reach, size in zip(REACHES, SIZES, strict=True):
-        ring = _lattice(reach, size)
+    for reach, step in zip(REACHES, SIZES, strict=True):
+        ring = _lattice(reach, step)
         rings.append(ring[np.abs(ring).max(1) > inside])
         inside = reach
     flat = np.vstack(rings) * sample.radius + sample.center[:2]
@@ -164,7 +164,8 @@ def _lattice(reach: float, step: float) -> np.ndarray:
 
 def _balls(sample: Sphere, others: tuple[MirrorBall, ...]) -> list[tuple[np.ndarray, float]]:
     beside = [b for b in others if np.linalg.norm(b.center - sample.center) > sample.radius]
-    return [(np.asarray(b.center, float), float(b.radius)) for b in (sample, *beside)]
+    every: list[Sphere | MirrorBall] = [sample, *beside]
+    return [(np.asarray(b.center, float), float(b.radius)) for b in every]
 
 
 def _lamp_on(
@@ -224,7 +225,8 @@ def backdrop(
     pixels = np.stack(np.meshgrid(np.arange(x0, x1, step), np.arange(y0, y1, step)), axis=-1).reshape(-1, 2)
     rays = setup.camera.world_rays(view.pose, pixels.astype(float))
     beside = np.ones(len(pixels), bool)
-    for ball in (setup.ball, *mirror_balls):
+    balls: list[Sphere | MirrorBall] = [setup.ball, *mirror_balls]
+    for ball in balls:
         offset = ball.center - view.pose.center
         passing = np.linalg.norm(np.cross(rays, offset), axis=1)
         beside &= (passing > MARGIN * ball.radius) | (rays @ offset < 0.0)

@@ -171,5 +171,7 @@ def _misfits(places: list[np.ndarray], reading: PaperReading, scene: ShadingScen
 def _best(
     places: list[np.ndarray], reading: PaperReading, scene: ShadingScene, count: int
 ) -> list[np.ndarray]:
-    scores = _misfits(places, reading, scene) if places else []
+    if not places:
+        return []
+    scores = _misfits(places, reading, scene)
     return [places[k] for k in np.argsort(scores)[:count]]

@@ -127,7 +127,8 @@ class LitPaper:
             own = [np.concatenate(both) for both in zip(own, more, strict=True)]
             floor = np.concatenate([floor, _close_floor(close)], axis=1)
         across = (2 * np.ascontiguousarray(own[0][:, :2].T) - low - high) / (high - low)
-        return cls(reading, *own, floor, across, crowd)
+        points, white, level, noise, square, spread, aside = own
+        return cls(reading, points, white, level, noise, square, spread, aside, floor, across, crowd)
 
     def light(self, values: np.ndarray, scene: ShadingScene) -> LightOnPaper:
         """At ``values`` (LOCAL + shared,)."""

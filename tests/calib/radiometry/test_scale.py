@@ -9,7 +9,7 @@ import pytest
 from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_reading import PaperReading as Paper
 from photogonio.calib.geometry.camera import Camera
-from photogonio.calib.radiometry.patch import UNEVEN, Stray, Strength, no_strength, read_paper, read_patch
+from photogonio.calib.radiometry.patch import UNEVEN, NoStrength, Stray, Strength, read_paper, read_patch
 from photogonio.calib.radiometry.readings import StrengthReadings, _mean, aimed, read_view
 from photogonio.calib.radiometry.scale import tie
 from photogonio.calib.remarks import Remarks
@@ -288,7 +288,7 @@ STRENGTHS = {f"{k}.png": STRENGTH * (1 + 0.4 * k) for k in range(6)}
 
 def test_paper_stands_in_for_a_patch_that_is_clipped():
     readings = told(STRENGTHS)
-    readings["3.png"] = replace(readings["3.png"], patch=no_strength("the patch is clipped"))
+    readings["3.png"] = replace(readings["3.png"], patch=NoStrength("the patch is clipped"))
     values, scale, remarks = tied(readings)
     assert scale == "absolute"
     for name, true in STRENGTHS.items():
@@ -302,7 +302,7 @@ def test_paper_stands_in_for_a_patch_that_is_clipped():
 def test_black_print_stands_in_where_the_paper_is_clipped_too():
     readings = told(STRENGTHS)
     readings["3.png"] = replace(
-        readings["3.png"], patch=no_strength("the patch is clipped"), paper=no_strength("too little")
+        readings["3.png"], patch=NoStrength("the patch is clipped"), paper=NoStrength("too little")
     )
     values, _, _ = tied(readings)
     np.testing.assert_allclose(values["3.png"].value, STRENGTHS["3.png"], rtol=1e-9)
@@ -387,14 +387,14 @@ def test_a_patch_that_makes_the_paper_whiter_than_white_lies_in_shadow():
 def test_clipped_patches_are_named():
     readings = told(STRENGTHS)
     for name in ("1.png", "3.png"):
-        readings[name] = replace(readings[name], patch=no_strength("the patch is clipped"))
+        readings[name] = replace(readings[name], patch=NoStrength("the patch is clipped"))
     _, _, remarks = tied(readings)
     assert "the patch is clipped, in 2 of 6 photos (1.png, 3.png)" in remarks.warnings
 
 
 def test_without_a_patch_the_scale_is_relative_but_the_proportions_hold():
     readings = {
-        n: replace(r, patch=no_strength("the set has no white patch")) for n, r in told(STRENGTHS).items()
+        n: replace(r, patch=NoStrength("the set has no white patch")) for n, r in told(STRENGTHS).items()
     }
     values, scale, _ = tied(readings, replace(SET, white_patches=()))
     assert scale == "relative"
@@ -406,7 +406,7 @@ def test_without_a_patch_the_scale_is_relative_but_the_proportions_hold():
 def test_lamps_that_nothing_read_measures_are_equal_more_or_less_and_that_is_told(patches, board):
     """As surely as the manifest has it, where nothing was laid out to measure them."""
     patch = "the patch is clipped" if patches else "the set has no white patch"
-    blind = StrengthReadings(*(no_strength(p) for p in (patch, "too little lit paper is seen", "no print")))
+    blind = StrengthReadings(*(NoStrength(p) for p in (patch, "too little lit paper is seen", "no print")))
     values, scale, remarks = tied(
         dict.fromkeys(STRENGTHS, blind), replace(SET, white_patches=patches, board=board)
     )
@@ -423,7 +423,7 @@ def test_lamps_that_nothing_read_measures_are_equal_more_or_less_and_that_is_tol
 def test_patches_that_are_unevenly_lit_are_better_than_none():
     """If all are, the scale is theirs, with their unevenness for its error; where one is evenly lit it alone counts."""
     uneven = {
-        n: replace(r, patch=replace(no_strength(UNEVEN), rough=replace(r.patch, error=0.06 * r.patch.value)))
+        n: replace(r, patch=replace(NoStrength(UNEVEN), rough=replace(r.patch, error=0.06 * r.patch.value)))
         for n, r in told(STRENGTHS).items()
     }
     values, scale, remarks = tied(dict(uneven))
@@ -441,7 +441,7 @@ def test_patches_that_are_unevenly_lit_are_better_than_none():
 
 def test_lamps_of_stated_proportions_are_put_on_the_papers_scale():
     """What shines beside them is measured in radiance, and can then be weighed against them."""
-    unknown = no_strength("the set has no white patch")
+    unknown = NoStrength("the set has no white patch")
     readings = {n: replace(r, patch=unknown) for n, r in told(STRENGTHS).items()}
     given = {n: 1e-3 * s for n, s in STRENGTHS.items()}
     lights = dict.fromkeys(readings, FAR)
@@ -455,7 +455,7 @@ def test_lamps_of_stated_proportions_are_put_on_the_papers_scale():
 def test_a_lamp_that_nothing_measures_is_taken_as_the_others_and_said_so():
     same = {n: STRENGTH for n in STRENGTHS}
     readings = told(same)
-    readings["5.png"] = StrengthReadings(no_strength("clipped"), no_strength("dark"), no_strength("dark"))
+    readings["5.png"] = StrengthReadings(NoStrength("clipped"), NoStrength("dark"), NoStrength("dark"))
     values, _, remarks = tied(readings)
     np.testing.assert_allclose(values["5.png"].value, STRENGTH, rtol=1e-9)
     assert any(w.startswith("5.png") and "taken as the others" in w for w in remarks.warnings)
@@ -484,7 +484,7 @@ def test_a_lamp_that_differs_from_otherwise_equal_ones_keeps_its_own_strength():
 
 def test_without_a_believed_patch_the_paper_keeps_the_proportions():
     refused = {
-        n: replace(r, patch=no_strength("the patch lies in shadow")) for n, r in told(STRENGTHS).items()
+        n: replace(r, patch=NoStrength("the patch lies in shadow")) for n, r in told(STRENGTHS).items()
     }
     values, scale, _ = tied(refused)
     assert scale == "relative"
