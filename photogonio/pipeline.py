@@ -221,7 +221,9 @@ def _of_photos(
     """What a fit of photos gives back, and told to the user."""
     left_out = (*known.left_out, *contradicted_photos(found))
     _announce_photos(found, table, left_out, beside, reporter)
-    mixed = known.space != "camera" and known.matrix is not None
+    coloured = None
+    if known.space != "camera" and known.matrix is not None:
+        coloured = in_colours(found.brdf, known.matrix, known.space)
     result = Result(
         name=known.name,
         setup=replace(known.setup, source=provenance.to_dict()),
@@ -232,7 +234,7 @@ def _of_photos(
         diagnoses=tuple(reporter.diagnoses),
         provenance=provenance,
         beside=beside,
-        coloured=in_colours(found.brdf, known.matrix, known.space) if mixed else None,
+        coloured=coloured,
         known=known,
     )
     return replace(result, faults=faults_of(result))

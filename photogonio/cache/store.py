@@ -11,7 +11,7 @@ import io
 import os
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -140,7 +140,7 @@ class Store:
         return self.folder / key[:2] / (key + suffix)
 
 
-def _seal(name: str, pieces: object) -> bytes:
+def _seal(name: str, pieces: Iterable[bytes]) -> bytes:
     digest = hashlib.blake2b(name.encode(), digest_size=SEAL)
     for piece in pieces:
         digest.update(piece)

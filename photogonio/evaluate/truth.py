@@ -53,7 +53,9 @@ def load_truth(folder: Path) -> dict:
 
 
 def _check_photo(photo: object, where: str) -> None:
-    lights = photo.get("lights") if isinstance(photo, dict) else None
+    if not isinstance(photo, dict):
+        raise InputError(where, "expected a photo with its lights")
+    lights = photo.get("lights")
     if not isinstance(lights, list) or not all(isinstance(light, dict) for light in lights):
         raise InputError(where, "expected a photo with its lights")
     text(photo.get("file"), f"{where} file")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf import schema as coefficients
 from photogonio.reconstruct.brdf.errors import Uncertain
-from photogonio.reconstruct.brdf.errors_schema import is_beside, write_beside
+from photogonio.reconstruct.brdf.errors_schema import write_beside
 from photogonio.reconstruct.brdf.parameters import slopes
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.lobes.lobe_sums import add_lobe
@@ -96,10 +96,8 @@ class Brdf:
         flat = modes.flat(*angles)
         known = self.uncertainty
         if known is None:
-            names, spread = (
-                (),
-                np.stack([np.diag(one**2) for one in np.asarray(self.standard_errors, float).T]),
-            )
+            names: tuple[str, ...] = ()
+            spread = np.stack([np.diag(one**2) for one in np.asarray(self.standard_errors, float).T])
         else:
             names, spread = known.parameters, known.spread()
         names = names or tuple(map(str, range(len(self.modes))))
@@ -107,7 +105,7 @@ class Brdf:
 
         def task(start: int, stop: int) -> None:
             part = [angle[start:stop] for angle in flat]
-            change = slopes(self, *part, names)
+            change = slopes(self, part, names)
             taken = np.einsum("npc,cpq,nqc->nc", change, spread, change, optimize=True)
             if known is not None:
                 beyond = known.relative(part[0], part[2], part[3] - part[1])
@@ -162,8 +160,7 @@ class Brdf:
         The covariance of more than 150 parameters goes to ``covariance.npz`` beside it.
         """
         text, path = _text(coefficients.document(self)), Path(path)
-        if is_beside(self.uncertainty):
-            write_beside(self.uncertainty, path.parent)
+        write_beside(self.uncertainty, path.parent)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -48,9 +48,11 @@ def is_beside(known: Uncertain | None) -> bool:
     return known is not None and known.covariance is not None and len(known.parameters) > MOST_INSIDE
 
 
-def write_beside(known: Uncertain, folder: Path) -> None:
-    """Write the lower triangles, by rows, one a channel, as the array ``channels`` of an .npz."""
-    np.savez_compressed(folder / BESIDE, channels=_triangles(known.covariance))
+def write_beside(known: Uncertain | None, folder: Path) -> None:
+    """Write the lower triangles, by rows, one a channel, as the array ``channels`` of an .npz; nothing where they are
+    not to stand beside the coefficients."""
+    if known is not None and known.covariance is not None and is_beside(known):
+        np.savez_compressed(folder / BESIDE, channels=_triangles(known.covariance))
 
 
 def parse_errors(
@@ -163,7 +165,8 @@ def _table(where: str, given: Any) -> RelativeTable | None:
         raise InputError(f"{where}.relative", "numbers are needed") from None
     if values.size != np.prod(shape) or not np.isfinite(values).all() or (values < 0.0).any():
         raise InputError(f"{where}.relative", f"{shape} numbers of 0 or more are needed, not {values.shape}")
-    return RelativeTable(*axes, values.reshape(shape))
+    theta_i, theta_r, dphi = axes
+    return RelativeTable(theta_i, theta_r, dphi, values.reshape(shape))
 
 
 def _axis(where: str, given: Any) -> np.ndarray:

@@ -25,7 +25,7 @@ def lobe_document(lobe: Lobe) -> dict[str, object]:
     said: dict[str, object] = {"model": lobe.model, "distribution": lobe.distribution}
     if lobe.model != "retro":
         said |= {"masking": lobe.masking, "fresnel": lobe.fresnel}
-    said["roughness"] = list(lobe.axes) if lobe.turning else float(lobe.roughness)
+    said["roughness"] = list(lobe.axes) if lobe.turning else lobe.axes[0]
     if lobe.turning:
         said["azimuth"] = float(np.degrees(lobe.azimuth))
     if lobe.model != "retro":
@@ -47,7 +47,7 @@ def is_of_first_version(lobe: Lobe) -> bool:
 def first_document(lobe: Lobe) -> dict[str, object]:
     """The same of version 1."""
     model = f"retro-{lobe.distribution}" if lobe.model == "retro" else "ggx"
-    said = {"model": model, "roughness": float(lobe.roughness), "f0": _floats(lobe.f0)}
+    said = {"model": model, "roughness": lobe.axes[0], "f0": _floats(lobe.f0)}
     return said | {"weight": _floats(lobe.weight)} | lobe.extra
 
 
@@ -58,7 +58,7 @@ def parse_lobe(path: Path | str, place: int, given: dict[str, Any], channels: in
     model = given.get("model")
     if not isinstance(model, str) or model not in names:
         raise InputError(f"{where}.model", f"one of {', '.join(names)} is needed, not {model!r}")
-    known = dict(FIRST.get(model, {"model": model}))
+    known: dict[str, Any] = dict(FIRST.get(model, {"model": model}))
     if version > 1:
         known |= _choices(where, given, model)
     known["roughness"] = _roughness(f"{where}.roughness", given.get("roughness"), known["model"], version)

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
-from photogonio.reconstruct.brdf.parameters import lobe_parameter
+from photogonio.reconstruct.brdf.parameters import named_number
 from photogonio.reconstruct.lobes.lobe import Lobe
 
 LEAST = 1e-12  # weight of a channel that has none
@@ -79,7 +79,7 @@ def _uncertain(known: Uncertain, brdf: Brdf, lobes: tuple[Lobe, ...], matrix: np
 
 def _is_shared(name: str, variance: np.ndarray, brdf: Brdf) -> bool:
     """Whether all channels have the same of a lobe's number."""
-    place, what = lobe_parameter(name, brdf.lobes)
+    place, what = named_number(name, brdf.lobes)
     lobe = brdf.lobes[place]
     if what == "weight":
         return bool(np.ptp(lobe.weight) == 0.0 and np.ptp(variance) <= 1e-9 * variance.max())
@@ -92,7 +92,7 @@ def _in_products(
     """Covariances (c, p, p) with weight f0 in the place of Schlick's f0; ``inverse``: back again."""
     change = np.broadcast_to(np.eye(len(names)), spread.shape).copy()
     for k, name in enumerate(names[modes:], start=modes):
-        place, what = lobe_parameter(name, lobes)
+        place, what = named_number(name, lobes)
         lobe, weight = lobes[place], f"lobe {place} weight"
         if what != "f0" or lobe.fresnel == "dielectric":
             continue

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from photogonio.reconstruct.lobes.lobe import Lobe
@@ -40,6 +41,14 @@ def lobe_parameter(name: str, lobes: Sequence[Lobe]) -> tuple[int, str] | None:
     return (place, what) if what in lobe_numbers(lobes[place]) else None
 
 
+def named_number(name: str, lobes: Sequence[Lobe]) -> tuple[int, str]:
+    """The same of a name that means one. Raises KeyError for others."""
+    found = lobe_parameter(name, lobes)
+    if found is None:
+        raise KeyError(name)
+    return found
+
+
 def number_of(lobe: Lobe, what: str) -> np.ndarray:
     """(c,) the value of a number, the same for all channels where they share it."""
     shared = {
@@ -66,7 +75,8 @@ def with_number(lobe: Lobe, what: str, value: np.ndarray) -> Lobe:
         return replace(lobe, azimuth=float(np.radians(first)))
     if what == "f0" and lobe.fresnel == "dielectric":
         return replace(lobe, f0=np.full_like(value, first))
-    return replace(lobe, **{what: np.asarray(value, float)})
+    given: dict[str, Any] = {what: np.asarray(value, float)}
+    return replace(lobe, **given)
 
 
 def either_side(lobe: Lobe, what: str) -> tuple[Lobe, Lobe, float]:
@@ -76,15 +86,16 @@ def either_side(lobe: Lobe, what: str) -> tuple[Lobe, Lobe, float]:
     return with_number(lobe, what, value - step), with_number(lobe, what, value + step), 2.0 * step
 
 
-def slopes(brdf, theta_i, phi_i, theta_r, phi_r, parameters: Sequence[str]) -> np.ndarray:
-    """(n, p, c) derivatives of f by the parameters; angles (n,), radians. Modes that ``parameters`` name come first."""
+def slopes(brdf, where: Sequence[np.ndarray], parameters: Sequence[str]) -> np.ndarray:
+    """(n, p, c) derivatives of f by the parameters; ``where`` are angles (n,), radians, as of the BRDF. Modes that
+    ``parameters`` name come first."""
     modes = len(brdf.modes)
-    angles = [np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)]
+    angles = [np.asarray(a, float) for a in where]
     result = np.empty((len(angles[0]), len(parameters), len(brdf.channels)))
     unit = replace(brdf, lobes=(), uncertainty=None)
     result[:, :modes] = _mode_slopes(unit, angles)[:, :, None]
     for p, name in enumerate(parameters[modes:], start=modes):
-        place, what = lobe_parameter(name, brdf.lobes)
+        place, what = named_number(name, brdf.lobes)
         less, more, between = either_side(brdf.lobes[place], what)
         ti, pi, tr, pr = angles
         change = more.evaluate(ti, tr, pr - pi, pi) - less.evaluate(ti, tr, pr - pi, pi)

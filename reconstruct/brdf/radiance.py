@@ -51,7 +51,7 @@ class Tree:
     def _places(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         (theta_i, phi_i), (theta_r, phi_r) = spherical_angles(incident), spherical_angles(exit)
         if self.axes == 4:
-            first = disk_to_square(-incident[:, 0], -incident[:, 1])
+            first: tuple[np.ndarray, ...] = disk_to_square(-incident[:, 0], -incident[:, 1])
             turn = phi_r
         else:
             first = (0.5 - 1e-6 - 0.5 * np.sin(theta_i),)  # the pole belongs to the half that is filled

@@ -6,7 +6,7 @@ all it needs is one strength, by rows left out. What is richer has to predict be
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,15 +46,15 @@ def smooth_ridge(
     folded = FoldedDesign(design, weight, fold)
     sums = folded.statistics(value, np.empty((len(cells), 0)))
     rest, whole, ones = sums.without_each(), sums.total(), np.ones(weight.shape[1])
-    best: tuple[float, Prior, np.ndarray] | None = None
-    for strength in STRENGTHS:
-        prior = Prior(strength, DECAY)
-        penalty = prior.precision(basis.degree(), ones)
-        coefficients = solve(rest, Factors(rest.modes_gram, penalty), np.empty(0))
-        missed = float(sums.residual(coefficients).sum())
-        if best is None or missed < best[0]:
-            best = missed, prior, coefficients
-    _, prior, coefficients = best
+
+    def tries() -> Iterator[tuple[float, Prior, np.ndarray]]:
+        for strength in STRENGTHS:
+            prior = Prior(strength, DECAY)
+            penalty = prior.precision(basis.degree(), ones)
+            coefficients = solve(rest, Factors(rest.modes_gram, penalty), np.empty(0))
+            yield float(sums.residual(coefficients).sum()), prior, coefficients
+
+    _, prior, coefficients = min(tries(), key=lambda one: one[0])
     all_rows = solve(whole, Factors(whole.modes_gram, prior.precision(basis.degree(), ones)), np.empty(0))[0]
     left_out = np.empty_like(value)
     for k, own in enumerate(coefficients):

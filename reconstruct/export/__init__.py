@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from photogonio.capture.errors import InputError
@@ -29,11 +28,8 @@ from photogonio.reconstruct.export.radiance_tree import write_radiance_tree
 from photogonio.reconstruct.export.radiance_xml import gray
 from photogonio.reconstruct.export.scatmech_file import write_scatmech_file
 
-
-class Writer(Protocol):
-    """Writes a BRDF; says what is lost where the format's own reader is not asked."""
-
-    def __call__(self, brdf: Brdf, path: Path, **asked: int) -> str | None: ...
+# writes a BRDF to a path, and what else is asked; says what is lost where the format's own reader is not asked
+Writer = Callable[..., str | None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,11 +86,11 @@ def _albedo(interface: Interface, theta: np.ndarray, turn: float) -> np.ndarray:
     own = (interface.along, interface.across, 0.0, interface.beckmann, interface.separable, interface.f0)
 
     def value(incident, exit, dphi) -> np.ndarray:
-        total = 0.0
+        total: np.ndarray | float = 0.0
         for side in (1.0, -1.0):
             angles = np.broadcast_arrays(incident, turn, exit, turn + side * dphi)
             flat = [np.asarray(a, float).reshape(-1) for a in angles]
             total = total + 0.5 * mirror_values(own, flat).reshape(angles[0].shape)
-        return total[..., None]
+        return np.asarray(total)[..., None]
 
     return albedo_by_quadrature(value, theta, max(min(interface.along, interface.across), LEAST_FINE))[:, 0]

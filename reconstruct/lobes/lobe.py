@@ -73,11 +73,13 @@ class Lobe:
 
     def directional_albedo(self, theta_i: ArrayLike, phi_i: float = 0.0) -> np.ndarray:
         """(..., c) fraction of the light from (theta_i, phi_i) that the lobe sends out."""
-        if self.model == "coat" and not self.turning:
+        if self.ground is not None and not self.turning:
             table = coat_albedo_of(self.interface)
             sent = table.at(np.cos(np.asarray(theta_i, float)))[..., None]
             return self.weight * sent + (1.0 - sent) * (1.0 - table.mean) * self.ground
-        return albedo_by_quadrature(lambda *angles: self._both_sides(*angles, phi_i), theta_i, self.finest)
+        return albedo_by_quadrature(
+            lambda i, r, dphi: self._both_sides(i, r, dphi, phi_i), theta_i, self.finest
+        )
 
     def _both_sides(self, theta_i, theta_r, dphi, phi_i: float) -> np.ndarray:
         """Mean of both signs of ``dphi``."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from photogonio.reconstruct.brdf.parameters import lobe_numbers, number_of
@@ -30,7 +31,7 @@ def lobe_of(family: Family, shape: np.ndarray, own: np.ndarray, cover: float = 1
         along, across, azimuth = turned_roughness(shape)
         roughness = (along, across)
     one = np.ones_like(own[0])
-    kind = {"distribution": family.distribution, "azimuth": azimuth}
+    kind: dict[str, Any] = {"distribution": family.distribution, "azimuth": azimuth}
     if family.retro:
         return Lobe(roughness, one, own[0].copy(), "retro", **kind)
     kind |= {"masking": family.masking, "fresnel": family.fresnel}

@@ -8,7 +8,7 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.lobe_schema import is_of_first_version
-from photogonio.reconstruct.brdf.parameters import either_side, lobe_parameter
+from photogonio.reconstruct.brdf.parameters import either_side, named_number
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.transform import pair_coefficients, pair_matrix
@@ -73,12 +73,12 @@ def _said(
     if order is not None:
         found = _represented(brdf, lobes, order, alone)
         return found, found.missing / size
-    found, loss = None, None
-    for finer, close in FINER_TURNING if brdf.turning else FINER:
-        if loss is None or loss.max() > close:
+    (first, _), *others = FINER_TURNING if brdf.turning else FINER
+    found = _represented(brdf, lobes, max(first, brdf.order), alone)
+    for finer, close in others:
+        if (found.missing / size).max() > close:
             found = _represented(brdf, lobes, max(finer, brdf.order), alone)
-            loss = found.missing / size
-    return found, loss
+    return found, found.missing / size
 
 
 def _joined(brdf: Brdf, found: Represented, lobes: tuple[Lobe, ...], errors: np.ndarray) -> Brdf:
@@ -122,7 +122,7 @@ def _errors(brdf: Brdf, lobes: tuple[Lobe, ...], found: Represented, alone: bool
         if p < len(own):
             changes[p, own[p]] = 1.0
             continue
-        place, what = lobe_parameter(name, brdf.lobes)
+        place, what = named_number(name, brdf.lobes)
         if not _is_among(brdf.lobes[place], lobes):
             continue
         less, more, between = either_side(brdf.lobes[place], what)

@@ -63,7 +63,7 @@ class Sampled:
             np.maximum(np.abs(value), misfit.floor),
             np.hypot(misfit.at(cells, said), (value - said) / known),
             spread.standard_error(model, cells),
-            slopes(brdf, *angles, names),
+            slopes(brdf, angles, names),
         )
 
 

@@ -43,7 +43,7 @@ def in_file(brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, known
     )
     names = (*mode_names(brdf.symmetry, found.modes), *lobe_parameters(model))
     at = Sampled.of(found, names, model, spread, misfit, known)
-    wider = spread.half_width(1.0) / float(ndtri(0.975))
+    wider = float(spread.half_width(np.ones(1))[0]) / float(ndtri(0.975))
     covariance = wider**2 * _covariance(model, spread, rows, at)
     errors = rounded(np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)).T)
     missed, unseen = tables_of(at, covariance, spread.scale_error, wider)
