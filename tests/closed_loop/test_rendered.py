@@ -31,10 +31,7 @@ pytestmark = pytest.mark.slow
 def small(name: str, lamps: int) -> Scene:
     """A built-in scene with fewer and smaller photos."""
     return changed(
-        load_scene(name),
-        camera={"size": (420, 280), "focal": 945.0, "calibration": 4},
-        lamp={"count": lamps},
-        render={"near": 2, "edge": 4},
+        load_scene(name), camera={"size": (420, 280), "focal": 945.0, "calibration": 4}, lamp={"count": lamps}
     )
 
 
