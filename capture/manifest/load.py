@@ -83,6 +83,8 @@ def check_file(root: Path, name: str, where: str) -> None:
     """A relative path with forward slashes to a file that is really inside ``root``."""
     if PureWindowsPath(name).is_absolute() or PureWindowsPath(name).drive or name.startswith("/"):
         raise InputError(where, f'expected a path relative to the folder, found "{name}"')
+    if "\0" in name:
+        raise InputError(where, f"no file is called {name!r:.60}")
     path = root / name
     if not path.resolve().is_relative_to(root):
         raise InputError(where, f'"{name}" leaves the folder')

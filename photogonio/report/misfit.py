@@ -27,15 +27,22 @@ def shared_misfit(cells: Cells, fitted: np.ndarray) -> np.ndarray:
 
     Errors of chance differ between neighbours by sqrt 2 times their size, and a misfit of the model hardly.
     """
-    positive = cells.value > 0.0
-    ratio = np.divide(fitted - cells.value, cells.value, out=np.full_like(fitted, np.nan), where=positive)
     places = pair_places(cells.theta_i, cells.theta_r, cells.dphi)
-    whole = _medians(np.abs(ratio))
-    if len(places) < 2:
+    return np.array([_shared(places, cells.value[:, k], fitted[:, k]) for k in range(fitted.shape[1])])
+
+
+def _shared(places: np.ndarray, value: np.ndarray, fitted: np.ndarray) -> float:
+    """Of one channel (n,), by the places of its directions (n, 3)."""
+    rows = np.flatnonzero(value > 0.0)
+    ratio = fitted[rows] / value[rows] - 1.0
+    whole = float(np.median(np.abs(ratio))) if len(rows) else np.nan
+    if len(rows) < 3:
         return whole
-    beside = cKDTree(places).query(places, k=2)[1][:, 1]
-    noise = _medians(np.abs(ratio - ratio[beside])) / np.sqrt(2.0)
-    return np.sqrt(np.maximum(whole**2 - np.nan_to_num(noise) ** 2, 0.0))
+    beside = cKDTree(places[rows]).query(places[rows], k=2)[1]
+    itself = beside[:, 1] == np.arange(len(rows))  # where several rows are of one place
+    other = np.where(itself, beside[:, 0], beside[:, 1])
+    noise = float(np.median(np.abs(ratio - ratio[other]))) / np.sqrt(2.0)
+    return float(np.sqrt(max(whole**2 - noise**2, 0.0)))
 
 
 def _medians(values: np.ndarray) -> np.ndarray:

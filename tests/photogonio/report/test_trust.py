@@ -93,6 +93,7 @@ def test_noise_of_the_rows_own_is_no_misfit():
     """A third of the value: the median misfit is 0.67 of it, 22 %, and neighbours share next to nothing."""
     rng = np.random.default_rng(3)
     theta_i, theta_r, dphi = rng.uniform(0, 1.3, 2000), rng.uniform(0, 1.3, 2000), rng.uniform(0, np.pi, 2000)
+    theta_i[:900] = theta_r[:900] = 0.0  # many rows of one pair of directions
     value = 0.1 * (1.0 + 0.33 * rng.normal(size=(2000, 1)))
     cells = Cells.of_angles(theta_i, theta_r, dphi).with_value(value)
     noise, off = np.full_like(value, 0.1), np.full_like(value, 0.2)
