@@ -104,7 +104,7 @@ class Dng:
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     white: float | None = None  # of floats
-    place: tuple[Path, int] | None = None  # the file, and which directory of its chain has the picture
+    picture: tuple[Path, tiff.Tags] | None = None  # the file, and the directory that has the picture
 
     @property
     def most(self) -> float:
@@ -129,7 +129,7 @@ def about(path: Path) -> Dng:
     with path.open("rb") as file:
         if file.read(4) not in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+") or not tiff.is_dng(file):
             return Dng()
-        chain, every = list(tiff.directories(file)), list(tiff.with_children(file))
+        every = list(tiff.with_children(file))
     pictures = [tags for tags in every if tags.get(tiff.PHOTOMETRIC) in ((MOSAIC,), (LINEAR,))]
     full = [tags for tags in pictures if not tags.get(tiff.SUBFILE, (0,))[0] & tiff.REDUCED] or pictures
     if not full:
@@ -138,8 +138,7 @@ def about(path: Path) -> Dng:
     found = [one for tag in tiff.OPCODES for one in opcodes(bytes(tags.get(tag, ())))]
     gains = [gain for code, content in found if (gain := gain_of(code, content)) is not None]
     white = float(tags.get(tiff.WHITE, (1,))[0]) if FLOATS in tags.get(tiff.FORMAT, ()) else None
-    place = (path, chain.index(tags)) if tags in chain else None
-    return Dng(tuple(gains), *told([code for code, _ in found], gains), white, place)
+    return Dng(tuple(gains), *told([code for code, _ in found], gains), white, (path, tags))
 
 
 def told(codes: Iterable[int], gains: list[Gain]) -> tuple[tuple[str, ...], tuple[str, ...]]:

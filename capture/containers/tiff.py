@@ -10,12 +10,16 @@ from pathlib import Path
 from typing import BinaryIO
 
 (
-    SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, CHILDREN, EXTRA, FORMAT, DNG, WHITE,
-    *OPCODES,
-) = (254, 256, 257, 258, 262, 274, 277, 284, 330, 338, 339, 50706, 50717, 51008, 51009, 51022)  # fmt: skip
+    SUBFILE, WIDTH, HEIGHT, BITS, COMPRESSION, PHOTOMETRIC, STRIP_PLACES, ORIENTATION, SAMPLES, STRIP_SIZES, PLANAR,
+    PREDICTOR, TILE_WIDTH, TILE_PLACES, TILE_SIZES, CHILDREN, EXTRA, FORMAT, DNG, WHITE,
+) = (
+    254, 256, 257, 258, 259, 262, 273, 274, 277, 279, 284, 317, 322, 324, 325, 330, 338, 339, 50706, 50717,
+)  # fmt: skip
+OPCODES = (51008, 51009, 51022)
+LONG = {*OPCODES, STRIP_PLACES, STRIP_SIZES, TILE_PLACES, TILE_SIZES}
 WANTED = {
-    SUBFILE, WIDTH, HEIGHT, BITS, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, CHILDREN, EXTRA, FORMAT, DNG, WHITE,
-    *OPCODES,
+    SUBFILE, WIDTH, HEIGHT, BITS, COMPRESSION, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, PREDICTOR, TILE_WIDTH,
+    CHILDREN, EXTRA, FORMAT, DNG, WHITE, *LONG,
 }  # fmt: skip
 NUMBERS = {1: "B", 3: "H", 4: "I", 7: "B", 13: "I", 16: "Q", 18: "Q"}
 MOST_PAGES, MOST_ENTRIES, MOST_VALUES, MOST_BYTES = 100, 4096, 64, 1 << 24
@@ -131,7 +135,7 @@ def directory(file: BinaryIO, place: int, order: str, *, big: bool) -> tuple[Tag
         tag, kind, number = struct.unpack_from(form, table, k * size)
         if tag in WANTED and kind in NUMBERS and number:
             value = table[(k + 1) * size - inline : (k + 1) * size]
-            most = MOST_BYTES if tag in OPCODES else MOST_VALUES
+            most = MOST_BYTES // struct.calcsize(NUMBERS[kind]) if tag in LONG else MOST_VALUES
             tags[tag] = values(file, value, f"{order}{min(number, most)}{NUMBERS[kind]}")
     return tags, following
 

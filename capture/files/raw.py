@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import rawpy
 from photogonio.capture.containers import exif as blocks
+from photogonio.capture.containers import float_tiles
 from photogonio.capture.containers.dng import Dng
-from photogonio.capture.errors import InputError
-from photogonio.capture.files.decode import decode_oiio, open_oiio
 
 METHODS = {
     "linear": rawpy.DemosaicAlgorithm.LINEAR,
@@ -61,26 +60,19 @@ def white_of_floats(raw: rawpy.RawPy, dng: Dng) -> float:
     """LibRaw makes integers of a DNG's floats, and takes the brightest of them for the white level where that is above
     the file's own. Raises ValueError if that cannot be undone."""
     white = white_level(raw)
+    if dng.picture is not None and float_tiles.misread(dng.picture[1]):
+        raise ValueError(
+            "is a DNG of floats deflated without a predictor, which LibRaw takes for one with; write it as OpenEXR"
+        )
     if dng.white is None or white == dng.white or int(raw.raw_image.max()) < FLOAT_WHITE - 1:
         return white
-    brightest = brightest_of(dng)
+    brightest = float_tiles.brightest(*dng.picture) if dng.picture else None
     if brightest is None:
         raise ValueError(
             "is a DNG of floats that reach its WhiteLevel or pass it, which LibRaw scales by the brightest of them; "
             "write it as OpenEXR, or as integers"
         )
     return white * min(1.0, dng.white / brightest)
-
-
-def brightest_of(dng: Dng) -> float | None:
-    """The greatest of a picture of floats; None if only LibRaw can read it."""
-    if dng.place is None:
-        return None
-    try:
-        with open_oiio(*dng.place) as file:
-            return float(decode_oiio(dng.place[0], file, dng.place[1]).max())
-    except InputError:
-        return None
 
 
 def superpixels(raw: rawpy.RawPy, dng: Dng) -> RawPixels:

@@ -188,14 +188,17 @@ def dng(
     exif: Sequence[Entry] = (),
     opcodes: dict[int, bytes] | None = None,
     nested: bool = False,
+    predictor: int | None = None,
 ) -> Path:
     """A DNG of a mosaic (h, w, 1) of red, green, green, blue, or of linear pixels (h, w, 3).
 
-    ``nested``: below a thumbnail, as cameras and converters write it.
+    ``nested``: below a thumbnail, as cameras and converters write it. ``predictor``: of floats, deflated.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     height, width, channels = pixels.shape
     content = np.ascontiguousarray(pixels).tobytes()
+    if predictor is not None:
+        content = zlib.compress(predicted(pixels, predictor))
 
     main = [(271, 2, list(b"Maker\0")), (272, 2, list(b"Model\0")), (50706, 1, [1, 4, 0, 0]),
             (50708, 2, list(b"Maker Model\0")), (50721, 10, rationals([1, 0, 0, 0, 1, 0, 0, 0, 1])),
@@ -204,7 +207,8 @@ def dng(
     def picture(start: int) -> list[Entry]:
         found: list[Entry] = [
             (254, 4, [0]), (256, 4, [width]), (257, 4, [height]), (258, 3, [8 * pixels.dtype.itemsize] * channels),
-            (259, 3, [1]), (262, 3, [32803 if channels == 1 else 34892]), (273, 4, [start]), (274, 3, [1]),
+            (259, 3, [1 if predictor is None else 8]), (262, 3, [32803 if channels == 1 else 34892]),
+            (273, 4, [start]), (274, 3, [1]), (317, 3, [predictor or 1]),
             (277, 3, [channels]), (278, 4, [height]), (279, 4, [len(content)]), (284, 3, [1]),
             (339, 3, [3 if pixels.dtype.kind == "f" else 1] * channels), (50714, 4, [black] * channels),
             (50717, 4, [white] * channels),
@@ -235,6 +239,19 @@ def dng(
     middle = tiff_directory(exif, inner) if exif else b""
     path.write_bytes(b"II*\0" + struct.pack("<I", 8) + first + middle + second + bytes(range(36)) + content)
     return path
+
+
+def predicted(pixels: np.ndarray, predictor: int) -> bytes:
+    """Floats as the predictors 1, 3, 34894 and 34895 have them: bytes by their places, differences along rows."""
+    if predictor == 1:
+        return np.ascontiguousarray(pixels).tobytes()
+    height, width, channels = pixels.shape
+    size, stride = pixels.dtype.itemsize, {3: 1, 34894: 2, 34895: 4}[predictor] * channels
+    whole = np.ascontiguousarray(pixels.astype(pixels.dtype.newbyteorder(">"))).view(np.uint8)
+    rows = whole.reshape(height, width * channels, size).transpose(0, 2, 1).reshape(height, -1)
+    differences = rows.copy()
+    differences[:, stride:] -= rows[:, :-stride]
+    return differences.tobytes()
 
 
 def opcode(code: int, content: bytes) -> bytes:

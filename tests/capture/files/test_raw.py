@@ -6,8 +6,8 @@ import struct
 
 import numpy as np
 import pytest
+from photogonio.capture.containers import float_tiles, tiff
 from photogonio.capture.errors import InputError
-from photogonio.capture.files import raw
 from photogonio.capture.files.images import read_header, read_image
 
 from tests.capture.odd_files import dng, gain_map, opcode, opcode_list
@@ -90,13 +90,37 @@ def cells_of_three(pixels: np.ndarray) -> np.ndarray:
     return np.stack([pixels[::2, ::2, 0], green, pixels[1::2, 1::2, 2]], axis=-1)
 
 
+@pytest.mark.parametrize("kind", ["float16", "float32"])
+@pytest.mark.parametrize("predictor", [3, 34894, 34895])
+def test_floats_below_a_thumbnail_and_compressed(tmp_path, kind, predictor):
+    """As converters write merged exposures; LibRaw and the search for the brightest must see the same."""
+    written = mosaic(kind)
+    written[5, 5] = 4.0
+    written[7, 7] = -0.01
+    path = dng(tmp_path / "a.dng", written, white=1, nested=True, predictor=predictor)
+    with path.open("rb") as file:
+        tags = list(tiff.with_children(file))[1]
+    assert float_tiles.brightest(path, tags) == 4.0
+    image = read_image(path)
+    light = cells(np.minimum(written[..., 0], 1).astype(float))
+    assert (
+        np.abs(np.delete(image.pixels / image.full_scale - light, (2, 3), axis=0)).max() <= 4 * 1.01 / 16383
+    )
+    assert np.argwhere(image.saturated).tolist() == [[2, 2]]
+
+
+def test_floats_deflated_without_a_predictor_are_refused(tmp_path):
+    """LibRaw 0.22 undoes one that is not there."""
+    path = dng(tmp_path / "a.dng", mosaic("float32"), white=1, predictor=1)
+    with pytest.raises(InputError, match=r"a\.dng: .*without a predictor"):
+        read_image(path)
+
+
 def test_floats_that_only_libraw_reads_are_refused_at_the_white_level(tmp_path, monkeypatch):
     written = mosaic("float32")
     written[5, 5] = 4.0
     path = dng(tmp_path / "a.dng", written, white=1)
-    monkeypatch.setattr(
-        raw, "brightest_of", lambda dng: None
-    )  # as of one compressed by a predictor for floats
+    monkeypatch.setattr(float_tiles, "TYPES", {})
     with pytest.raises(InputError, match=r"a\.dng: .*WhiteLevel"):
         read_image(path)
 
@@ -193,15 +217,3 @@ def test_a_picture_below_a_thumbnail(tmp_path, suffix):
         WIDTH // 2,
         HEIGHT // 2,
     )
-
-
-def test_floats_below_a_thumbnail_are_refused_at_the_white_level(tmp_path):
-    written = mosaic("float32")
-    assert read_image(dng(tmp_path / "a.dng", written, white=1, nested=True)).pixels.shape == (
-        HEIGHT // 2,
-        WIDTH // 2,
-        3,
-    )
-    written[5, 5] = 4.0
-    with pytest.raises(InputError, match=r"b\.dng: .*WhiteLevel"):
-        read_image(dng(tmp_path / "b.dng", written, white=1, nested=True))
