@@ -25,6 +25,6 @@ ENTRIES = (
         "A table's readings peak toward the lamp, not toward the mirror direction.",
         "`--azimuth mirror`, if azimuths count from the mirror side. A retro-reflective surface is read rightly.",
         least=doubts.PEAK,
-        source="NIST's PTFE has 1.06; rough matte surfaces have up to 1.2",
+        source="NIST's PTFE has 1.06; very rough matte ones up to 1.75",
     ),
 )

@@ -13,7 +13,7 @@ LEFT = 0.2  # of the squared differences of twins, beside that cosine
 SLANT = np.radians(15.0)  # incidence from which lamp and mirror side are told apart
 NEAR, RING = np.radians(15.0), (np.radians(20.0), np.radians(40.0))  # of a direction: its peak, and around it
 FEWEST = 3  # readings in each
-PEAK = 1.6  # of the readings near the lamp's direction, over those around it
+PEAK = 1.8  # of the readings near the lamp's direction, over those around it
 OTHER = 1.3  # and over those near the mirror direction
 
 

@@ -19,7 +19,9 @@ MOST = 40  # values of a column that could be channels
 def pair_numbers(angles: Sequence[np.ndarray]) -> np.ndarray:
     """(n,) which pair of directions each row has, of four angles (n,) in radians; rows of one pair share a number,
     in the order of their first row."""
-    theta_i, phi_i, theta_r, phi_r = angles
+    theta_i, phi_i, theta_r, phi_r = (
+        np.clip(np.where(np.isfinite(angle), angle, -1.0), -1e3, 1e3) for angle in angles
+    )
     turn = 2.0 * np.pi
     phi_i, phi_r = np.where(theta_i < ALIKE, 0.0, phi_i % turn), np.where(theta_r < ALIKE, 0.0, phi_r % turn)
     keys = np.rint(np.column_stack([theta_i, phi_i, theta_r, phi_r]) / ALIKE).astype(np.int64)
