@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +32,10 @@ _ORDINARY = (
 _ASPECT = 5e-4  # how square pixels are
 _CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
 _POSE_VALUES = 7  # that each photo's corners fix: its pose, and its share of the camera
+_MANY, _MINORITY = 4, 0.4  # photos that tell which are turned, and the share of them that may be
+_ASIDE = (
+    0.01  # of the picture's longer side, by which a still camera's photos show the board apart at the most
+)
 _MOVED = 0.5  # share of a photo's corners astray that means the camera moved
 _MOST_PIXELS, _MOST_SHARE = (
     3.0,
@@ -95,6 +100,8 @@ def as_printed(
     InputError if its markers are others, or lie otherwise."""
     if photoset.board is None:
         return photoset, photos
+    if photoset.camera.fixed:
+        photos = _upright(photos, remarks)
     if isinstance(photoset.board, LooseMarkers):
         board, photos = _relisted(photoset.board, photos, remarks)
         photoset = reader.photoset = replace(photoset, board=board)
@@ -102,6 +109,38 @@ def as_printed(
     if fault is not None:
         raise InputError(photoset.folder / MANIFEST, fault)
     return photoset, photos
+
+
+def _upright(photos: Photos, remarks: Remarks) -> Photos:
+    """Without photos of a fixed camera that are stored upside down: their lens has its axis elsewhere."""
+    still = [one for one in photos.samples + photos.probes if one.corners is not None]
+    turned = {still[k].view.name for k in turned_photos([(one.corners, one.size) for one in still])}
+    for name in sorted(turned):
+        remarks.leave_out(
+            name, "it is stored turned by 180 degrees, against the other photos", "photo-turned"
+        )
+    kept = ([one for one in part if one.view.name not in turned] for part in (photos.samples, photos.probes))
+    return Photos(*kept, photos.boards)
+
+
+def turned_photos(seen: Sequence[tuple[Corners, tuple[int, int]]]) -> list[int]:
+    """Which of a fixed camera's photos, by number, show the board where the others do once they are turned by half a
+    turn; none where they are not a minority."""
+    corners = [one for one, _ in seen if len(one) >= FEWEST_CORNERS]
+    if len(corners) < _MANY:
+        return []
+    ids, pixels = (np.concatenate([getattr(one, name) for one in corners]) for name in ("ids", "pixels"))
+    middle = {int(k): np.median(pixels[ids == k], axis=0) for k in np.unique(ids)}
+    found = []
+    for k, (one, size) in enumerate(seen):
+        if len(one) < FEWEST_CORNERS:
+            continue
+        usual = np.array([middle[int(n)] for n in one.ids])
+        as_is = np.median(np.linalg.norm(one.pixels - usual, axis=1))
+        about = np.median(np.linalg.norm(np.array(size) - 1 - one.pixels - usual, axis=1))
+        if about < _ASIDE * max(size) < as_is:
+            found.append(k)
+    return found if len(found) < _MINORITY * len(corners) else []
 
 
 def _relisted(board: LooseMarkers, photos: Photos, remarks: Remarks) -> tuple[LooseMarkers, Photos]:

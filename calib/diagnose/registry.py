@@ -67,6 +67,12 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
             "Nothing, or list them clockwise from the drawing's top left.",
         ),
         Entry(
+            "photo-turned",
+            "A fixed camera's photo is stored upside down against the others: its lens has its axis elsewhere. It is "
+            "left out, lest camera and directions be off.",
+            "Turn it back by 180 degrees without compressing it anew.",
+        ),
+        Entry(
             "corners-astray",
             "A photo of the bare board fits much worse than the others; it is left out.",
             "Nothing; such a photo is shaken, or the board was bent in it.",
