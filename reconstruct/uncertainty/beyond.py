@@ -27,7 +27,7 @@ GRIDS = (
     ((15.0, 45.0, 75.0), (30.0, 90.0, 150.0)),
     ((10.0, 30.0, 50.0, 70.0), (15.0, 45.0, 75.0, 105.0, 135.0, 165.0)),
 )
-ENOUGH = 0.1  # of the whole variance: what a finer table must mend in the mean
+ENOUGH = 0.2  # of the whole variance: what a finer table must mend in the mean
 PAIRS = 2048  # at which errors are known
 HIGHEST = 80.0  # degrees
 HIGH = 4.0
