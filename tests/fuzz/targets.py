@@ -21,6 +21,7 @@ from photogonio.capture.manifest.draft import manifest_text
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, Sphere
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
+from photogonio.reconstruct.export import find_format
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.modes.angles import unit_vectors
@@ -343,6 +344,23 @@ def read_photo(path: Path) -> None:
     read_image(path)
 
 
+def exported(form: str, file: str) -> Callable[[Path], Ways]:
+    """What is exported and can be compared again."""
+
+    def make(folder: Path) -> Ways:
+        modes = np.array([[0, 0, 0], [1, 1, 1], [2, 0, 0]])
+        count = 1 if form == "scatmech" else 3
+        brdf = Brdf(2, ("R", "G", "B")[:count], modes, np.full((3, count), 0.1), np.full((3, count), 0.01))
+        find_format(form).write(brdf, folder / file)
+        plain = (folder / file).read_bytes()
+        ways: Ways = [lambda rng: by.of_bytes(plain, rng), lambda rng: by.of_lines(plain, rng)]
+        if file.endswith(".gltf"):
+            ways += document_ways(json.loads(plain), by.as_json, plain)
+        return ways
+
+    return make
+
+
 def photos(folder: Path) -> Ways:
     """One photo of a set; the others are whole."""
     TinySet(folder)
@@ -443,6 +461,9 @@ TARGETS = (
         Target(f"image{suffix}", f"photo{suffix}", image(suffix), read_photo, share=2)
         for suffix in (".png", ".tif", ".jpg", ".exr", ".webp")
     ),
+    Target("openpbr", "brdf.mtlx", exported("openpbr", "brdf.mtlx"), read_both),
+    Target("gltf", "brdf.gltf", exported("gltf", "brdf.gltf"), read_both),
+    Target("scatmech", "brdf.csv", exported("scatmech", "brdf.csv"), read_both),
     Target("command", "", command, run_command, share=2),
     # seconds each: only when asked for
     Target("fit", "table.npz", table, fit_facets, share=0),
