@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, of_groups
 
 from photogonio.evaluate.hard_tables import one_cell
-from photogonio.run.tables import WHY_UNUSED, refuse_empty
+from photogonio.options import Options
+from photogonio.run.tables import WHY_UNUSED, read_table, refuse_empty
+from photogonio.system.progress import Reporter
 
 
 def empty(**counts: int):
@@ -36,3 +39,31 @@ def test_a_sample_that_no_photo_shows_is_told():
 
 def test_every_reason_has_its_words():
     assert set(WHY_UNUSED) == set(LEFT_OUT)
+
+
+def table_file(tmp_path, values):
+    rows = [f"{i},0,{r},{p},{v}" for (i, r, p), v in zip(np.ndindex(3, 3, 4), values, strict=True)]
+    scaled = [",".join([str(20 * int(a)), b, str(20 * int(c)), str(60 * int(d)), v])
+              for a, b, c, d, v in (row.split(",") for row in rows)]  # fmt: skip
+    path = tmp_path / "rows.csv"
+    path.write_text("\n".join(["theta_i,phi_i,theta_r,phi_r,wavelength,f", *(
+        f"{row.rpartition(',')[0]},550,{row.rpartition(',')[2]}" for row in scaled
+    )]))  # fmt: skip
+    return path
+
+
+def test_what_is_left_out_of_a_table_is_told_by_code_with_the_file(tmp_path):
+    values = np.full(36, 0.1)
+    values[7] = -999.0
+    reporter = Reporter(quiet=True)
+    read = read_table(table_file(tmp_path, values), Options(), Told(), reporter)
+    assert len(read.table) == 35 and read.scale == "absolute"
+    (told,) = reporter.diagnoses
+    assert told.code == "rows-left-out" and told.message.startswith("rows.csv: 1 row left out")
+    assert "line 9" in told.message
+
+
+def test_values_in_per_cent_are_f_when_told(tmp_path):
+    path = table_file(tmp_path, np.full(36, 50.0))
+    read = read_table(path, Options(), Told(quantity="percent"), Reporter(quiet=True))
+    np.testing.assert_allclose(read.table.value, 0.5 / np.pi)
