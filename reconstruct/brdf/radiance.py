@@ -107,11 +107,12 @@ def _blocks(path: Path, root: ElementTree.Element) -> tuple[str, dict[str, Eleme
             side = text_of(block, "WavelengthDataDirection")
             if side in found:
                 found[side].setdefault(text_of(data, "Wavelength") or "Visible", block)
-    side = next((side for side in _SIDES if found[side]), None)
-    if side is None:
+    sides = [side for side in _SIDES if found[side]]
+    if not sides:
         raise InputError(path, f"holds no reflection; expected a block of {' or '.join(_SIDES)}")
-    visible = {name: block for name, block in found[side].items() if name in ("Visible", *_COLOURS)}
-    return side, visible if "Visible" in visible else found[side]
+    taken = found[sides[0]]
+    visible = {name: block for name, block in taken.items() if name in ("Visible", *_COLOURS)}
+    return sides[0], visible if "Visible" in visible else taken
 
 
 def _coloured(found: dict[str, Evaluate]) -> tuple[tuple[str, ...], Evaluate]:

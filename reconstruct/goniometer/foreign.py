@@ -48,8 +48,8 @@ def known_everywhere(path: Path) -> KnownEverywhere | None:
         found = read_radiance(path)
         return KnownEverywhere(found.channels, found.isotropic, found.evaluate, f"BSDF XML, {found.note}")
     if beginning(path, 16).startswith("tensor_file"):
-        found = read_mitsuba(path)
-        return KnownEverywhere(found.channels, found.isotropic, found.evaluate, "Mitsuba's tensor file")
+        known = read_mitsuba(path)
+        return KnownEverywhere(known.channels, known.isotropic, known.evaluate, "Mitsuba's tensor file")
     return None
 
 

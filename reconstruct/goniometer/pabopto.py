@@ -48,8 +48,18 @@ def read_pabopto(path: Path) -> GoniometerSamples:
     message = f"{lost} rows left out: transmission, or without a number"
     told = (Diagnosis("rows-left-out", message, amount=lost),) if lost else ()
     note = (f"pab-opto, {len(files)} incident directions",)
+    theta_i, phi_i, theta_r, phi_r = angles
     return GoniometerSamples(
-        *angles, rows[keep, 4:], None, channels, left_out=lost, diagnoses=told, notes=note
+        theta_i,
+        phi_i,
+        theta_r,
+        phi_r,
+        value=rows[keep, 4:],
+        sigma=None,
+        channels=channels,
+        left_out=lost,
+        diagnoses=told,
+        notes=note,
     )
 
 
@@ -95,9 +105,10 @@ def _rows(path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
 def _incidence(path: Path, said: dict[str, str]) -> tuple[float, float]:
     try:
         if "incident_angle" in said:
-            theta, phi = map(float, said["incident_angle"].split()[:2])
-            return theta, phi
-        theta = said.get("intheta") or said["theta_in"]
-        return float(theta.split()[0]), float((said.get("inphi") or said.get("phi_in") or "0").split()[0])
+            theta, phi = said["incident_angle"].split()[:2]
+        else:
+            theta = (said.get("intheta") or said["theta_in"]).split()[0]
+            phi = (said.get("inphi") or said.get("phi_in") or "0").split()[0]
+        return float(theta), float(phi)
     except (KeyError, ValueError, IndexError):
         raise InputError(path, "says no incident direction (#intheta and #inphi)") from None
