@@ -7,6 +7,7 @@ import json
 import math
 import random
 from collections.abc import Callable
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -130,7 +131,7 @@ def of_document(document: Any, rng: random.Random) -> Any:
         elif way == 4 and isinstance(holder[key], int | float) and not isinstance(holder[key], bool):
             holder[key] = _scaled(holder[key], rng)
         else:
-            holder[key] = rng.choice(ODD_VALUES)
+            holder[key] = deepcopy(rng.choice(ODD_VALUES))
     return document
 
 
