@@ -40,7 +40,7 @@ from photogonio.reconstruct.reduce.directions import (
 from benchmarks.kernel import RADIUS, made_view
 from photogonio.cache.store import Store
 from photogonio.pipeline import process
-from photogonio.run.reduce_photos import reduce_photos
+from photogonio.run.reduce_photos import Plan, reduce_photos
 
 DIFFERENT = 6
 ELECTRONS, READ = 6000.0, 4.0  # of a small sensor
@@ -154,12 +154,12 @@ def measure(folder: Path, setup: Setup, workers: int, repeats: int) -> tuple[flo
     rounds = []
     for _ in range(repeats + 1):
         with tempfile.TemporaryDirectory() as kept:
-            job = {"level": 4, "options": ReduceOptions(), "workers": workers, "store": Store(Path(kept))}
+            job = Plan(4, ReduceOptions(), workers, Store(Path(kept)))
             rounds.append(
                 (
                     timed(lambda: decode_all(reader, workers)),
                     timed(lambda: prepare(photoset)),
-                    timed(lambda job=job: reduce_photos(reader, setup, **job)),
+                    timed(lambda job=job: reduce_photos(reader, setup, job)),
                 )
             )
     return tuple(np.median(rounds[1:], axis=0))  # the first compiled

@@ -26,7 +26,7 @@ from photogonio.reconstruct.modes.parallel import cores
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 
 from benchmarks.end_to_end import made_setup, make_set
-from photogonio.run.reduce_photos import reduce_photos
+from photogonio.run.reduce_photos import Plan, reduce_photos
 from photogonio.system.memory import peak_megabytes
 
 SHARE = 0.06
@@ -36,10 +36,10 @@ def measure(folder: Path, photos: int, megapixels: float, level: int) -> dict[st
     """Seconds, peak megabytes and cells of one reduction."""
     setup = made_setup(photos, ".png", SHARE, megapixels)
     reader = prepare(load_photoset(folder))
-    job = {"level": level, "options": ReduceOptions(), "workers": cores()}
-    reduce_photos(reader, replace(setup, views=setup.views[:1]), **job)  # loads what is compiled
+    job = Plan(level, ReduceOptions(), cores())
+    reduce_photos(reader, replace(setup, views=setup.views[:1]), job)  # loads what is compiled
     start = time.perf_counter()
-    reduced = reduce_photos(reader, setup, **job)
+    reduced = reduce_photos(reader, setup, job)
     seconds = time.perf_counter() - start
     peak = peak_megabytes()
     return {"seconds": seconds, "peak": peak, "cells": len(reduced.table)}

@@ -19,7 +19,7 @@ from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.fit import FitOptions, PhotoErrors, fit_table
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.reduce.directions import (
     USED,
@@ -72,7 +72,7 @@ def leave_each_out(
     for name in names:
         left = [view for view in setup.views if view.light.id == name]
         others = of_groups(table, {v.name for v in setup.views if v.light.id != name})
-        brdf = fit_table(others, asked, doubt=doubt).brdf
+        brdf = fit_table(others, asked, PhotoErrors(doubt=doubt)).brdf
         pairs = [predicted_and_seen(brdf, setup, view, reader, options) for view in left]
         errors[name] = (
             np.concatenate([np.abs(p.mean(1) / s.mean(1) - 1.0) for p, s in pairs]),

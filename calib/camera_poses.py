@@ -18,6 +18,7 @@ from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners, board_point
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import fit_pose, joined
 from photogonio.calib.remarks import Remarks
+from photogonio.capture import robust
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import copies
 from photogonio.capture.photoset import MANIFEST, LooseMarkers, PhotoSet, View
@@ -361,7 +362,7 @@ def scale_corners(state: State) -> State:
     z = [_freed(c) * (camera.project(p, c.points) - c.pixels) / c.sigma[:, None] for c, p in photos]
     if not z:
         return state
-    factor = max(1.0, 1.4826 * float(np.median(np.abs(np.concatenate(z)))))
+    factor = max(1.0, float(robust.deviation(np.concatenate(z))))
     boards = tuple((name, replace(c, sigma=factor * c.sigma), pose) for name, c, pose in state.boards)
     still = sum(s.pose_block == FIXED_POSE for s in observations)
     for observation, corners in seen:

@@ -8,8 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from photogonio.cache.corners import KeptLooks
 from photogonio.cache.kept import KeptSetup
 from photogonio.cache.scratch import Scratch
@@ -28,11 +26,9 @@ from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.options import Options, asked_symmetry, choose_level, symmetry_of
-from photogonio.reconstruct.fit import FitOptions, FitResult, fit_table
+from photogonio.reconstruct.fit import FitOptions, FitResult, PhotoErrors, fit_table
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
-from photogonio.reconstruct.lighting.stray_light import StrayLight
-from photogonio.reconstruct.lighting.stray_limits import UnknownStray
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.reduce.fused import compiled_before
 from photogonio.reconstruct.table.facet_table import FacetTable
@@ -53,7 +49,7 @@ from photogonio.report.trust import DISTRUSTED, faults_of
 from photogonio.result import Result
 from photogonio.run.circumstances import Circumstances, lamp_variances, packed, scale_error, view_errors
 from photogonio.run.colours import correction_note, find_correction, in_colours, require_mixable
-from photogonio.run.reduce_photos import Reduced, reduce_photos
+from photogonio.run.reduce_photos import Plan, Reduced, reduce_photos
 from photogonio.run.surroundings import LightAround, around_of, light_of, shown_around
 from photogonio.run.tables import read_table, refuse_empty, take_channels
 from photogonio.system.outputs import check_place, staged_file, staged_folder
@@ -93,7 +89,8 @@ def process(
             white_patches=photoset.white_patches,
         )
         for last in (False, True):
-            reduced = _reduced(radiance, setup, int(level.value), around, options, kept, reporter)
+            plan = Plan(int(level.value), around, options.threads(), kept.store, kept.hashes)
+            reduced = _reduced(radiance, setup, plan, reporter)
             refuse_empty(reduced.table)
             watch.lap("reduce")
             shown, table = shown_around(photoset, setup, reduced.table, reduced.around)
@@ -336,33 +333,18 @@ def _found(
     )
 
 
-def _reduced(
-    radiance: RadianceReader,
-    setup: Setup,
-    level: int,
-    around: ReduceOptions,
-    options: Options,
-    kept: KeptSetup,
-    reporter: Reporter,
-) -> Reduced:
+def _reduced(radiance: RadianceReader, setup: Setup, plan: Plan, reporter: Reporter) -> Reduced:
     if not compiled_before():
         reporter.say("compiling what photos are reduced with, this first time: some seconds")
+    plan = replace(plan, around=around_of(radiance.photoset, setup))
     reduced = reduce_photos(
-        radiance,
-        setup,
-        level=level,
-        options=around,
-        workers=options.threads(),
-        store=kept.store,
-        hashes=kept.hashes,
-        around=around_of(radiance.photoset, setup),
-        progress=lambda done, total: reporter.progress("reducing photos", done, total),
+        radiance, setup, plan, lambda done, total: reporter.progress("reducing photos", done, total)
     )
-    if kept.store is not None and kept.store.damaged:
+    if plan.store is not None and plan.store.damaged:
         reporter.say(
-            f"{len(kept.store.damaged)} damaged files of the cache were thrown away, and are made anew"
+            f"{len(plan.store.damaged)} damaged files of the cache were thrown away, and are made anew"
         )
-        kept.store.damaged.clear()
+        plan.store.damaged.clear()
     if reduced.at_hand:
         reporter.say(f"{reduced.at_hand} of {len(setup.views)} photos were reduced before, and are not again")
     return reduced
@@ -379,11 +361,13 @@ def _fitted_photos(
         symmetry_of(options, known.symmetry, setup.sample),
         setup.scale,
         reporter,
-        view_errors=view_errors(setup, table),
-        scale_error=scale_error(setup, table),
-        lamps=lamp_variances(setup, table),
-        stray=beside.known,
-        doubt=beside.unknown,
+        PhotoErrors(
+            view_errors=view_errors(setup, table),
+            scale_error=scale_error(setup, table),
+            lamps=lamp_variances(setup, table),
+            stray=beside.known,
+            doubt=beside.unknown,
+        ),
     )
     return found, beside
 
@@ -394,12 +378,7 @@ def _fitted(
     symmetry: str,
     scale: str,
     reporter: Reporter,
-    *,
-    view_errors: np.ndarray | None = None,
-    scale_error: float = 0.0,
-    lamps: np.ndarray | None = None,
-    stray: StrayLight | None = None,
-    doubt: UnknownStray | None = None,
+    known: PhotoErrors = PhotoErrors(),  # noqa: B008  frozen
 ) -> FitResult:
     asked = FitOptions(
         order=options.order,
@@ -410,16 +389,7 @@ def _fitted(
         robust=options.robust,
         smooth=options.prior != "none",
     )
-    found = fit_table(
-        table,
-        asked,
-        view_errors=view_errors,
-        scale_error=scale_error,
-        lamps=lamps,
-        stray=stray,
-        doubt=doubt,
-        progress=lambda stage: reporter.say(f"fitting: {stage}"),
-    )
+    found = fit_table(table, asked, known, lambda stage: reporter.say(f"fitting: {stage}"))
     if symmetry not in ("auto", found.brdf.symmetry):
         raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
     return found

@@ -94,34 +94,35 @@ class FitResult:
         return np.hypot(error_of(self.model, self.uncertainty, self.misfit, cells), departed)
 
 
+@dataclass(frozen=True, slots=True)
+class PhotoErrors:
+    """What is known of a table's photos besides their cells."""
+
+    view_errors: np.ndarray | None = None  # (g,) relative standard errors of the views' scales
+    scale_error: float = 0.0  # that of the scale which all share
+    lamps: np.ndarray | None = None  # (g,) variances, radians^2, of the lamps' directions
+    stray: StrayLightOn | None = None  # what stray light adds to cells, given a model of the surface
+    # standard error (n, c), 1/sr, of cells' values by what of it is not known
+    doubt: Callable[[Cells], np.ndarray] | None = None
+
+
 def fit_table(
     table: FacetTable,
     options: FitOptions = FitOptions(),
-    *,
-    view_errors: np.ndarray | None = None,
-    scale_error: float = 0.0,
-    lamps: np.ndarray | None = None,
-    stray: StrayLightOn | None = None,
-    doubt: Callable[[Cells], np.ndarray] | None = None,
+    known: PhotoErrors = PhotoErrors(),
     progress: Progress = lambda stage: None,
 ) -> FitResult:
-    """Fit modes and lobes to a table.
-
-    ``view_errors`` (g,) are relative standard errors of the views' scales, ``scale_error`` that of the scale which
-    all share, ``lamps`` (g,) variances, radians^2, of the lamps' directions; ``stray`` computes what stray light adds
-    to cells, given a model of the surface, and ``doubt`` the standard error (n, c), 1/sr, of their values by what of
-    it is not known.
+    """Fit modes and lobes to a table, with what is ``known`` of its photos.
 
     Raises:
         InputError: no cell is left, or what was asked for does not go together.
     """
-    seen = with_noise(replace(_usable(cells_of(table).under(lamps), options), robust=options.robust))
-    if doubt is not None:
-        seen = replace(seen, doubt=doubt(seen))
-    views = (
-        np.full(len(seen.groups), VIEW_ERROR) if view_errors is None else np.maximum(view_errors, VIEW_ERROR)
-    )
-    work, verdict = _cleaned(seen, views, options, stray, progress)
+    seen = with_noise(replace(_usable(cells_of(table).under(known.lamps), options), robust=options.robust))
+    if known.doubt is not None:
+        seen = replace(seen, doubt=known.doubt(seen))
+    stated = 0.0 if known.view_errors is None else known.view_errors
+    views = np.maximum(np.broadcast_to(stated, len(seen.groups)), VIEW_ERROR)
+    work, verdict = _cleaned(seen, views, options, known.stray, progress)
     if not seen.binned:
         verdict = verdict.beside(direct(seen))
     progress("choosing the model")
@@ -143,10 +144,10 @@ def fit_table(
         work.deviation,
         _believed(tried, chosen, work.cells),
         view_errors=work.scales.error,
-        scale_error=scale_error,
+        scale_error=known.scale_error,
     )
     spread = replace(spread, rivals=_rivals(tried, chosen, work, verdict.symmetry))
-    return _result(work, final, spread, verdict, chosen, best, options)
+    return _result(work, final, spread, verdict, (chosen, best), options)
 
 
 def _cleaned(
@@ -278,10 +279,11 @@ def _result(
     final: Fitted,
     spread: Uncertainty,
     verdict: Verdict,
-    chosen: Candidate,
-    best: Candidate,
+    candidates: tuple[Candidate, Candidate],
     options: FitOptions,
 ) -> FitResult:
+    """The result, by the chosen candidate and the best."""
+    chosen, best = candidates
     model, cells = final.model, work.cells
     misfit = misfit_of(cells, model.evaluate(cells), work.binning)
     region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)

@@ -17,7 +17,7 @@ from photogonio.calib.adjust.lamps import (
 from photogonio.calib.adjust.start import start_sample, start_scene
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.adjust.terms import all_terms, first_values, fixed_blocks
-from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight
+from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, pixels_near
 from photogonio.calib.detect.mirror_rays import meet
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.geometry.camera import Camera
@@ -25,6 +25,7 @@ from photogonio.calib.shading.correction import NO_FALLOFF
 from photogonio.calib.shading.fit import ShadingFit, fit_shading, fits_better
 from photogonio.calib.shading.model import ShadingScene
 from photogonio.calib.shading.model_error import pooled
+from photogonio.capture import robust
 from photogonio.capture.photoset import MirrorBall
 
 _STEPS = (8, 3, 3, 3)  # of each view's own shading fit in each round: the adjustment does the rest
@@ -230,7 +231,7 @@ def _review(now: _Round) -> None:
                 ratios += list(np.abs(found.pixel - expected) / found.sigma)
         observation.highlights = kept
     if len(ratios) >= _ENOUGH:
-        now.scale = float(np.clip(1.4826 * np.median(ratios), 0.3, 10.0))
+        now.scale = float(np.clip(robust.deviation(ratios), 0.3, 10.0))
 
 
 def _wild(found: Highlight, expected: np.ndarray, scale: float) -> bool:
@@ -249,7 +250,8 @@ def _look_again(
     image = now.state.reader.part(observation.view, box)
     if image is None:
         return None
-    return find_highlight(image, camera, observation.pose, ball, number, near=expected, within=_LOOK_AGAIN)
+    near = pixels_near(camera, observation.pose, ball, expected, _LOOK_AGAIN)
+    return find_highlight(image, camera, observation.pose, ball, number, near)
 
 
 def _misses(now: _Round, camera: Camera) -> dict[str, np.ndarray]:

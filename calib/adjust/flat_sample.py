@@ -9,6 +9,7 @@ import numpy as np
 from photogonio.calib.detect.edges import Edges, on_plane
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture import robust
 from photogonio.capture.photoset import PhotoSet, Plane
 from scipy.optimize import least_squares
 
@@ -83,7 +84,7 @@ def place_plane(camera: Camera, poses: list[Pose], edges: list[Edges], plane: Pl
         for pose, edge in zip(poses, edges, strict=True):
             off = camera.project(pose, moved_points(edge.places, plane, values[:8])) - edge.pixels
             z = (np.einsum("ij,ij->i", off, edge.normals) + values[8]) / edge.sigma
-            parts.append(np.sign(z) * _SOFT * np.sqrt(np.log1p((z / _SOFT) ** 2)))  # Cauchy's loss, rooted
+            parts.append(robust.rooted_cauchy(z, _SOFT))
         return np.concatenate(parts)
 
     found = least_squares(residual, np.zeros(9), x_scale=expected)

@@ -10,6 +10,7 @@ from photogonio.calib.detect.gray import gray
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.mirror import reflected_ray
+from photogonio.capture import robust
 from photogonio.capture.photoset import MirrorBall
 from photogonio.capture.radiance import RadianceImage
 
@@ -37,14 +38,12 @@ def find_highlight(
     pose: Pose,
     ball: MirrorBall,
     number: int,
-    near: np.ndarray | None = None,
-    within: float = 5.0,
-    shown: np.ndarray | None = None,
+    searched: np.ndarray | None = None,
 ) -> Highlight | None:
     """The brightest small blob inside the ball's outline that a lamp above the board can cause; None if there is
     none. Reflections of the board, the patch and the sample are larger, dimmer, or mirror rays that go down.
 
-    With ``near`` (2,) only pixels ``within`` so many of it are searched. ``shown`` is :func:`lamp_pixels`, where known.
+    Only ``searched`` pixels (h, w) of :func:`ball_box` count, those of :func:`lamp_pixels` if it is not given.
     """
     x0, y0, x1, y1 = box = ball_box(camera, pose, ball)
     if x1 - x0 < 6 or y1 - y0 < 6:
@@ -52,16 +51,20 @@ def find_highlight(
     part = _cut(image, box)
     level, saturated = gray(part), part.saturated
     inside = _polygon_mask(_inner(camera, pose, ball) - [x0, y0], level.shape)
-    if near is not None:
-        y, x = np.mgrid[y0:y1, x0:x1]
-        allowed = inside & (np.hypot(x - near[0], y - near[1]) < within)
-    else:
-        allowed = lamp_pixels(camera, pose, ball) if shown is None else shown
+    allowed = lamp_pixels(camera, pose, ball) if searched is None else searched
     best = _brightest_blob(level, saturated, allowed, float(inside.sum()))
     if best is None:
         return None
     pixel, sigma, peak, area, clipped = best
     return Highlight(number, pixel + np.array([x0, y0]), sigma, peak, area, clipped)
+
+
+def pixels_near(camera: Camera, pose: Pose, ball: MirrorBall, place: np.ndarray, within: float) -> np.ndarray:
+    """Pixels (h, w) bool of :func:`ball_box`, in the ball's picture and at most ``within`` off ``place`` (2,)."""
+    x0, y0, x1, y1 = ball_box(camera, pose, ball)
+    y, x = np.mgrid[y0:y1, x0:x1]
+    inside = _polygon_mask(_inner(camera, pose, ball) - [x0, y0], x.shape)
+    return inside & (np.hypot(x - place[0], y - place[1]) < within)
 
 
 def lamp_pixels(camera: Camera, pose: Pose, ball: MirrorBall) -> np.ndarray:
@@ -119,7 +122,7 @@ def _brightest_blob(
     if not allowed.any():
         return None
     base = float(np.median(level[allowed]))
-    noise = 1.4826 * float(np.median(np.abs(level[allowed] - base))) + 1e-9
+    noise = float(robust.deviation(level[allowed] - base)) + 1e-9
     rest = np.where(allowed, level - base, 0.0)
     best, first = None, (False, 0.0)
     for _ in range(6):

@@ -9,6 +9,7 @@ import numpy as np
 from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.cones import cone_residual, outline
+from photogonio.capture import robust
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
 
@@ -20,6 +21,7 @@ _FEWEST = 18  # limb points, a quarter of all
 _CLEAR = 0.35  # pixels: typical distance from the circle beyond which a limb is not believed
 _MISPLACED = 0.03  # of the radius: how far off the manifest may place the ball
 _TRUSTED_RADIUS = 0.004  # of the radius
+_SOFTENED = 3.0  # standard errors beyond which a limb's point counts less
 _TRUSTED_EDGE = 0.5  # pixels: aliasing and the ball's own shading move all edges of a stretch alike
 
 
@@ -96,7 +98,9 @@ def place_ball(
             for r, pose, limb in zip(rays, poses, limbs, strict=True)
         ]
         # a robust loss on the limbs, none on the prior, which is written as the square root of its loss
-        return np.concatenate([*[_soften(p) for p in parts], (values - start) / prior])
+        return np.concatenate(
+            [*[robust.rooted_cauchy(p, _SOFTENED) for p in parts], (values - start) / prior]
+        )
 
     found = least_squares(residual, start, x_scale=prior).x
     return found[:3], float(found[3])
@@ -120,9 +124,3 @@ def settled_limb(
     near, size = place_ball(camera, [pose], [limb], center, radius)
     off = cone_residual(camera.rays(limb.pixels), pose.apply(near), size, focal(camera))
     return limb if np.median(np.abs(off)) < _CLEAR else None
-
-
-def _soften(residual: np.ndarray) -> np.ndarray:
-    """Cauchy's loss as a residual: its square grows like a logarithm."""
-    scale = 3.0
-    return np.sign(residual) * scale * np.sqrt(np.log1p((residual / scale) ** 2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from photogonio.calib.geometry.board import Corners, board_size
+from photogonio.capture import robust
 from photogonio.capture.photoset import CharucoBoard
 
 _MANY = 12  # corners of a photo that tells of the print
@@ -49,7 +50,7 @@ def misplaced_markers(board: CharucoBoard, pairs: list[tuple[Corners, Corners]])
         return None
     rows, shift = np.concatenate(design), np.concatenate(off)
     values = np.linalg.lstsq(rows, shift, rcond=None)[0]
-    scatter = 1.4826 * np.median(np.abs(shift - rows @ values))
+    scatter = robust.deviation(shift - rows @ values)
     sure = scatter * np.sqrt(values.size / len(rows))
     size = float(np.sqrt(np.mean((rows @ values) ** 2) * 2))
     return size if size > max(_SURE * sure, _MATTERS) else None

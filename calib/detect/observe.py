@@ -107,16 +107,7 @@ def _places(photoset: PhotoSet, camera: Camera, pose: Pose, balls: tuple[MirrorB
         step = float(board_size(board).max()) / (
             _ACROSS_LOOSE if isinstance(board, LooseMarkers) else _ACROSS
         )
-        paper = paper_places(
-            board,
-            camera,
-            pose,
-            step=step,
-            sample=sample,
-            balls=photoset.mirror_balls,
-            patches=patches,
-            apart=_CAUSTIC,
-        )
+        paper = paper_places(photoset, camera, pose, step=step, apart=_CAUSTIC)
         close = close_places(board, camera, pose, sample=sample, balls=photoset.mirror_balls, patches=patches)
     limbs = [outline(camera, pose, np.asarray(b.center, float), b.radius) for b in balls]
     reach = max((_within(camera, pose, b.center, b.radius) for b in balls), default=0.0)
@@ -181,9 +172,7 @@ def _highlight(
 ) -> Highlight | None:
     x0, y0, x1, y1 = box = ball_box(camera, observation.pose, ball)
     image = reader.part(observation.view, box) if x0 < x1 and y0 < y1 else None
-    return (
-        None if image is None else find_highlight(image, camera, observation.pose, ball, number, shown=shown)
-    )
+    return None if image is None else find_highlight(image, camera, observation.pose, ball, number, shown)
 
 
 def of_one_lamp(found: list[Highlight], balls: tuple[MirrorBall, ...]) -> list[Highlight]:

@@ -11,7 +11,7 @@ from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale, projected_with_axes
 from photogonio.calib.geometry.print_map import draw_print, square_pitch
 from photogonio.calib.geometry.visibility import behind_ball
-from photogonio.capture.photoset import Board, MirrorBall, Plane, Sphere, WhitePatch
+from photogonio.capture.photoset import MirrorBall, PhotoSet, Plane, Sphere, WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
 _CLEAR_WHITE = 2.3  # pixels of the photo between a sample and the next printed edge
@@ -62,20 +62,13 @@ class PaperPlaces:
 
 
 def paper_places(
-    board: Board,
-    camera: Camera,
-    pose: Pose,
-    *,
-    step: float,
-    sample: Sphere | Plane,
-    balls: tuple[MirrorBall, ...],
-    patches: tuple[WhitePatch, ...],
-    apart: float,
+    photoset: PhotoSet, camera: Camera, pose: Pose, *, step: float, apart: float
 ) -> PaperPlaces | None:
-    """A grid of pitch ``step`` over the board, where the print is even, nothing stands before it, and balls are
+    """A grid of pitch ``step`` over the board, where the print is even, nothing stands before it, and mirror balls are
     ``apart`` of their radii away."""
-    print_ = draw_print(board)
-    if print_ is None:
+    board, balls = photoset.board, photoset.mirror_balls
+    print_ = None if board is None else draw_print(board)
+    if board is None or print_ is None:
         return None
     size = board_size(board)
     x, y = np.meshgrid(np.arange(step / 2, size[0], step), np.arange(step / 2, size[1], step))
@@ -87,7 +80,7 @@ def paper_places(
     usable = (
         inside
         & (clear * scale > np.where(white, _CLEAR_WHITE, _CLEAR_BLACK))
-        & ~covered(points, pose, sample, balls, patches, size.max() / 100)
+        & ~covered(points, pose, photoset.sample, balls, photoset.white_patches, size.max() / 100)
     )
     for ball in balls:
         usable &= np.hypot(*(points[:, :2] - ball.center[:2]).T) > apart * ball.radius

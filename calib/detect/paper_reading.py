@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_near_balls import Close
+from photogonio.capture import robust
 
 _BRIGHT = (
     0.3  # of the tone's median radiance: what is brighter is lit, and shows more than the sensor's noise
@@ -49,6 +50,6 @@ def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:
         here = close & (samples.white[1:] == white)
         middle = float(np.median(pair[here])) if here.any() else 0.0
         bright = here & (pair > _BRIGHT * middle) & (middle > DIMMEST)
-        spread = 1.4826 * np.median(relative[bright]) / np.sqrt(2) if bright.any() else _UNKNOWN_NOISE
+        spread = robust.deviation(relative[bright]) / np.sqrt(2) if bright.any() else _UNKNOWN_NOISE
         noise[samples.white == white] = spread
     return noise

@@ -22,7 +22,7 @@ from photogonio.calib.detect.gray import (
 from photogonio.calib.detect.marker_placement import judging_photos, misplaced_markers, misprint_warning
 from photogonio.calib.detect.masks import things_mask
 from photogonio.calib.detect.observation import Keep, in_memory
-from photogonio.calib.detect.subpixel import KEPT_BYTES, Around, refined_corners
+from photogonio.calib.detect.subpixel import KEPT_BYTES, Around, Template, refined_corners
 from photogonio.calib.geometry.board import Corners, board_points
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
@@ -272,7 +272,7 @@ def _closer(
         width, height = one.size
         around = around.without(things_mask(reader.photoset, camera, fit.pose, (height, width), _GROW))
     return [
-        refined_corners(pattern, camera, fit.pose, around, every, square, one.corners, bare=bare)
+        refined_corners(Template(pattern, square, bare), camera, fit.pose, around, every, one.corners)
         for bare in ways
     ]
 

@@ -60,26 +60,27 @@ def _inside(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     return np.all((middle > _NEAREST) & (middle < np.array(size) - _NEAREST), axis=1)
 
 
+@dataclass(frozen=True, slots=True)
+class Template:
+    """The print that a photo is laid over."""
+
+    print: Print
+    square: float  # side of the board's squares
+    bare: bool = False  # without the markers: the edges of the squares alone place a corner
+
+
 def register(
-    print_: Print,
-    camera: Camera,
-    pose: Pose,
-    around: Around,
-    points: np.ndarray,
-    square: float,
-    *,
-    bare: bool = False,
+    template: Template, camera: Camera, pose: Pose, around: Around, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which of ``points`` (n, 3) on the board are seen clearly (n,) bool, where (n, 2), and how surely (n,).
 
-    ``around`` is the photo about each of them. ``bare`` leaves the markers out: the edges of the squares alone place
-    a corner.
+    ``around`` is the photo about each of them.
     """
     pixels, scale = project_with_scale(camera, pose, points)
     chosen = np.flatnonzero(_inside(pixels, around.size))
     sigma = np.full(len(points), np.inf)
     if len(chosen):
-        half = np.clip(_REACH * square * scale[chosen], _SMALLEST, _LARGEST).astype(int)
+        half = np.clip(_REACH * template.square * scale[chosen], _SMALLEST, _LARGEST).astype(int)
         middle = np.round(pixels[chosen]).astype(int)
         flat, shift, sure = (
             _to_board(camera, pose, middle, half),
@@ -87,6 +88,7 @@ def register(
             np.empty(len(half)),
         )
         level, middle = around.level[chosen], middle - around.first[chosen]
+        print_, bare = template.print, template.bare
         find_shifts(print_.tone, print_.bare, bare, print_.scale, flat, level, middle, half, shift, sure)
         pixels[chosen] += np.where(np.isfinite(sure)[:, None], shift, 0.0)
         sigma[chosen] = sure
@@ -104,21 +106,13 @@ def _to_board(camera: Camera, pose: Pose, middle: np.ndarray, half: np.ndarray) 
 
 
 def refined_corners(
-    print_: Print,
-    camera: Camera,
-    pose: Pose,
-    around: Around,
-    every: np.ndarray,
-    square: float,
-    corners: Corners,
-    *,
-    bare: bool = False,
+    template: Template, camera: Camera, pose: Pose, around: Around, every: np.ndarray, corners: Corners
 ) -> Corners:
     """All corners of the board (``every`` (n, 3), by number) that can be registered in this photo.
 
     If fewer than two thirds of those found before come through, the old ones are returned.
     """
-    found, pixels, sigma = register(print_, camera, pose, around, every, square, bare=bare)
+    found, pixels, sigma = register(template, camera, pose, around, every)
     kept = np.flatnonzero(found)
     if len(kept) < max(6, 2 * len(corners) // 3):
         return corners

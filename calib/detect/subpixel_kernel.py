@@ -6,6 +6,7 @@ import math
 
 import numba
 import numpy as np
+from photogonio.capture.robust import OF_SIZE
 
 _FINE = 3  # samples of the pattern across a pixel
 _BLUR = 0.5  # pixels, standard deviation of a slight blur
@@ -189,7 +190,7 @@ def _solve(design, level, step):
         values[:] = right
         _substitute(normal, values)
         _residuals(design, values, level, residual)
-        spread = max(1.4826 * np.median(np.abs(residual)), 1e-9)
+        spread = max(OF_SIZE * np.median(np.abs(residual)), 1e-9)
         bound = _TUKEY * max(spread, _EDGE_ERROR * abs(values[0]))
         for n in range(count):
             inside = max(1.0 - (residual[n] / bound) ** 2, 0.0)

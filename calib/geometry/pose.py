@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.capture import robust
 
 _OUTLIER_SIGMA = 4.0
 _OUTLIER_PIXELS = 0.75  # corners nearer than this are kept however good the others are
@@ -34,7 +35,7 @@ def fit_pose(camera: Camera, corners: Corners) -> PoseFit | None:
             return None
         pose = tried
         miss = np.linalg.norm(camera.project(pose, corners.points) - corners.pixels, axis=1)
-        spread = 1.4826 * float(np.median(miss[inlier]))
+        spread = float(robust.deviation(miss[inlier]))
         kept = miss < max(_OUTLIER_SIGMA * spread, _OUTLIER_PIXELS)
         if kept.sum() < FEWEST_CORNERS:
             return None

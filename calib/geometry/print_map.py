@@ -49,13 +49,6 @@ class Print:
         height, width = self.white.shape
         return np.all((points >= 0) & (points * self.scale <= [width, height]), axis=1)
 
-    def beside_markers(self, points: np.ndarray) -> np.ndarray:
-        """Whether board points (n, 2) lie within the pattern and clear of every marker, (n,) bool."""
-        height, width = self.white.shape
-        x = np.clip((points[:, 0] * self.scale).astype(int), 0, width - 1)
-        y = np.clip((height - points[:, 1] * self.scale).astype(int), 0, height - 1)
-        return self.on_print(points) & self.bare[y, x]
-
 
 def draw_print(board: Board) -> Print | None:
     """The pattern of a flat board. Around loose markers nothing is known; None if none of them lies

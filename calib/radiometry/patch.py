@@ -14,6 +14,7 @@ from photogonio.calib.geometry.visibility import behind_ball, direct, lit_fracti
 from photogonio.calib.setup import Light
 from photogonio.calib.shading.interreflection import bounce_on_patch
 from photogonio.calib.shading.model import ShadingScene
+from photogonio.capture import robust
 from photogonio.capture.photoset import WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
@@ -117,14 +118,14 @@ def read_patch(
     level = image.value[y, x][good].astype(float) / shape[good]
     noise = np.sqrt(image.variance[y, x][good].astype(float)) / shape[good]
     middle = np.median(level, axis=0)
-    spread = 1.4826 * np.median(np.abs(level - middle), axis=0)
+    spread = robust.deviation(level - middle, axis=0)
     if middle.min() <= 0:
         return NoStrength("the patch is black")
     excess = np.sqrt(np.maximum(spread**2 - np.median(noise, axis=0) ** 2, 0.0)) / middle
     pull = _pull(points[good], light)
     if excess.max() > _UNEVEN:
         return NoStrength(UNEVEN, Strength(middle, excess * middle, pull))
-    error = 1.2533 * spread / np.sqrt(good.sum()) + (0.002 + _PARTLY * (good.sum() < whole)) * middle
+    error = robust.median_error(spread, good.sum()) + (0.002 + _PARTLY * (good.sum() < whole)) * middle
     return Strength(middle, error, pull)
 
 
@@ -255,6 +256,6 @@ def read_paper(
         return NoStrength("the paper is black")
     squares = np.unique(samples.square[good])
     by_square = np.array([np.median(level[samples.square[good] == k], axis=0) for k in squares])
-    spread = 1.4826 * np.median(np.abs(by_square - middle), axis=0)
-    error = 1.2533 * spread / np.sqrt(len(squares)) + 0.002 * middle
+    spread = robust.deviation(by_square - middle, axis=0)
+    error = robust.median_error(spread, len(squares)) + 0.002 * middle
     return Strength(middle, error, _pull(points[good], light))

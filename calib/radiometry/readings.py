@@ -21,6 +21,7 @@ from photogonio.calib.setup import Light
 from photogonio.calib.shading.interreflection import diffuse_bounce
 from photogonio.calib.shading.model import ShadingScene
 from photogonio.calib.shading.parameters import TILTS
+from photogonio.capture import robust
 from photogonio.capture.photoset import PhotoSet
 from photogonio.capture.radiance import RadianceImage
 
@@ -140,7 +141,7 @@ def _robust_line(design: np.ndarray, values: np.ndarray) -> np.ndarray:
     for _ in range(3):
         found = np.linalg.lstsq(design[kept], values[kept], rcond=None)[0]
         miss = np.abs(values - design @ found)
-        kept = miss <= 3 * 1.4826 * float(np.median(miss)) + 1e-12
+        kept = miss <= 3 * float(robust.deviation(miss)) + 1e-12
     return found
 
 

@@ -12,6 +12,7 @@ from photogonio.calib.radiometry.patch import (
 from photogonio.calib.radiometry.readings import DARKER, NO_PATCH, WORST, StrengthReadings
 from photogonio.calib.remarks import Remarks, listed
 from photogonio.calib.setup import Light
+from photogonio.capture import robust
 from photogonio.capture.photoset import PhotoSet, Plane
 
 # of the light that white paper lost to blur: what black print, which is read farther from its edges, gained at the
@@ -136,8 +137,8 @@ def _paper_to_patch(readings: dict[str, StrengthReadings]) -> tuple[np.ndarray, 
     if len(ratios) == 0:
         return None
     middle = np.median(ratios, axis=0)
-    spread = 1.4826 * np.median(np.abs(ratios - middle), axis=0)
-    return middle, np.maximum(1.2533 * spread, 0.003 * middle) / np.sqrt(len(ratios))
+    spread = robust.deviation(ratios - middle, axis=0)
+    return middle, np.maximum(robust.OF_MEDIAN * spread, 0.003 * middle) / np.sqrt(len(ratios))
 
 
 def _make_do(readings: dict[str, StrengthReadings], remarks: Remarks) -> None:
@@ -174,7 +175,7 @@ def _leave_unsharp(readings: dict[str, StrengthReadings], remarks: Remarks) -> N
     lost = np.array([float(np.log(patch.value / paper.value).mean()) for patch, paper, _ in told.values()])
     gained = np.array([float((black.value / paper.value).mean()) for _, paper, black in told.values()])
     lost, gained = lost - np.median(lost), gained - np.median(gained)
-    scatter, chance = (1.4826 * float(np.median(np.abs(one))) for one in (lost, gained))
+    scatter, chance = (float(robust.deviation(one)) for one in (lost, gained))
     blurred = (lost > WORST * max(scatter, _PAPER_VARIES)) & (
         gained > np.maximum(_SPREAD * lost, WORST * chance)
     )
@@ -206,7 +207,7 @@ def _disbelieve(readings: dict[str, StrengthReadings], remarks: Remarks) -> None
     if not possible:
         return
     middle = float(np.median(possible)) if len(possible) >= _FEW else max(possible)
-    spread = 1.4826 * float(np.median(np.abs(np.array(possible) - middle))) if len(possible) >= _FEW else 0.0
+    spread = float(robust.deviation(np.array(possible) - middle)) if len(possible) >= _FEW else 0.0
     for name, value in both.items():
         if value > least and abs(value - middle) > WORST * max(spread, _PAPER_VARIES):
             _refuse(
@@ -224,7 +225,7 @@ def _tell_scatter(readings: dict[str, StrengthReadings], remarks: Remarks) -> No
     if len(both) < _FEW:
         return
     log = np.array([np.log(patch.value / paper.value) for patch, paper in both])
-    scatter = 1.4826 * float(np.median(np.abs(log - np.median(log, axis=0)), axis=0).max())
+    scatter = float(robust.scatter(log, axis=0).max())
     if scatter > _NO_RATIO:
         remarks.tell(
             "patch-and-paper-scatter",
@@ -243,7 +244,7 @@ def _widen(readings: dict[str, StrengthReadings]) -> None:
         return
     log = np.array([np.log(patch.value / paper.value) for patch, paper in both])
     stated = np.array([np.hypot(*(one.error / one.value for one in pair)) for pair in both])
-    factor = 1.4826 * float(np.median(np.abs(log - np.median(log, axis=0)) / stated))
+    factor = float(robust.deviation((log - np.median(log, axis=0)) / stated))
     if factor <= 1.0:
         return
     for name, r in readings.items():
@@ -270,7 +271,7 @@ def _whiten(readings: dict[str, StrengthReadings]) -> None:
     if not both:
         return
     ratio = np.median(both, axis=0)
-    spread = 1.4826 * np.median(np.abs(np.array(both) / ratio - 1), axis=0)
+    spread = robust.deviation(np.array(both) / ratio - 1, axis=0)
     for name, r in readings.items():
         if isinstance(r.paper, NoStrength) and isinstance(r.black, Strength):
             value = r.black.value / ratio
@@ -300,7 +301,7 @@ def _fill(
         return
     factors = np.array([t.value / given[n] for n, t in tied.items()])
     middle = np.median(factors, axis=0)
-    spread = np.maximum(1.4826 * np.median(np.abs(factors - middle), axis=0), _UNMEASURED * middle)
+    spread = np.maximum(robust.deviation(factors - middle, axis=0), _UNMEASURED * middle)
     for name in missing:
         reading = readings[name]
         remarks.tell(
@@ -324,13 +325,13 @@ def _equal_lamps(
     if len(values) < 5:
         return tied
     common = np.median(values, axis=0)
-    scatter = float((1.4826 * np.median(np.abs(values / common - 1), axis=0)).max())
+    scatter = float(robust.deviation(values / common - 1, axis=0).max())
     expected = float(np.median(errors / values))
     remarks.residuals["lamp_strength_scatter"] = scatter
     if scatter > max(1.2 * expected, _EQUAL) or scatter > 0.02:
         return tied
     remarks.residuals["lamps_taken_as_equal"] = True
-    error = np.maximum(1.2533 * scatter * common / np.sqrt(len(values)), 0.002 * common)
+    error = np.maximum(robust.median_error(scatter * common, len(values)), 0.002 * common)
     return {name: _joined(one, common, error, _by_place(lights[name], middle)) for name, one in tied.items()}
 
 

@@ -79,7 +79,7 @@ def radiance_around(
     """Mean radiance (m, c) of the cells around a ball, NaN where too little of a cell can be read."""
     points, size = _grid(setup.ball)
     balls = _balls(setup.ball, mirror_balls)
-    return _read(points, size, setup.camera, view, read_at, bounds, balls)
+    return _read(_within(points, size), setup.camera, view, read_at, bounds, balls)
 
 
 def cells_around(sample: Sphere) -> int:
@@ -195,10 +195,10 @@ def _within(points: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 
 def _read(
-    points, size, camera: Camera, view: ViewSetup, read_at: ReadAt, bounds: Bounds, balls
+    fine: np.ndarray, camera: Camera, view: ViewSetup, read_at: ReadAt, bounds: Bounds, balls
 ) -> np.ndarray:
-    """Mean radiance (m, c) of each cell's readable points, NaN where too few are."""
-    fine = _within(points, size)
+    """Mean radiance (m, c) of the readable ones of each cell's ``fine`` points, NaN where too few are."""
+    cells = len(fine) // SUBCELLS**2
     eye = view.pose.center
     usable = view.pose.apply(fine)[:, 2] > 0.0
     for center, radius in balls:
@@ -210,8 +210,8 @@ def _read(
     value = np.zeros((len(fine), found.shape[1]), found.dtype)
     value[usable] = np.where(valid[:, None], found, 0.0)
     usable[usable] = valid
-    value = value.reshape(SUBCELLS**2, len(points), -1).sum(0)
-    count = usable.reshape(SUBCELLS**2, len(points)).sum(0)
+    value = value.reshape(SUBCELLS**2, cells, -1).sum(0)
+    count = usable.reshape(SUBCELLS**2, cells).sum(0)
     enough = count >= LEAST_READ * SUBCELLS**2
     return np.where(enough[:, None], value / np.maximum(count, 1)[:, None], np.nan)
 

@@ -15,6 +15,7 @@ from photogonio.calib.shading.derivatives import slopes
 from photogonio.calib.shading.model import LightOnPaper, LitPaper, ShadingScene, Weighing, lit, median_ratio
 from photogonio.calib.shading.model_error import ErrorShown, shown
 from photogonio.calib.shading.parameters import EVEN, LOCAL, THROWN
+from photogonio.capture import robust
 
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
@@ -83,7 +84,7 @@ def _weigh(
     beside = np.array(reading.beside) / (np.exp(values[3]) * light.even)
     expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
     residual = (board.level - light.radiance(values, thrown)) / sigma
-    bound = _TUKEY * max(1.4826 * float(np.median(np.abs(residual))), 1.0) * most
+    bound = _TUKEY * max(float(robust.deviation(residual)), 1.0) * most
     return Weighing(sigma, bound, share, thrown, place, expected, prior), residual
 
 
@@ -103,10 +104,20 @@ def _errors(
 
 def _cost(residual: np.ndarray, values: np.ndarray, weighing: Weighing) -> float:
     """Half the sum of Tukey's loss and of the priors."""
-    outside = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
+    outside = robust.tukey_weight(residual, weighing.bound)
     prior = (values[4:LOCAL] - weighing.expected) / weighing.prior
     lost = float(np.sum(weighing.bound**2 * (1 - outside * outside * outside))) / 6
     return lost + 0.5 * float(prior @ prior)
+
+
+@dataclass(frozen=True, slots=True)
+class _Now:
+    """Where a fit stands."""
+
+    board: LitPaper
+    values: np.ndarray  # (LOCAL + shared,)
+    scene: ShadingScene
+    light: LightOnPaper  # at these values
 
 
 def fit_shading(
@@ -136,8 +147,9 @@ def _fitted(
     light = board.light(values, scene)
     for _ in range(steps):
         weighing, residual = _weigh(board, values, scene, light, weighing)
-        normal, slope, _ = _normal(board, values, scene, light, weighing, residual, LOCAL)
-        moved = _step(board, values, scene, weighing, normal, slope, residual, damping)
+        now = _Now(board, values, scene, light)
+        normal, slope, _ = _normal(now, weighing, residual, LOCAL)
+        moved = _step(now, weighing, normal, slope, residual, damping)
         if moved is None:
             break
         step, light, damping = moved
@@ -164,9 +176,7 @@ def fits_better(reading: PaperReading, scene: ShadingScene, one: ShadingFit, oth
 
 
 def _step(
-    board: LitPaper,
-    values: np.ndarray,
-    scene: ShadingScene,
+    now: _Now,
     weighing: Weighing,
     normal: np.ndarray,
     slope: np.ndarray,
@@ -174,14 +184,14 @@ def _step(
     damping: float,
 ) -> tuple[np.ndarray, LightOnPaper, float] | None:
     """A damped step (LOCAL,) that lowers the cost, the light after it, and the next damping; None if there is none."""
-    cost = _cost(residual, values, weighing)
+    cost = _cost(residual, now.values, weighing)
     while damping < 1e8:
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -slope)
-        tried = values.copy()
+        tried = now.values.copy()
         tried[:LOCAL] += step
         if tried[2] > 0:
-            light = board.light(tried, scene)
-            if _cost(board.residual(light, tried, weighing), tried, weighing) <= cost:
+            light = now.board.light(tried, now.scene)
+            if _cost(now.board.residual(light, tried, weighing), tried, weighing) <= cost:
                 return step, light, max(damping / 8, 1e-9)
         damping *= 8
     return None
@@ -199,30 +209,24 @@ def start_values(reading: PaperReading, scene: ShadingScene, place: np.ndarray) 
 
 
 def _normal(
-    board: LitPaper,
-    values: np.ndarray,
-    scene: ShadingScene,
-    light: LightOnPaper,
-    weighing: Weighing,
-    residual: np.ndarray,
-    count: int,
+    now: _Now, weighing: Weighing, residual: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Normal matrix and slope of the first ``count`` values, and the samples' weighted scores by the local ones,
     (LOCAL, n)."""
-    design = slopes(board, values, scene, light, weighing.thrown, count)
-    weight = 1 - np.minimum((residual / weighing.bound) ** 2, 1)
+    design = slopes(now.board, now.values, now.scene, now.light, weighing.thrown, count)
+    weight = robust.tukey_weight(residual, weighing.bound)
     design *= weight / weighing.sigma
     normal, slope = design @ design.T, -design @ (weight * residual)
     score = design[:LOCAL] * weight
     for k in range(4, LOCAL):
         normal[k, k] += weighing.prior[k - 4] ** -2.0
-        slope[k] += (values[k] - weighing.expected[k - 4]) * weighing.prior[k - 4] ** -2.0
+        slope[k] += (now.values[k] - weighing.expected[k - 4]) * weighing.prior[k - 4] ** -2.0
     return normal, slope, score
 
 
 def _finish(board: LitPaper, values: np.ndarray, scene: ShadingScene, light: LightOnPaper) -> ShadingFit:
     weighing, residual = _weigh(board, values, scene, light)
-    normal, slope, score = _normal(board, values, scene, light, weighing, residual, len(values))
+    normal, slope, score = _normal(_Now(board, values, scene, light), weighing, residual, len(values))
     inflation = _inflation(normal[:4, :4], score[:4] * residual, board.square)
     own = slice(len(board.reading.level))
     inlier = (np.abs(residual) < 0.7 * weighing.bound)[own]

@@ -11,6 +11,7 @@ from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.shading.fit import fit_local
 from photogonio.calib.shading.kernel import misfits
 from photogonio.calib.shading.model import ShadingScene
+from photogonio.capture import robust
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
 _AFAR = (
@@ -28,7 +29,6 @@ _ON_RAY = 5.0  # standard errors by which a ray may pass the lamp
 _ELSEWHERE = 0.1  # of a lamp's distance
 _FEW = 2  # samples of a tone in a square that say too little
 _EVEN = 0.7  # of a square's bright white, that its dark white is where no shadow's edge crosses it
-_OF_MEDIAN = 1.2533  # standard error of a median over that of a mean
 _SOFT = 0.015  # of the diagonal: the edges of shadows at first
 
 Shares = tuple[np.ndarray, np.ndarray, np.ndarray]  # of :func:`square_ratios`
@@ -63,7 +63,7 @@ def square_ratios(reading: PaperReading) -> Shares:
             if low > _EVEN * high:
                 ratios.append(np.median(black) / max(middle, 1e-300))
                 noise = np.sqrt(np.median(reading.noise[ink]) / len(black))
-                errors.append(_OF_MEDIAN * noise / max(middle, 1e-300))
+                errors.append(robust.OF_MEDIAN * noise / max(middle, 1e-300))
                 places.append(reading.samples.points[ink, :2].mean(0))
     return np.array(ratios, float), np.array(errors, float), np.array(places, float).reshape(-1, 2)
 

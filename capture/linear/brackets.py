@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from photogonio.capture import robust
 from photogonio.capture.linear.noise import NoiseModel
 from photogonio.capture.linear.signal import Signal, grown
 
@@ -67,7 +68,7 @@ def exposure_step(dark: Signal, bright: Signal) -> float | None:
     low, high = dark.value[good].astype(float), bright.value[good].astype(float)
     ratio = np.log(high / low)
     middle = np.median(ratio)
-    near = np.abs(ratio - middle) <= 3 * 1.4826 * np.median(np.abs(ratio - middle)) + 1e-6
+    near = np.abs(ratio - middle) <= 3 * robust.deviation(ratio - middle) + 1e-6
     return float(np.log(high[near].sum() / low[near].sum()))
 
 

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+from photogonio.capture import robust
 from photogonio.capture.files.exposure import Exposure
 from photogonio.capture.linear.signal import Region, Signal, Windows, cut
 from scipy.interpolate import RectBivariateSpline
@@ -98,7 +99,7 @@ def dark_of(signals: Sequence[Signal], exposures: Sequence[Exposure], *, black_k
 def hot_pixels(dark: np.ndarray) -> np.ndarray:
     """Pixels (h, w) of a dark frame (h, w, c) far from its median in some channel."""
     off = np.abs(dark - np.median(dark, axis=(0, 1)))
-    scatter = 1.4826 * np.median(off, axis=(0, 1))
+    scatter = robust.deviation(off, axis=(0, 1))
     return (off > np.maximum(HOT_SCATTERS * scatter, HOT_LEAST)).any(axis=2)
 
 

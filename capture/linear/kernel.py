@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+from photogonio.capture.robust import OF_SIZE
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
@@ -248,7 +249,7 @@ def _calm_spot(level, noise, y, x, reach, contrast, calm, calm_noise, ring):
     for k in range(16):
         ring[k] = abs(ring[k] - middle)
     _sort(ring)
-    scatter = max(noise, 1.4826 * 0.5 * (ring[7] + ring[8]))
+    scatter = max(noise, OF_SIZE * 0.5 * (ring[7] + ring[8]))
     return height > reach * scatter and unrest <= max(calm * height, calm_noise * scatter)
 
 

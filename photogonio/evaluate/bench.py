@@ -14,7 +14,7 @@ from photogonio.capture.radiance import RadianceImage
 from photogonio.compare.reflectances import Known, load_known
 from photogonio.evaluate.scenes import INNER, against
 from photogonio.evaluate.truth import TRUTH
-from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.fit import FitOptions, PhotoErrors, fit_table
 from photogonio.reconstruct.lighting.stray_limits import without_spoilt
 from photogonio.reconstruct.reduce.directions import (
     USED,
@@ -63,9 +63,7 @@ class Bench:
         fit = fit_table(
             table,
             options,
-            view_errors=view_errors(self.setup, table),
-            stray=self.beside.known,
-            doubt=self.beside.unknown,
+            PhotoErrors(view_errors(self.setup, table), stray=self.beside.known, doubt=self.beside.unknown),
         )
         return float(against(fit.brdf, self.truth, INNER).measures["relative_l2"].max())
 

@@ -198,18 +198,6 @@ def plane_of_incidence(theta_i: float, theta: np.ndarray) -> tuple[np.ndarray, n
     return incident, np.column_stack([np.sin(theta), np.zeros_like(theta), np.cos(theta)])
 
 
-def cuts_figure(
-    evaluate: Evaluate,
-    channels: Sequence[str],
-    *,
-    valid: float = np.pi / 2,
-) -> Figure:
-    """f against the exit angle: in the plane of incidence, and across it."""
-    figure = Figure(figsize=(9.6, 3.3), layout="constrained")
-    _draw_cuts(figure, evaluate, channels, valid)
-    return figure
-
-
 def _draw_cuts(figure: Figure | SubFigure, evaluate: Evaluate, channels: Sequence[str], valid: float) -> None:
     axes = figure.subplots(1, 2)
     theta = np.radians(np.linspace(-89.5, 89.5, 359))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -45,32 +45,32 @@ class Reduced:
     around: tuple[np.ndarray | None, ...]  # radiance around the sample in each of the table's groups
 
 
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How a set's photos are reduced."""
+
+    level: int  # of the facets
+    options: ReduceOptions
+    workers: int = 1
+    store: Store | None = None  # where finished photos are kept, and taken from
+    hashes: Mapping[str, str] = field(default_factory=dict)  # of files, that are known
+    around: PhotoAround | None = None  # reads on the way what a photo shows around the sample
+
+
 def reduce_photos(
     reader: RadianceReader,
     setup: Setup,
-    *,
-    level: int,
-    options: ReduceOptions,
-    workers: int = 1,
-    store: Store | None = None,
-    hashes: Mapping[str, str] | None = None,
-    around: PhotoAround | None = None,
+    plan: Plan,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Reduced:
-    """Reduce every view of a setup. With ``store``, finished photos are kept there, and taken from there.
-
-    ``hashes`` are the files' that are known. ``around`` reads on the way what a photo shows around the sample.
+    """Reduce every view of a setup.
 
     Raises:
         InputError: no view can be used.
     """
-    threads = max(1, workers // max(1, len(setup.views)))
-    with nullcontext(store.folder) if store else TemporaryDirectory() as folder:
-        kept = store or Store(Path(folder))
-        job = _Job(
-            reader, setup, level, options, threads, kept, dict(hashes or {}), around, named=bool(store)
-        )
-        results = _run_all(job, workers, progress)
+    with nullcontext(plan.store.folder) if plan.store else TemporaryDirectory() as folder:
+        job = _Job(reader, setup, plan, plan.store or Store(Path(folder)))
+        results = _run_all(job, plan.workers, progress)
         done = [result for result in results if isinstance(result, _Done)]
         failed = tuple(result for result in results if isinstance(result, LeftOut))
         if not done:
@@ -78,8 +78,8 @@ def reduce_photos(
             why = failed[0].reason if failed else "none is left"
             raise InputError(where, f"no sample photo can be used: {why}")
         table = add_tables([job.table(one) for one in done])
-    if store is not None:
-        store.prune()
+    if plan.store is not None:
+        plan.store.prune()
     at_hand = sum(one.at_hand for one in done)
     return Reduced(table, failed, at_hand, job.hashes, tuple(one.around for one in done))
 
@@ -123,36 +123,24 @@ def _result(view: ViewSetup, future: Future) -> _Done | LeftOut:
 class _Job:
     """What all views share. Finished tables wait in the store, not in memory, until they are added."""
 
-    def __init__(
-        self,
-        reader: RadianceReader,
-        setup: Setup,
-        level: int,
-        options: ReduceOptions,
-        threads: int,
-        store: Store,
-        hashes: dict[str, str],
-        around: PhotoAround | None,
-        *,
-        named: bool,
-    ):
-        self.reader, self.setup, self.level, self.options = reader, setup, level, options
-        self.threads, self.store, self.around = threads, store, around
+    def __init__(self, reader: RadianceReader, setup: Setup, plan: Plan, store: Store):
+        self.reader, self.setup, self.plan, self.store = reader, setup, plan, store
+        self.threads = max(1, plan.workers // max(1, len(setup.views)))
         self.views = {view.name: view for view in reader.photoset.views("sample")}
-        self.hashes = hashes
+        self.hashes = dict(plan.hashes)
         # without a store to keep them in, results need no more than a number
-        self.shared = _shared_key(reader, setup, level, options, around) if named else None
+        self.shared = None if plan.store is None else _shared_key(reader, setup, plan)
 
     def run(self, view: ViewSetup) -> _Done:
         """Sees to it that one view's table is in the store. Raises InputError if the view cannot be used."""
         key = key_of(view.name) if self.shared is None else key_of(self.shared, view, self._photo_key(view))
         if self.shared is not None:
             around = self.store.get_array(key)
-            if (around is not None or self.around is None) and self.store.get(key) is not None:
-                return _Done(view, key, None, None if self.around is None else around, True)
+            if (around is not None or self.plan.around is None) and self.store.get(key) is not None:
+                return _Done(view, key, None, None if self.plan.around is None else around, True)
         reader = _remembering(self.reader)
         photo = self.views[view.name]
-        around = None if self.around is None else self.around(reader, self.setup, view, photo)
+        around = None if self.plan.around is None else self.plan.around(reader, self.setup, view, photo)
         table = self._reduce(reader, view)
         if around is not None and self.shared is not None:
             self.store.put_array(key, around)
@@ -173,7 +161,9 @@ class _Job:
         fault = exposure_fault(_sparse(radiance))
         if fault:
             raise InputError(view.name, fault)
-        table = reduce_view(self.setup, view, radiance, self.level, self.options, threads=self.threads)
+        table = reduce_view(
+            self.setup, view, radiance, self.plan.level, self.plan.options, threads=self.threads
+        )
         if len(table) == 0:
             raise InputError(view.name, "no pixel of the sample can be used")
         return table
@@ -211,15 +201,14 @@ def _sparse(radiance: RadianceImage) -> RadianceImage:
     return RadianceImage(*(getattr(radiance, name)[::SPARSE, ::SPARSE] for name in names))
 
 
-def _shared_key(
-    reader: RadianceReader, setup: Setup, level: int, options: ReduceOptions, around: PhotoAround | None
-) -> str:
+def _shared_key(reader: RadianceReader, setup: Setup, plan: Plan) -> str:
     """Of all that bears on any view's table."""
     # exposures and veils, which views hold, bear on single ones; folder, notes and diagnoses on none
     frames = (reader.dark, reader.gain, reader.ambient)
     sensor = (reader.channels, reader.size, reader.sensor, reader.fields, reader.photoset.radiometry)
     place = (setup.camera, setup.sample, setup.channels)
-    return key_of(code_key(), sensor, frames, place, level, options, getattr(around, "__name__", None))
+    around = getattr(plan.around, "__name__", None)
+    return key_of(code_key(), sensor, frames, place, plan.level, plan.options, around)
 
 
 def _with_border(region: tuple[int, int, int, int], size: tuple[int, int]) -> tuple[int, int, int, int]:

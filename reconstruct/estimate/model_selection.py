@@ -34,10 +34,6 @@ FEW_ORDERS = 2  # the last of which has few modes, and more than a Lambertian
 SAVED = 0.2  # of the modes: or make do with as few
 CROSSED = np.radians(3.0)  # spread of the angle of difference at the same half angle
 BLOCK = np.radians(15.0)
-SMOOTHNESS = 2.0  # power of a mode's degree in the prior's precision
-STRENGTHS = tuple(
-    10.0 ** np.arange(-3.0, 0.51, 0.5)
-)  # prior standard deviation at degree 1, of the channel's level
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from photogonio.capture import robust
 from photogonio.reconstruct.table.cells import Cells
 
 PHOTO_FREEDOM = (
@@ -53,7 +54,7 @@ def typical(value: np.ndarray) -> np.ndarray:
 
 def residual_scale(scaled: np.ndarray) -> float:
     """Robust standard deviation of residuals already divided by their error model."""
-    return max(1.4826 * float(np.median(np.abs(scaled))), 1e-12)
+    return max(float(robust.deviation(scaled)), 1e-12)
 
 
 def independence(cells: Cells) -> np.ndarray:
@@ -105,7 +106,7 @@ def view_scales(
     """
     shift, error = _view_shifts(cells, predicted, deviation, weight)
     shift = shift - np.median(shift)
-    spread = 1.4826 * np.median(np.abs(shift)) if len(shift) >= LEAST_TO_JUDGE else 0.0
+    spread = robust.deviation(shift) if len(shift) >= LEAST_TO_JUDGE else 0.0
     expected = np.sqrt(prior**2 + error**2 + spread**2)
     freed = np.abs(shift) > np.maximum(SUSPECT * expected, LEAST_SUSPECT)
     excess = np.sqrt(max(spread**2 - float(np.median(error)) ** 2, 0.0))

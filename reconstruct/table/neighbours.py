@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from photogonio.capture import robust
 from scipy.spatial import cKDTree
 
 NEIGHBOURS = 14
@@ -78,7 +79,7 @@ def _line(
         terms = np.einsum("qak,qk->qa", solver, readings)
         missed = np.abs(readings - np.einsum("qka,qa->qk", design, terms))
         if left:
-            typical = 1.4826 * np.median(missed, axis=1, keepdims=True) + 1e-9
+            typical = robust.deviation(missed, axis=1, keepdims=True) + 1e-9
             weight = near / (1.0 + (missed / (2.0 * typical)) ** 2) ** 2
     variance = free * (weight * missed**2).sum(1) / np.maximum(weight.sum(1), 1e-300)
     return terms[:, 0], np.sqrt(variance * (1.0 + np.sum(solver[:, 0] ** 2, axis=1))), weight

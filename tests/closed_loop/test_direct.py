@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.fit import fit_table
+from photogonio.reconstruct.fit import PhotoErrors, fit_table
 from photogonio.reconstruct.table.cells import Cells
 
 from photogonio.evaluate.bench import direct_table, open_bench
@@ -18,7 +18,7 @@ def test_table_and_single_pixels_agree_within_the_binning_error_and_their_own(on
     bench = open_bench(on_white, found.setup, found.table)
     pixels = direct_table(bench, 8000)
     assert pixels.count.max() == 1.0
-    direct = fit_table(pixels, view_errors=view_errors(found.setup, pixels), stray=bench.beside.known)
+    direct = fit_table(pixels, known=PhotoErrors(view_errors(found.setup, pixels), stray=bench.beside.known))
     theta = np.radians(np.arange(2.5, 70.0, 5.0))
     where = Cells.of_angles(
         *(a.ravel() for a in np.meshgrid(theta, theta, np.radians(np.arange(0.0, 181.0, 10.0))))

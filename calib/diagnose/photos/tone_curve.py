@@ -20,6 +20,7 @@ from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.diagnose.photos.veiling_glare import enough_print, evenly_lit
 from photogonio.calib.geometry.camera import Camera
+from photogonio.capture import robust
 from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import PhotoSet
 
@@ -88,7 +89,7 @@ def judged(black: float, powers: np.ndarray) -> ToneDoubt | None:
             return None
         return ToneDoubt(black > _DEEP, black, float("nan"), float("nan"))
     power = float(np.median(powers))
-    error = 1.2533 * 1.4826 * float(np.median(np.abs(powers - power))) / np.sqrt(len(powers))
+    error = float(robust.median_error(robust.deviation(powers - power), len(powers)))
     if abs(power - 1.0) < _SURE * error:
         return None
     coded = _NO_CURVE_READ[0] < power < _NO_CURVE_READ[1] and black > _COMMON_INK[0]
@@ -127,7 +128,7 @@ def power_of_light(points: np.ndarray, level: np.ndarray, place: np.ndarray) -> 
         root = np.sqrt(weight)[:, None]
         found = np.linalg.lstsq(design * root, y * root[:, 0], rcond=None)[0]
         miss = np.abs(y - design @ found)
-        middle = 1.4826 * float(np.median(miss)) + 1e-12
+        middle = float(robust.deviation(miss)) + 1e-12
         keep = miss < _WILD * middle
         weight = keep.astype(float) if turn >= _ROUNDS // 2 else 1.0 / np.maximum(miss, 0.1 * middle)
     if x[keep].std() < _SPREAD or keep.mean() < _CLEAR:

@@ -20,6 +20,7 @@ from photogonio.calib.diagnose.photos.glossy_print import shining
 from photogonio.calib.parallel import abreast
 from photogonio.calib.shading.correction import NO_CORRECTION, PhotometricCorrection
 from photogonio.calib.shading.initial import square_ratios
+from photogonio.capture import robust
 from photogonio.capture.diagnosis import Diagnosis, Entry
 from scipy.spatial import cKDTree
 
@@ -115,7 +116,7 @@ def _in_common(share: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.nda
     """What photos (v, c) with such errors have in common, its error, and the standard deviation by which they are
     apart, (c,) each; those that lie far off the others have no say."""
     middle = np.median(share, axis=0)
-    scatter = 1.4826 * np.median(np.abs(share - middle), axis=0) if len(share) >= _FEW else 0.0
+    scatter = robust.deviation(share - middle, axis=0) if len(share) >= _FEW else 0.0
     apart = np.sqrt(np.maximum(scatter**2 - np.median(error**2, axis=0), 0.0))
     expected = error**2 + apart**2
     weight = np.where((share - middle) ** 2 <= _FAR**2 * expected, 1 / expected, 0.0)
@@ -202,7 +203,7 @@ def _line(x: np.ndarray, y: np.ndarray, noise: np.ndarray, cluster: np.ndarray) 
     for _ in range(_ROUNDS):
         found = np.linalg.lstsq(design[keep], target[keep], rcond=None)[0]
         miss = target - design @ found
-        keep = np.abs(miss) <= _WILD * 1.4826 * np.median(np.abs(miss[keep])) + 1e-15
+        keep = np.abs(miss) <= _WILD * robust.deviation(miss[keep]) + 1e-15
     part, inverse = np.unique(cluster[keep], return_inverse=True)
     pulls = np.zeros((len(part), 2))
     np.add.at(pulls, inverse, design[keep] * miss[keep, None])

@@ -16,7 +16,7 @@ from photogonio.reconstruct.reduce.directions import ReduceOptions
 
 from photogonio.cache.kept import key_of
 from photogonio.cache.store import Store, default_store
-from photogonio.run.reduce_photos import reduce_photos
+from photogonio.run.reduce_photos import Plan, reduce_photos
 from photogonio.system.provenance import hash_file, hash_photos
 
 SIZE = (200, 150)
@@ -60,18 +60,11 @@ def job(tmp_path):
         folder, files = tmp_path / "set", [f"s{k}.png" for k in range(3)]
         store = Store(tmp_path / "kept")
 
-        def run(self, *, level=3, options=None, workers=1, store=None, setup=None, **more):
+        def run(self, *, setup=None, progress=lambda done, total: None, **plan):
             write_set(self.folder, self.files)
             reader = prepare(load_photoset(self.folder))
-            return reduce_photos(
-                reader,
-                setup or made_setup(self.files),
-                level=level,
-                options=options or ReduceOptions(),
-                workers=workers,
-                store=store,
-                **more,
-            )
+            plan = Plan(**{"level": 3, "options": ReduceOptions()} | plan)
+            return reduce_photos(reader, setup or made_setup(self.files), plan, progress)
 
     Job.folder.mkdir()
     for k, name in enumerate(Job.files):

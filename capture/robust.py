@@ -1,0 +1,37 @@
+"""Statistics that wild values do not sway: what medians tell of errors that are normal but for some."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+OF_SIZE = 1.4826  # standard deviation over the median of the sizes
+OF_MEDIAN = 1.2533  # standard error of a median over that of a mean
+
+
+def deviation(
+    misses: np.ndarray, axis: int | tuple[int, ...] | None = None, *, keepdims: bool = False
+) -> Any:
+    """Standard deviation of ``misses`` about 0, as the middle one has it; of all of them, or along an axis."""
+    return OF_SIZE * np.median(np.abs(misses), axis=axis, keepdims=keepdims)
+
+
+def scatter(values: np.ndarray, axis: int | None = None) -> Any:
+    """Standard deviation of ``values`` about their median."""
+    return deviation(values - np.median(values, axis=axis), axis)
+
+
+def median_error(spread: Any, count: int) -> Any:
+    """Standard error of the median of ``count`` values whose standard deviation is ``spread``."""
+    return OF_MEDIAN * spread / np.sqrt(count)
+
+
+def rooted_cauchy(residual: np.ndarray, scale: float) -> np.ndarray:
+    """Residuals in standard errors whose squares are Cauchy's loss: beyond ``scale`` they grow like a logarithm."""
+    return np.sign(residual) * scale * np.sqrt(np.log1p((residual / scale) ** 2))
+
+
+def tukey_weight(residual: np.ndarray, bound: np.ndarray | float) -> np.ndarray:
+    """Weights, 1 at no residual and 0 from ``bound`` on, whose squares are those of Tukey's loss."""
+    return 1 - np.minimum((residual / bound) ** 2, 1)
