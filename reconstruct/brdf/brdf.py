@@ -23,6 +23,7 @@ from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.modes.quadrature import elevation_rule
 
+CHUNK = 1 << 13  # pairs at a time: all that a lobe touches stays in the second cache
 TURNS = 8  # azimuths of half a turn at which a turning lobe's albedo is averaged
 
 
@@ -72,12 +73,11 @@ class Brdf:
                 rows[:] = base
             for k, one in enumerate(terms):
                 add_lobe(one, part, rows, base if k == 0 else None)
-            lowest = np.maximum(np.abs(part[0]), np.abs(part[2]))
-            if not lowest.max() <= 0.5 * np.pi:
-                rows[lowest > 0.5 * np.pi] = 0.0
+            if not all(max(angle.max(), -angle.min()) <= 0.5 * np.pi for angle in (part[0], part[2])):
+                rows[np.maximum(np.abs(part[0]), np.abs(part[2])) > 0.5 * np.pi] = 0.0
                 rows[~np.isfinite(sum(part))] = np.nan
 
-        over_rows(finish, len(value))
+        over_rows(finish, len(value), chunk=CHUNK)
         return value.reshape(*shape, value.shape[1])
 
     def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:

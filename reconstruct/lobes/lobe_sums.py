@@ -40,7 +40,7 @@ def add_lobe(
 
     With ``base`` (c,), the lobe and it take the place of what was in ``result``.
     """
-    angles = [np.array(angle, float) for angle in angles]
+    angles = [_plain(angle) for angle in angles]
     if terms.retro:
         if base is not None:
             result[:] = base
@@ -59,6 +59,13 @@ def add_lobe(
         _NO_BASE if base is None else base,
         result,
     )
+
+
+def _plain(angle: np.ndarray) -> np.ndarray:
+    """As compiled code takes it, whatever was given: a copy only where there must be one."""
+    flags = angle.flags
+    fit = angle.dtype == np.float64 and flags.c_contiguous and flags.writeable and flags.aligned
+    return angle if fit else np.array(angle, float)
 
 
 _NO_BASE = np.empty(0)

@@ -9,13 +9,15 @@ from concurrent.futures import ThreadPoolExecutor
 CHUNK = 1 << 15  # rows of one task: an array of them stays in the second cache
 
 
-def over_rows(task: Callable[[int, int], None], count: int, threads: int | None = None) -> None:
-    """Call ``task(start, stop)`` for consecutive ranges that cover ``count`` rows.
+def over_rows(
+    task: Callable[[int, int], None], count: int, threads: int | None = None, chunk: int = CHUNK
+) -> None:
+    """Call ``task(start, stop)`` for consecutive ranges of ``chunk`` that cover ``count`` rows.
 
     The kernels inside release the interpreter's lock; each row is computed alone and written once, so the
     result does not depend on ``threads`` (default: the cores this process may use).
     """
-    ranges = [(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
+    ranges = [(start, min(start + chunk, count)) for start in range(0, count, chunk)]
     threads = threads or cores()
     if len(ranges) < 2 or threads < 2:
         for start, stop in ranges:

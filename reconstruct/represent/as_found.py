@@ -29,7 +29,7 @@ def lobe_of(family: Family, shape: np.ndarray, own: np.ndarray, cover: float = 1
     azimuth = 0.0
     if family.turning:
         along, across, azimuth = turned_roughness(shape)
-        roughness = (along, across)
+        roughness = (float(along), float(across))
     one = np.ones_like(own[0])
     kind: dict[str, Any] = {"distribution": family.distribution, "azimuth": azimuth}
     if family.retro:
