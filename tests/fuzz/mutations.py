@@ -137,7 +137,7 @@ def of_document(document: Any, rng: random.Random) -> Any:
 
 def _scaled(value: float, rng: random.Random) -> float:
     factor = rng.choice((-1, 0, 2, 10, 1e3, 1e9, 1e-9))
-    return value * factor if math.isfinite(value) and abs(value) < 1e200 else factor
+    return value * factor if abs(value) < 1e200 else factor
 
 
 def _places(value: Any):
@@ -215,7 +215,7 @@ def _of_array(array: np.ndarray, rng: random.Random) -> np.ndarray | None:
     try:
         with np.errstate(all="ignore"):
             return rng.choice(ways)()
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
         return array
 
 
