@@ -22,11 +22,21 @@ from photogonio.reconstruct.estimate.model_selection import (
     NO_PRIOR,
     PRIORS,
     Candidate,
+    Prior,
     choose,
     crosses,
     try_all,
 )
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
+from photogonio.reconstruct.estimate.row_average import Average
+from photogonio.reconstruct.estimate.row_models import (
+    beats,
+    best_average,
+    fitted_of,
+    loss_of,
+    losses_of,
+    uncertainty_of_average,
+)
 from photogonio.reconstruct.estimate.row_noise import with_noise
 from photogonio.reconstruct.estimate.weights import ViewScales, independence, level
 from photogonio.reconstruct.estimate.well_determined import close_to_rows
@@ -50,6 +60,10 @@ MOST_CELLS = (
     24_000  # of photos, evenly taken: a view counts as few independent ones, and more say nothing new
 )
 TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
+ROWS_A_MODE = 1.9  # so many tell orders beyond those of averages
+ORDERS_BESIDE = (2, 6, 12, 16, 20, 24)  # of single models that are held against an average
+PRIORS_BESIDE = tuple(Prior(strength, 1.0) for strength in (0.01, 0.1, 1.0))
+FEWEST_ROWS = 20  # of a table, for an average of models
 VIEW_ERROR = 0.003  # of a view's scale, at least
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
 MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
@@ -122,10 +136,13 @@ def fit_table(
         seen = replace(seen, doubt=known.doubt(seen))
     stated = 0.0 if known.view_errors is None else known.view_errors
     views = np.maximum(np.broadcast_to(stated, len(seen.groups)), VIEW_ERROR)
-    work, verdict = _cleaned(seen, views, options, known.stray, progress)
+    average = best_average(seen) if _by_average(seen, options) else None
+    work, verdict = _cleaned(seen, views, options, known.stray, progress, average)
     if not seen.binned:
         verdict = verdict.beside(direct(seen))
     progress("choosing the model")
+    if average is not None and verdict.symmetry == "isotropic" and not _beaten(average, work):
+        return _averaged(work, average, verdict, options, known.scale_error)
     tried, chosen, best = _select(work, options, verdict.symmetry)
     progress("final fit")
     basis = Basis(verdict.symmetry, chosen.order)
@@ -150,8 +167,47 @@ def fit_table(
     return _result(work, final, spread, verdict, (chosen, best), options)
 
 
+def _by_average(seen: Cells, options: FitOptions) -> bool:
+    """Whether an average of models may be the result: of measured rows, with everything automatic."""
+    auto = options.order is None and options.lobes is None and options.smooth
+    return auto and not seen.binned and len(seen) >= FEWEST_ROWS and options.symmetry in ("auto", "isotropic")
+
+
+def _beaten(average: Average, work: Cleaned) -> bool:
+    """Whether lobes of searched shapes, beside modes of some order, predict rows left out much better."""
+    pilot = work.reference
+    weight = (work.deviation * pilot.scale) ** -2.0
+    for order in ORDERS_BESIDE:
+        if order > average.model.basis.order and len(weight) < ROWS_A_MODE * len(
+            Basis("isotropic", order).modes
+        ):
+            break
+        lobes = [one.model.lobes for one in work.pilots]
+        tried = try_all(work.cells, weight, "isotropic", (order,), lobes, priors=PRIORS_BESIDE)
+        best = min(tried, key=lambda one: one.loss.mean())
+        own = losses_of(best, work.cells, average.fold, pilot.scale)
+        if beats(own, loss_of(work.cells, average.left_out, average.fold)):
+            return True
+    return False
+
+
+def _averaged(
+    work: Cleaned, average: Average, verdict: Verdict, options: FitOptions, scale_error: float
+) -> FitResult:
+    """The average as a result."""
+    final, spread = fitted_of(average, work.cells), uncertainty_of_average(average, scale_error)
+    model, first = average.model, average.members[0]
+    chosen = Candidate(model.basis.order, first.prior, model.lobes, np.zeros(1))
+    return _result(work, final, spread, verdict, (chosen, chosen), options)
+
+
 def _cleaned(
-    seen: Cells, views: np.ndarray, options: FitOptions, stray: StrayLightOn | None, progress: Progress
+    seen: Cells,
+    views: np.ndarray,
+    options: FitOptions,
+    stray: StrayLightOn | None,
+    progress: Progress,
+    average: Average | None,
 ) -> tuple[Cleaned, Verdict]:
     """Cells to fit, with lobes of the symmetry that was asked for or is found."""
     verdict = asked(options.symmetry, seen)
@@ -172,7 +228,8 @@ def _cleaned(
         if verdict is not None:
             return work, verdict
         progress("testing isotropy")
-        verdict = judge(seen, views, work, absolute=options.absolute)
+        left_out = None if average is None else average.left_out
+        verdict = judge(seen, views, work, absolute=options.absolute, left_out=left_out)
         if verdict.symmetry == "isotropic":
             return work, verdict
     return cleaned(turning_kinds(options.lobes, options.absolute)), verdict

@@ -19,12 +19,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.estimate.lobe_search import starting_shape
+from photogonio.reconstruct.estimate.lobe_search import search_lobes, starting_shape, thinned
+from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.outlier_views import pair_places
-from photogonio.reconstruct.estimate.pilot import Cleaned, clean
+from photogonio.reconstruct.estimate.pilot import PILOT_ORDER, PILOT_PRIOR, Cleaned, clean
 from photogonio.reconstruct.lobes.families import families, turned_roughness
-from photogonio.reconstruct.symmetry.trials import MATERIAL, TOLD, Trial, Tried, difference, glossy, turned
+from photogonio.reconstruct.symmetry.trials import (
+    MATERIAL,
+    TOLD,
+    Trial,
+    Tried,
+    difference,
+    glossy,
+    turned,
+    turning_share,
+)
 from photogonio.reconstruct.symmetry.twins import BROKEN, HELD, UNTOLD, Twins, compare_twins
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import NEAR
@@ -32,6 +42,8 @@ from scipy.spatial import cKDTree
 
 CONVINCING = np.log(1000.0)  # log odds
 CHANCE = 0.001  # that a shuffled set has odds as high
+MUCH = 0.4  # of the loss of isotropic models, by which rows show that a surface turns
+HINT = 0.05  # of the squares that isotropic models miss, to search for a lobe that turns
 ONE_TURN = 0.9  # mean resultant of doubled azimuths: above it the sample was seen at one rotation
 START = 0.25  # roughness
 TWINS = 0.05  # of the cells, that have been seen the other way round too
@@ -79,7 +91,7 @@ class Verdict:
 
 
 def _tens(log_odds: float | None) -> float | None:
-    return None if log_odds is None else round(log_odds / np.log(10.0), 2)
+    return None if log_odds is None else round(float(log_odds / np.log(10.0)), 2)
 
 
 def asked(symmetry: str, cells: Cells) -> Verdict | None:
@@ -112,14 +124,24 @@ def turning_kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
     return single if lobes else [LobeSet(), *single]
 
 
-def judge(cells: Cells, view_errors: np.ndarray, isotropic: Cleaned, *, absolute: bool) -> Verdict:
+def judge(
+    cells: Cells,
+    view_errors: np.ndarray,
+    isotropic: Cleaned,
+    *,
+    absolute: bool,
+    left_out: np.ndarray | None = None,
+) -> Verdict:
     """The symmetry of the surface that ``cells`` show; ``isotropic`` is what they are if it is isotropic.
 
-    ``view_errors`` (g,) are relative standard errors of the views' scales.
+    ``view_errors`` (g,) are relative standard errors of the views' scales; ``left_out`` (n, c) is what the best
+    isotropic models of measured rows say of each by those far from it.
     """
     plain = _likeliest(isotropic)
     if one_rotation(cells):
         return _of_one_rotation(Trial.of(isotropic), plain)
+    if left_out is not None:
+        return _of_rows(isotropic, left_out, absolute)
     kinds = [turned(lobes) for lobes in plain if len(lobes.families) < 2]
     trial = Trial.of(clean(cells, view_errors, lobes=1, absolute=absolute, kinds=kinds, rounds=1))
     still = min((trial.fitted(lobes) for lobes in plain), key=lambda one: one.loss)
@@ -131,11 +153,36 @@ def judge(cells: Cells, view_errors: np.ndarray, isotropic: Cleaned, *, absolute
     could_show = trial.could_show(still)
     gloss = glossy(still.model, trial.cells)
     if chance is not None and chance <= CHANCE and trial.accounts(still, turns):
-        symmetry, reason, best = "reciprocal", _why_turning(turns, odds, chance), turns
+        symmetry, reason, best = "reciprocal", _why_turning(turns, odds, _chance(chance)), turns
     else:
         symmetry, reason, best = "isotropic", _why_isotropic(odds, chance, could_show, gloss), still
     reciprocity = _reciprocity(trial, best)
     return Verdict(symmetry, reason, odds, chance, could_show if gloss else None).unless(reciprocity)
+
+
+def _of_rows(work: Cleaned, left_out: np.ndarray, absolute: bool) -> Verdict:
+    """Of measured rows: a lobe that turns is searched, and has to predict rows left out much better than all isotropic
+    models together do. What those miss is missed for many reasons, and a turning lobe may gain by any of them."""
+    if (share := turning_share(work)) < HINT:
+        reason = f"a lobe that turns would follow {share:.0%} of the squares that isotropic models miss"
+        return Verdict("isotropic", reason)
+    kinds = [
+        LobeSet((family,), (starting_shape(family, START),)) for family in families(absolute=absolute)[::2]
+    ]
+    basis, errors = Basis("isotropic", PILOT_ORDER), work.scales.error
+    few, deviation = thinned(work.cells, work.deviation)
+    pilots = [
+        search_lobes(few, deviation, basis, PILOT_PRIOR, turned(one), view_errors=errors) for one in kinds
+    ]
+    trial = Trial.of(replace(work, pilots=tuple(pilots)))
+    cells = work.cells
+    still = float(np.sum(trial.weight * (cells.value - left_out) ** 2))
+    turns = min((trial.fitted(lobes) for lobes in trial.turned), key=lambda one: one.loss)
+    odds = float(0.5 * trial.values * np.log(still / turns.loss))
+    found = f"rows left out are missed by {np.sqrt(turns.loss / still):.2f} of what isotropic models miss"
+    if turns.loss > MUCH * still or odds < CONVINCING:
+        return Verdict("isotropic", f"with lobes that turn {found}, which is not much less", odds)
+    return Verdict("reciprocal", _why_turning(turns, odds, found), odds)
 
 
 def _of_one_rotation(trial: Trial, lobes: Sequence[LobeSet]) -> Verdict:
@@ -196,8 +243,8 @@ def one_rotation(cells: Cells) -> bool:
     return False
 
 
-def _why_turning(turns: Tried, odds: float, chance: float) -> str:
-    reason = f"what is left out is predicted better if the sample's turn matters, odds {_odds(odds)}, {_chance(chance)}"
+def _why_turning(turns: Tried, odds: float, found: str) -> str:
+    reason = f"what is left out is predicted better if the sample's turn matters, odds {_odds(odds)}, {found}"
     for family, shape in zip(turns.model.lobes.families, turns.model.lobes.shapes, strict=True):
         if family.turning:
             most, least, azimuth = turned_roughness(shape)
