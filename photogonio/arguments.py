@@ -155,17 +155,24 @@ def _evaluate(commands: argparse._SubParsersAction) -> None:
         "photogonio evaluate --quick -o evaluation",
     )
     parser.add_argument(
-        "scenes", metavar="SCENE", nargs="*", help="scenes, or with --hard cases (default: all)"
+        "scenes",
+        metavar="SCENE",
+        nargs="*",
+        help="scenes, or with --hard cases (default: all); with --tables measured tables, or folders of them",
     )
     parser.add_argument(
         "-o", "--out", metavar="OUT", default="evaluation", help="folder (default: evaluation)"
     )
     parser.add_argument("--quick", action="store_true", help="few scenes, small photos")
     parser.add_argument("--hard", action="store_true", help="the battery of hard cases")
+    parser.add_argument(
+        "--tables", action="store_true", help="measured tables: how well rows left out are predicted"
+    )
     parser.add_argument("--against", metavar="OLD.json", help="compare with an earlier evaluate.json")
     parser.add_argument(
         "--cache", metavar="FOLDER", help="where synthesized sets are kept (default: OUT/sets)"
     )
+    _table_options(parser)
     _workers(parser)
 
 

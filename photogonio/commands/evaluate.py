@@ -10,8 +10,10 @@ from typing import Any
 
 from photogonio import __version__
 from photogonio.cache.kept import code_key
+from photogonio.commands.asked import told_of
 from photogonio.evaluate.hard_cases import Outcome, run_battery
-from photogonio.evaluate.history import load_scores, regressions
+from photogonio.evaluate.history import Row, load_scores, regressions
+from photogonio.evaluate.measured_tables import TableScore, evaluate_tables
 from photogonio.evaluate.scenes import Score, evaluate_scenes, load_scenes, rendered
 from photogonio.evaluate.score_table import score_table
 from photogonio.evaluate.tradeoff import (
@@ -33,19 +35,34 @@ from photogonio.system.provenance import canonical_command
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, workers = Path(args.out), args.workers or os.cpu_count() or 1
     sets = Path(args.cache) if args.cache else out / "sets"
-    former = load_scores(Path(args.against)) if args.against else None
+    kind = "table" if args.tables else "scene"
+    former = load_scores(Path(args.against), kind) if args.against else None
     check_place(out, folder=True)
     if args.hard:
         outcomes = run_battery(args.scenes, sets, workers=workers, reporter=reporter)
         return _finish(args, reporter, outcomes=outcomes)
+    if args.tables:
+        measured = evaluate_tables(args.scenes, told_of(args), reporter)
+        return _compared(_finish(args, reporter, measured=measured), former, "tables", args, reporter)
     scenes = load_scenes(args.scenes, quick=args.quick)
     scores = evaluate_scenes(scenes, sets, workers=workers, reporter=reporter)
     reporter.say(score_table(scores))
     turn = FEW if args.quick else FULL
     points = _tradeoff(scenes[-1], scores[-1], sets, workers, turn, reporter)
     numbers = _finish(args, reporter, scores=scores, points=points)
+    return _compared(numbers, former, "scenes", args, reporter)
+
+
+def _compared(
+    numbers: dict[str, Any],
+    former: dict[str, Row] | None,
+    kind: str,
+    args: argparse.Namespace,
+    reporter: Reporter,
+) -> dict[str, Any]:
+    """The numbers with what has become worse since ``former``, if there is one."""
     if former is not None:
-        numbers["regressions"] = regressions(former, numbers["scenes"])
+        numbers["regressions"] = regressions(former, numbers[kind])
         for line in numbers["regressions"]:
             reporter.warn(line)
         reporter.say(f"{len(numbers['regressions'])} regressions against {args.against}")
@@ -70,8 +87,9 @@ def _finish(
     scores: Sequence[Score] = (),
     points: Sequence[Point] = (),
     outcomes: Sequence[Outcome] = (),
+    measured: Sequence[TableScore] = (),
 ) -> dict[str, Any]:
-    options = {"quick": args.quick or None, "hard": args.hard or None}
+    options = {"quick": args.quick or None, "hard": args.hard or None, "tables": args.tables or None}
     rows = [score.to_dict() for score in scores]
     numbers: dict[str, Any] = {
         "source": {
@@ -84,11 +102,12 @@ def _finish(
         "scenes": rows,
         "tradeoff": [{name: getattr(point, name) for name in point.__slots__} for point in points],
         "battery": [outcome.to_dict() for outcome in outcomes],
+        "tables": [score.to_dict() for score in measured],
     }
     name = "hard" if outcomes else "evaluate"
     with staged_folder(Path(args.out)) as stage:
         (stage / f"{name}.json").write_text(to_json(numbers), encoding="utf-8")
-        table = rows or [outcome.to_dict() for outcome in outcomes]
+        table = rows or [one.to_dict() for one in (*outcomes, *measured)]
         (stage / f"{name}.csv").write_text(_csv(table), encoding="utf-8")
         if points:
             figure = tradeoff_figure(points, f"error against time on {scores[-1].scene}")

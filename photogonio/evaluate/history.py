@@ -18,34 +18,39 @@ SLOWER = 1.5  # of the former time
 LEAST_SECONDS = 1.0
 
 
-def load_scores(path: Path) -> dict[str, Row]:
-    """The scenes of an ``evaluate.json``, by name.
+ERRORS = {"scene": "error_70", "table": "fit"}  # what is compared, of each kind of row
+
+
+def load_scores(path: Path, kind: str = "scene") -> dict[str, Row]:
+    """The scenes, or tables, of an ``evaluate.json``, by name.
 
     Raises:
         InputError: it is none.
     """
     document = read_json(path)
-    scenes = document.get("scenes") if isinstance(document, dict) else None
-    if not isinstance(scenes, list) or not all(isinstance(row, dict) for row in scenes):
-        raise InputError(path, "is no evaluate.json: expected scenes")
-    for k, row in enumerate(scenes):
-        text(row.get("scene"), f"{path}: scenes[{k}] scene")
-        for name in ("error_70", "seconds"):
-            number(low=0.0)(row.get(name), f"{path}: scenes[{k}] {name}")
-    return {row["scene"]: row for row in scenes}
+    rows = document.get(f"{kind}s") if isinstance(document, dict) else None
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise InputError(path, f"is no evaluate.json: expected {kind}s")
+    for k, row in enumerate(rows):
+        text(row.get(kind), f"{path}: {kind}s[{k}] {kind}")
+        for name in (ERRORS[kind], "seconds"):
+            number(low=0.0)(row.get(name), f"{path}: {kind}s[{k}] {name}")
+    return {row[kind]: row for row in rows}
 
 
 def regressions(former: Mapping[str, Row], rows: Sequence[Row]) -> list[str]:
-    """What has become worse, a line each; scenes that only one of the two has are passed over."""
+    """What has become worse, a line each; scenes or tables that only one of the two has are passed over."""
     lines = []
     for row in rows:
-        old = former.get(row["scene"])
+        kind = "table" if "table" in row else "scene"
+        name, measure = row[kind], ERRORS[kind]
+        old = former.get(name)
         if old is None:
             continue
-        error, before = row["error_70"], old["error_70"]
+        error, before = row[measure], old[measure]
         if error > max(WORSE * before, before + LEAST):
-            lines.append(f"{row['scene']}: error {100 * before:.2f} % before, {100 * error:.2f} % now")
+            lines.append(f"{name}: error {100 * before:.2f} % before, {100 * error:.2f} % now")
         seconds, took = row["seconds"], old["seconds"]
         if seconds > max(SLOWER * took, took + LEAST_SECONDS):
-            lines.append(f"{row['scene']}: {took:.1f} s before, {seconds:.1f} s now")
+            lines.append(f"{name}: {took:.1f} s before, {seconds:.1f} s now")
     return lines
