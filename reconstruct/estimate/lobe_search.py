@@ -17,7 +17,7 @@ from photogonio.reconstruct.estimate.weights import (
     freedom_of,
     independence,
     level,
-    residual_scale,
+    scale_of,
     student_cost,
     student_weights,
 )
@@ -82,7 +82,7 @@ def search_lobes(
         if common is not None:
             shared = common.shared(residual, precision)
         own = (residual - shared) / deviation
-        scale = residual_scale(own)
+        scale = scale_of(own, cells)
         weight = student_weights(own / scale, freedom)
     cost = student_cost(own, scale, freedom) + _shared_cost(cells, shared, common, freedom)
     return Fitted(fitted, residual, shared, weight, scale, cost)

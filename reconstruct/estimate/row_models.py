@@ -12,7 +12,7 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import Candidate
 from photogonio.reconstruct.estimate.row_average import Average, average_of
 from photogonio.reconstruct.estimate.smooth_ridge import fold_losses
-from photogonio.reconstruct.estimate.weights import error_model, residual_scale, student_cost
+from photogonio.reconstruct.estimate.weights import error_model, scale_of, student_cost
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 
@@ -68,7 +68,7 @@ def fitted_of(average: Average, cells: Cells) -> Fitted:
     """The average as a fit of ``cells``."""
     residual = cells.value - average.model.evaluate(cells)
     own = residual / error_model(cells)
-    scale = residual_scale(own)
+    scale = scale_of(own, cells)
     cost = student_cost(own, scale, 1e9)
     return Fitted(average.model, residual, np.zeros_like(residual), np.ones_like(residual), scale, cost)
 

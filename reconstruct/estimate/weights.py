@@ -57,6 +57,14 @@ def residual_scale(scaled: np.ndarray) -> float:
     return max(float(robust.deviation(scaled)), 1e-12)
 
 
+def scale_of(scaled: np.ndarray, cells: Cells) -> float:
+    """Standard deviation of the residuals of ``cells``, already divided by their error model: a robust one if the loss
+    is, else theirs."""
+    if freedom_of(cells) < NORMAL:
+        return residual_scale(scaled)
+    return max(float(np.sqrt(np.mean(scaled**2))), 1e-12)
+
+
 def independence(cells: Cells) -> np.ndarray:
     """(n, 1) what one cell counts for: residuals of a view hang together (geometry, stray light, texture), so that a
     view is worth at most :data:`INDEPENDENT` cells however finely it is cut."""
