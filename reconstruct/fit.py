@@ -28,8 +28,12 @@ from photogonio.reconstruct.estimate.model_selection import (
     try_all,
 )
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned, Progress, StrayLightOn, clean
-from photogonio.reconstruct.estimate.row_average import Average
-from photogonio.reconstruct.estimate.row_models import (
+from photogonio.reconstruct.estimate.weights import ViewScales, independence, level
+from photogonio.reconstruct.represent.as_found import lobes_of
+from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
+from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
+from photogonio.reconstruct.rows.row_average import Average
+from photogonio.reconstruct.rows.row_models import (
     beats,
     best_average,
     fitted_of,
@@ -37,12 +41,8 @@ from photogonio.reconstruct.estimate.row_models import (
     losses_of,
     uncertainty_of_average,
 )
-from photogonio.reconstruct.estimate.row_noise import with_noise
-from photogonio.reconstruct.estimate.weights import ViewScales, independence, level
-from photogonio.reconstruct.estimate.well_determined import close_to_rows
-from photogonio.reconstruct.represent.as_found import lobes_of
-from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
-from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
+from photogonio.reconstruct.rows.row_noise import with_noise
+from photogonio.reconstruct.rows.well_determined import close_to_rows
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable

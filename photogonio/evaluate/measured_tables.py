@@ -19,10 +19,10 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import blocks_of, folds_of
 from photogonio.reconstruct.estimate.outlier_views import pair_places
-from photogonio.reconstruct.estimate.smooth_ridge import ORDER, smooth_ridge
 from photogonio.reconstruct.fit import fit_table
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
+from photogonio.reconstruct.rows.smooth_ridge import ORDER, smooth_ridge
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.table.goniometer_csv import samples_table

@@ -57,7 +57,7 @@ def samples_table(samples: GoniometerSamples) -> FacetTable:
     """The samples as a table with one cell a row: level :data:`UNBINNED`, both facets the row's number.
 
     ``variance`` is sigma squared where sigma is given, else 0: a fit finds the noise, since it cannot be told from the
-    readings alone (:mod:`reconstruct.estimate.row_noise`).
+    readings alone (:mod:`reconstruct.rows.row_noise`).
     """
     n = len(samples.value)
     rows = np.arange(n, dtype=np.int32)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from photogonio.reconstruct.estimate.contradicted import contradiction_of
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import folds_of
-from photogonio.reconstruct.estimate.smooth_ridge import ORDER, smooth_ridge
 from photogonio.reconstruct.estimate.weights import error_model, level, residual_scale
+from photogonio.reconstruct.rows.contradicted import contradiction_of
+from photogonio.reconstruct.rows.smooth_ridge import ORDER, smooth_ridge
 from photogonio.reconstruct.table.cells import Cells
 
 MOST_ROWS = 2000  # evenly taken of more, to tell the noise by

@@ -1,6 +1,6 @@
 """What measured rows are fitted by: an average of smooth models, unless lobes whose shapes are searched predict better.
 
-The average (:mod:`reconstruct.estimate.row_average`) is always there; a single model of free shapes is taken only where
+The average (:mod:`reconstruct.rows.row_average`) is always there; a single model of free shapes is taken only where
 it predicts rows left out better by much more than chance, since its shapes have seen them.
 """
 
@@ -10,9 +10,9 @@ import numpy as np
 from photogonio.reconstruct.estimate.lobe_search import Fitted
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import Candidate
-from photogonio.reconstruct.estimate.row_average import Average, average_of
-from photogonio.reconstruct.estimate.smooth_ridge import fold_losses
 from photogonio.reconstruct.estimate.weights import error_model, scale_of, student_cost
+from photogonio.reconstruct.rows.row_average import Average, average_of
+from photogonio.reconstruct.rows.smooth_ridge import fold_losses
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 

@@ -1,6 +1,6 @@
 """Measured rows as a Gaussian process whose mean may be a lobe: an average of many such, by evidence and left-out rows.
 
-Each candidate is a smooth ridge (:mod:`reconstruct.estimate.smooth_ridge`) beside a free constant and the columns of at
+Each candidate is a smooth ridge (:mod:`reconstruct.rows.smooth_ridge`) beside a free constant and the columns of at
 most one lobe of a fixed shape: the lobe is a mean from which the data may leave. All is linear, and one
 eigendecomposition of the modes' Gram matrix serves every strength of the prior and every lobe, so that the evidence
 (restricted, Harville 1977) of some thirty candidates costs milliseconds. No single one is believed: a third of the
@@ -20,9 +20,9 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior, folds_of
 from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, Statistics, solve
-from photogonio.reconstruct.estimate.smooth_ridge import DECAY
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.lobes.families import retro_lobe, second_lobe
+from photogonio.reconstruct.rows.smooth_ridge import DECAY
 from photogonio.reconstruct.table.cells import Cells
 from scipy.optimize import nnls
 

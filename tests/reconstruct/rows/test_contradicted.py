@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.estimate.contradicted import contradiction_of
-from photogonio.reconstruct.estimate.row_noise import with_noise
 from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.rows.contradicted import contradiction_of
+from photogonio.reconstruct.rows.row_noise import with_noise
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import make_brdf
