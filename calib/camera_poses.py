@@ -99,14 +99,15 @@ def as_printed(
 ) -> tuple[PhotoSet, Photos]:
     """The set with the board as the photos show it, where that is no guess, and the photos with its corners there;
     InputError if its markers are others, or lie otherwise."""
-    if photoset.board is None:
+    board = photoset.board
+    if board is None:
         return photoset, photos
     if photoset.camera.fixed:
         photos = _upright(photos, remarks)
-    if isinstance(photoset.board, LooseMarkers):
-        board, photos = _relisted(photoset.board, photos, remarks)
+    if isinstance(board, LooseMarkers):
+        board, photos = _relisted(board, photos, remarks)
         photoset = reader.photoset = replace(photoset, board=board)
-    fault = board_fault(photoset.board, reader, [one for one in photos.every if one.corners is not None])
+    fault = board_fault(board, reader, [one for one in photos.every if one.corners is not None])
     if fault is not None:
         raise InputError(photoset.folder / MANIFEST, fault)
     return photoset, photos

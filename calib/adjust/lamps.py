@@ -111,15 +111,16 @@ def start_lamp(
     if given is not None:
         return given
     kind = entry.kind if entry is not None else None
-    paper = next((s for s in observations if s.has_paper), None)
+    board, paper = photoset.board, next((s for s in observations if s.has_paper), None)
     reading = None if paper is None else paper.reading
     attached = entry is not None and entry.attached_to == "camera"
     seen = [paper or observations[0]] if attached else observations
     rays = [ray for s in seen for ray in sight_rays(photoset, camera, s)]
     source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
-    if scene is not None and paper is not None and reading is not None and kind != "directional":
-        diagonal = float(np.hypot(*board_size(photoset.board)))
-        local = first_fit(reading, scene, rays, middle_of(photoset), diagonal)
+    shading = scene if kind != "directional" else None
+    if shading is not None and board is not None and paper is not None and reading is not None:
+        diagonal = float(np.hypot(*board_size(board)))
+        local = first_fit(reading, shading, rays, middle_of(photoset), diagonal)
         if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or len({r.ball for r in rays}) < 2:
             paper.shading = local
             place = paper.pose.apply(local[:3]) if attached else local[:3]

@@ -11,7 +11,7 @@ from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera, focal
 from photogonio.calib.shading.initial import black_over_white
 from photogonio.calib.shading.model import Ball, ShadingScene
-from photogonio.capture.photoset import PhotoSet, Sphere
+from photogonio.capture.photoset import PhotoSet, Plane, Sphere
 
 _LAMP_SIZE = 0.02  # of the board's diagonal: a lamp's radius, where nothing is known of it
 _EDGE_BLUR = 0.7  # pixels by which lens and pixels soften a shadow's edge
@@ -45,15 +45,19 @@ def start_scene(
         tuple(Ball(np.asarray(b.center, float), float(b.radius)) for b in photoset.mirror_balls),
         None if sample is None else Ball(sample[:3], float(sample[3])),
         float(np.median(given)) if given else _LAMP_SIZE * float(np.hypot(*size)),
-        black_over_white(s.reading for s in observations if s.has_paper),
+        black_over_white(one for s in observations if (one := s.reading) is not None),
         _EDGE_BLUR / scale,
         aim=_aimed_at(photoset, sample),
     )
 
 
-def _aimed_at(photoset: PhotoSet, sample: np.ndarray | None) -> tuple[float, ...]:
+def _aimed_at(photoset: PhotoSet, sample: np.ndarray | None) -> tuple[float, float, float]:
     """Where lamps look: the middle of the sample."""
     if sample is not None:
-        return tuple(sample[:3].tolist())
-    plane = photoset.sample
-    return (*np.mean(plane.outline, axis=0).tolist(), float(plane.height))
+        x, y, z = sample[:3].tolist()
+    elif isinstance(photoset.sample, Plane):
+        x, y = np.mean(photoset.sample.outline, axis=0).tolist()
+        z = float(photoset.sample.height)
+    else:
+        x, y, z = np.asarray(photoset.sample.center, float).tolist()
+    return x, y, z

@@ -15,7 +15,7 @@ _FEWEST_LIT = 0.1  # of the samples, that tell the lamp's strength
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
-def lens(aside: np.ndarray, falloff: Sequence[float]) -> np.ndarray:
+def lens(aside: np.ndarray, falloff: Sequence[float] | np.ndarray) -> np.ndarray:
     """What (n,) a lens that darkens the corners of its pictures leaves of the light, ``aside`` (n,) of their middle."""
     return np.exp(falloff[0] * aside + falloff[1] * aside**2)
 

@@ -23,7 +23,11 @@ _NEAR, _FAR = (
 )  # of a marker's side: how near corners lie in the right order, and how far in a wrong one
 _FEWEST, _MIDDLES = 2, 4  # markers that tell an order, and as many as have middles that tell a homography
 _SPREAD = 0.05  # of the way along them, that middles lie apart across: else they lie in a row
-_TURNS = {(1, 2, 3, 0): "a quarter turn", (2, 3, 0, 1): "half a turn", (3, 0, 1, 2): "a quarter turn"}
+_TURNS: dict[tuple[int, ...], str] = {
+    (1, 2, 3, 0): "a quarter turn",
+    (2, 3, 0, 1): "half a turn",
+    (3, 0, 1, 2): "a quarter turn",
+}
 
 
 def listed_order(board: LooseMarkers, views: Sequence[Corners]) -> dict[int, np.ndarray]:

@@ -132,13 +132,13 @@ def _other_look(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
         image = detection_image(without_fireflies(shown[0]))
         for what, changed in ((_MIRRORED, image[:, ::-1]), (_NEGATIVE, 255 - image)):
             _, marks, _ = detector.detectMarkers(np.ascontiguousarray(changed))
-            known = set() if marks is None else set(np.asarray(marks).ravel().tolist()) & set(ids.tolist())
+            known = set() if marks is None else set(map(int, np.ravel(marks))) & set(ids.tolist())
             found.setdefault(what, set()).update(known)
-    what = max(found, key=lambda one: len(found[one]), default=None)
-    return what if what is not None and len(found[what]) >= min(_FEWEST, len(ids)) else None
+    best = max(found, key=lambda one: len(found[one]), default=None)
+    return best if best is not None and len(found[best]) >= min(_FEWEST, len(ids)) else None
 
 
-def _upside_down(board: Board, corners: Corners) -> str | None:
+def _upside_down(board: LooseMarkers, corners: Corners) -> str | None:
     """Whether places of loose markers are given with y down the page, so that the photos show their mirror image."""
     middles = {k: np.asarray(c, float).reshape(4, 3)[:, :2].mean(0) for k, c in board.marker_corners}
     known = np.array([int(k) in middles for k in corners.marker_ids], bool)

@@ -186,8 +186,10 @@ def _apart(photoset: PhotoSet, camera: Camera, view: ViewSetup) -> np.ndarray:
     """How much farther aside (and its square) the sample's middle lies in the picture than what its light was read
     off, (2,): the patches whose middles are in the picture."""
     sample, sheets = photoset.sample, photoset.white_patches
-    flat = isinstance(sample, Plane)
-    middle = np.append(np.mean(sample.outline, axis=0), sample.height) if flat else np.asarray(sample.center)
+    if isinstance(sample, Plane):
+        middle = np.append(np.mean(sample.outline, axis=0), sample.height)
+    else:
+        middle = np.asarray(sample.center)
     read = [np.append(np.mean(sheet.outline, axis=0), sheet.height) for sheet in sheets]
     points = np.array([middle, *read], float)
     pixels = camera.project(view.pose, points)

@@ -140,7 +140,7 @@ def _doubtful(camera: Camera, observations: Sequence[Observation], ball: Sphere)
     if all(s.limb is None for s in observations):
         return True
     start = start_sample(camera, observations, ball)
-    return bool(np.linalg.norm(start[:3] - ball.center) > _MOVED * ball.radius)
+    return start is not None and bool(np.linalg.norm(start[:3] - ball.center) > _MOVED * ball.radius)
 
 
 def _guesses(ball: Sphere, radius: float) -> list[Sphere]:
@@ -224,12 +224,14 @@ def _pictures(
     """Edges as far around the ball as it is looked for: of a still camera's photos laid over one another, which show
     all sides lit, or of each."""
     chosen = [s for s in observations if not s.probe and not s.dark]
-    every = np.unique(np.linspace(0, len(chosen) - 1, _PHOTOS).astype(int)) if chosen else []
+    if not chosen:
+        return []
+    every = np.unique(np.linspace(0, len(chosen) - 1, _PHOTOS).astype(int))
     shown: dict[str, tuple[Observation, Region, list[np.ndarray]]] = {}
     for observation in (chosen[k] for k in every):
         region = _region(camera, observation.pose, ball)
         level = None if region is None else reader.level(observation.view, region)
-        if level is not None:
+        if region is not None and level is not None:
             shown.setdefault(observation.pose_block, (observation, region, []))[2].append(
                 without_fireflies(level[0])
             )
@@ -252,8 +254,8 @@ def _region(camera: Camera, pose: Pose, ball: Sphere) -> Region | None:
 def _picture(
     camera: Camera, observation: Observation, level: np.ndarray, region: Region, ball: Sphere
 ) -> _Picture:
-    size = ball.radius * focal(camera) / float(np.linalg.norm(observation.pose.apply(ball.center)))
-    shrunk = max(1, min(round(size / _LARGEST), min(level.shape) // _SMALLEST))
+    radius = ball.radius * focal(camera) / float(np.linalg.norm(observation.pose.apply(ball.center)))
+    shrunk = max(1, min(round(radius / _LARGEST), min(level.shape) // _SMALLEST))
     if shrunk > 1:
         height, width = (shrunk * (n // shrunk) for n in level.shape)
         small = width // shrunk, height // shrunk

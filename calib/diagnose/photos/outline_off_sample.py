@@ -124,8 +124,8 @@ def cut(
     while len(kept) >= 3:
         depths = [_depth(places, *side) for side in _sides(kept)]
         inside = np.min(depths, axis=0) > 0
-        strips = [_strip(depth[inside], visible[inside]) for depth in depths]
-        strips = [(gain, deep, k) for k, (gain, deep) in enumerate(strips) if deep > least]
+        told = [_strip(depth[inside], visible[inside]) for depth in depths]
+        strips = [(gain, deep, k) for k, (gain, deep) in enumerate(told) if deep > least]
         gain, deep, side = max(strips, default=(0, 0.0, 0))
         if gain < _FEWEST:
             break
@@ -177,7 +177,7 @@ def _contrast(
     """White less black over their sum (n,) as a photo shows them; NaN outside; None if it shows none of them."""
     pixels = [_pixels(camera, observation.pose, flat) for flat in (white, black)]
     size = np.array(camera.size)
-    inside = np.logical_and(*(((p >= 1) & (p <= size - 2)).all(axis=1) for p in pixels))
+    inside = np.all([(p >= 1) & (p <= size - 2) for p in pixels], axis=(0, 2))
     if not inside.any():
         return None
     within = np.concatenate([p[inside] for p in pixels])

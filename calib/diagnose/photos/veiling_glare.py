@@ -71,8 +71,8 @@ def find_veils(readings: Iterable[tuple[str, PaperReading]], workers: int = 1) -
         return _unseen(seen, 0.0, np.inf, most)
     share = np.array([one.level / one.white for one in telling])
     error = np.hypot([one.error / one.white for one in telling], _ASTRAY)
-    channels, sure, _ = _in_common(share, error)
-    weight = sure**-2.0 / (sure**-2.0).sum()
+    channels, each, _ = _in_common(share, error)
+    weight = each**-2.0 / (each**-2.0).sum()
     spare = 1.0 - weight @ weight  # 0 for one channel, which tells nothing of what others would have
     colour = np.sqrt(weight @ (channels - weight @ channels) ** 2 * (1.0 / spare - 1.0)) if spare > 0 else 0.0
     # channels of one photo err together
