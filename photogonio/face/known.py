@@ -29,7 +29,7 @@ class KnownBrdf(Presented):
         self.known = known
 
     name = property(lambda self: self.known.name)
-    channels = property(lambda self: self.known.channels)  # type: ignore[assignment]
+    channels = property(lambda self: self.known.channels)
     turning = property(lambda self: not self.known.isotropic)
     symmetry = property(lambda self: "isotropic" if self.known.isotropic else "general")
     scale = "absolute"

@@ -7,7 +7,14 @@ from dataclasses import replace
 import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.parameters import either_side, lobe_parameter, number_of, with_number
+from photogonio.reconstruct.brdf.errors import Uncertain
+from photogonio.reconstruct.brdf.parameters import (
+    either_side,
+    lobe_parameter,
+    named_number,
+    number_of,
+    with_number,
+)
 from photogonio.reconstruct.modes.integrals import bihemispherical_albedo
 
 NODES = 12  # midpoints in each angle, between which errors beyond the parameters are averaged
@@ -34,10 +41,10 @@ def albedo_error(brdf: Brdf) -> np.ndarray:
         ends = [replace(bare, lobes=(one,)).bihemispherical_albedo() for one in (less, more)]
         change[p] = (ends[1] - ends[0]) / between
     own = np.einsum("pc,cpq,qc->c", change, known.spread(), change)
-    return np.sqrt(np.maximum(own, 0.0) + (_beyond(brdf) * brdf.bihemispherical_albedo()) ** 2)
+    return np.sqrt(np.maximum(own, 0.0) + (_beyond(brdf, known) * brdf.bihemispherical_albedo()) ** 2)
 
 
-def _beyond(brdf: Brdf) -> np.ndarray:
+def _beyond(brdf: Brdf, known: Uncertain) -> np.ndarray:
     """(c,) relative errors that no parameter says: their mean, weighed by the light that goes each way."""
     middle = (np.arange(NODES) + 0.5) / NODES
     theta_i, theta_r, dphi = (
@@ -46,9 +53,9 @@ def _beyond(brdf: Brdf) -> np.ndarray:
     )
     weight = (np.sin(2.0 * theta_i) * np.sin(2.0 * theta_r))[:, None]
     f = weight * np.abs(brdf.evaluate(theta_i, 0.0, theta_r, dphi))
-    tables = (table for table in (brdf.uncertainty.misfit, brdf.uncertainty.unseen) if table is not None)
+    tables = (table for table in (known.misfit, known.unseen) if table is not None)
     means = [table.at(theta_i, theta_r, dphi) @ f / f.sum(0) for table in tables]
-    return np.sqrt(brdf.uncertainty.scale**2 + sum((mean**2 for mean in means), np.zeros(f.shape[1])))
+    return np.sqrt(known.scale**2 + sum((mean**2 for mean in means), np.zeros(f.shape[1])))
 
 
 def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
@@ -74,7 +81,7 @@ def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
         alone = one[np.ix_(own, own)] - gain @ across.T
         noise = rng.normal(size=(count, len(own))) @ _root(alone).T
         changes[:, own, c] = together @ gain.T + noise
-    return [_moved(brdf, change) for change in changes]
+    return [_moved(brdf, known, change) for change in changes]
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:
@@ -94,11 +101,11 @@ def _is_shared(name: str, brdf: Brdf) -> bool:
     )
 
 
-def _moved(brdf: Brdf, change: np.ndarray) -> Brdf:
+def _moved(brdf: Brdf, known: Uncertain, change: np.ndarray) -> Brdf:
     """With the parameters changed by ``change`` (p, c), and what cannot be kept within what can."""
     modes, lobes = len(brdf.modes), list(brdf.lobes)
-    for p, name in enumerate(brdf.uncertainty.parameters[modes:], start=modes):
-        place, what = lobe_parameter(name, brdf.lobes)
+    for p, name in enumerate(known.parameters[modes:], start=modes):
+        place, what = named_number(name, brdf.lobes)
         value = number_of(lobes[place], what) + change[p]
         if what.startswith("roughness"):
             value = np.clip(value, LEAST**0.5, None if lobes[place].turning else 1.0)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from photogonio.capture.errors import InputError
@@ -45,8 +46,9 @@ class Format:
     )
     room: bool = False  # the file says its loss itself
 
-    def loss(self, brdf: Brdf, path: Path) -> Loss | None:
-        """What the file at ``path``, written of ``brdf``, loses; None where it is not read back."""
+    def loss(self, brdf: Any, path: Path) -> Loss | None:
+        """What the file at ``path``, written of ``brdf`` (or of what is known as one is), loses; None where it is not
+        read back."""
         if self.read is None:
             return None
         change = self.convert

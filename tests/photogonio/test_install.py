@@ -68,6 +68,8 @@ def test_the_wheel_holds_scenes_and_templates_and_nothing_at_the_top(installed, 
         "from photogonio.synthetic.scene.scene import load_scene; print(load_scene('example').name)",
     ) == ["example"]
     assert (installed / "photogonio" / "report" / "templates" / "report.html").is_file()
+    typed = {path.parent for path in installed.rglob("py.typed")}
+    assert typed == {installed / "photogonio", *(installed / "photogonio" / name for name in NAMES)}
 
 
 def test_every_room_is_mapped_to_its_folder():
