@@ -115,14 +115,20 @@ def as_printed(
 
 def _upright(photos: Photos, remarks: Remarks) -> Photos:
     """Without photos of a fixed camera that are stored upside down: their lens has its axis elsewhere."""
-    still = [one for one in photos.samples + photos.probes if one.corners is not None]
-    turned = {still[k].view.name for k in turned_photos([(one.corners, one.size) for one in still])}
+    still = [
+        (one.view.name, one.corners, one.size)
+        for one in photos.samples + photos.probes
+        if one.corners is not None
+    ]
+    turned = {still[k][0] for k in turned_photos([(corners, size) for _, corners, size in still])}
     for name in sorted(turned):
         remarks.leave_out(
             name, "it is stored turned by 180 degrees, against the other photos", "photo-turned"
         )
-    kept = ([one for one in part if one.view.name not in turned] for part in (photos.samples, photos.probes))
-    return Photos(*kept, photos.boards)
+    samples, probes = (
+        [one for one in part if one.view.name not in turned] for part in (photos.samples, photos.probes)
+    )
+    return Photos(samples, probes, photos.boards)
 
 
 def turned_photos(seen: Sequence[tuple[Corners, tuple[int, int]]]) -> list[int]:

@@ -231,7 +231,7 @@ def _review(now: _Round) -> None:
                 ratios += list(np.abs(found.pixel - expected) / found.sigma)
         observation.highlights = kept
     if len(ratios) >= _ENOUGH:
-        now.scale = float(np.clip(robust.deviation(ratios), 0.3, 10.0))
+        now.scale = float(np.clip(robust.deviation(np.array(ratios)), 0.3, 10.0))
 
 
 def _wild(found: Highlight, expected: np.ndarray, scale: float) -> bool:

@@ -43,8 +43,7 @@ def read_pabopto(path: Path) -> GoniometerSamples:
     keep = np.isfinite(rows).all(1) & (rows[:, 0] < 90.0) & (rows[:, 2] < 90.0)
     if not keep.any():
         raise InputError(path, "no row is of reflection, with both directions above the surface")
-    theta_i, phi_i, theta_r, phi_r = np.radians(rows[keep, :4]).T
-    value = rows[keep, 4:]
+    angles = np.radians(rows[keep, :4]).T
     lost = int((~keep).sum())
     message = f"{lost} rows left out: transmission, or without a number"
     told = (Diagnosis("rows-left-out", message, amount=lost),) if lost else ()
