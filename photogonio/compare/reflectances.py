@@ -137,7 +137,15 @@ def _principled(path: Path, read: Callable[[Path], Evaluate]) -> Known:
     """A material of a renderer's own model, in R, G and B."""
     try:
         return Known(path.name, CHANNELS, isotropic=True, evaluate=read(path))
-    except (ValueError, KeyError, IndexError, TypeError, SyntaxError) as error:
+    except (
+        ValueError,
+        KeyError,
+        IndexError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        SyntaxError,
+    ) as error:
         raise InputError(path, f"holds no material that photogonio export wrote: {error}") from None
 
 

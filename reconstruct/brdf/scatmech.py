@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.schema import HIGHEST, LARGEST
 from photogonio.reconstruct.modes.basis import isotropic_modes
 
 
@@ -66,7 +67,9 @@ def _check_row(where: str, row: list[int], value: float) -> None:
     if not 1 <= i <= j <= 4:
         raise InputError(where, f"i <= j from 1 to 4 is needed, not {i}, {j}")
     if p < 0 or min(n, m) < 0 or abs(k) > n or abs(l) > m or (n - k) % 2 or (m - l) % 2:
-        raise InputError(where, f"there is no mode n, m, k, l, p = {n}, {m}, {k}, {l}, {p}")
+        raise InputError(where, f"there is no mode n, m, k, l, p = {n}, {m}, {k}, {l}, {p}"[:200])
+    if max(n, m, p) > HIGHEST or abs(value) > LARGEST:
+        raise InputError(where, f"orders to {HIGHEST} and coefficients to {LARGEST:g} are understood")
     if i == j == 1 and (k != l or k < 0 or l > n):
         raise InputError(where, f"an isotropic mode has k = l >= 0, not {k}, {l}")
 
@@ -78,7 +81,7 @@ def is_scatmech(path: Path | str) -> bool:
             lines = (re.split("[;#]", line)[0].strip() for line in file)
             words = re.split(r"[,\s]+", next((line for line in lines if line), ""))
             return len(words) == 8 and all(float(word) == int(float(word)) for word in words[:-1])
-    except (OSError, ValueError):
+    except (OSError, ValueError, OverflowError):
         return False
 
 

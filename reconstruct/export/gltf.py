@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE
 from photogonio.reconstruct.export.principled import Principled, fit_principled, schlick, specular
@@ -27,13 +28,16 @@ def write_gltf(brdf: Brdf, path: Path) -> None:
 
 def read_gltf(path: Path) -> Principled:
     """The material of a file that :func:`write_gltf` wrote."""
-    material = json.loads(path.read_text(encoding="utf-8"))["materials"][0]
+    material = read_json(path)["materials"][0]
     base, added = material["pbrMetallicRoughness"], material.get("extensions", {})
     metal = base["metallicFactor"] == 1.0
-    index = added.get("KHR_materials_ior", {}).get("ior", 1.5)
-    f0 = ((index - 1) / (index + 1)) ** 2 * added.get("KHR_materials_specular", {}).get("specularFactor", 1.0)
-    color = np.array(base["baseColorFactor"][:3])
-    return Principled(metal, color, base["roughnessFactor"], 0.0 if metal else f0, metallic_roughness)
+    index = float(added.get("KHR_materials_ior", {}).get("ior", 1.5))
+    gloss = float(added.get("KHR_materials_specular", {}).get("specularFactor", 1.0))
+    f0 = ((index - 1) / (index + 1)) ** 2 * gloss
+    color, roughness = np.array(base["baseColorFactor"][:3], float), float(base["roughnessFactor"])
+    if color.shape != (3,) or not np.isfinite([*color, f0]).all() or not 0.0 <= roughness <= 1.0:
+        raise ValueError("expected three colours, an index and a roughness from 0 to 1")
+    return Principled(metal, color, roughness, 0.0 if metal else f0, metallic_roughness)
 
 
 def metallic_roughness(

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from photogonio.capture.errors import InputError
 
-LONGEST = 10  # seconds
+LONGEST = 10  # seconds, of one input
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Target:
 
 
 class TooLong(Exception):
-    """More than :data:`LONGEST` seconds."""
+    """An input took longer than it may."""
 
 
 @dataclass(slots=True)
@@ -43,13 +43,14 @@ class Fuzzed:
     there: frozenset[str]
     accepted: int = 0
     refused: int = 0
+    longest: int = LONGEST
 
     @classmethod
-    def of(cls, target: Target, folder: Path) -> Fuzzed:
+    def of(cls, target: Target, folder: Path, longest: int = LONGEST) -> Fuzzed:
         folder.mkdir(parents=True, exist_ok=True)
         ways = target.make(folder)
         (folder / target.file).write_bytes(b"") if target.file else None
-        return cls(target, folder, ways, frozenset(_names(folder)))
+        return cls(target, folder, ways, frozenset(_names(folder)), longest=longest)
 
     def __call__(self, rng: random.Random) -> str:
         """What is wrong with how one input was taken; empty: nothing."""
@@ -60,7 +61,7 @@ class Fuzzed:
         else:
             path = Path(content.decode("utf-8", "surrogateescape"))
         try:
-            with _limited(), _silent():
+            with _limited(self.longest), _silent():
                 self.target.read(path)
             self.accepted += 1
         except InputError as error:
@@ -68,7 +69,7 @@ class Fuzzed:
             if "\n" in str(error):
                 return f"a message of several lines: {error}"
         except TooLong:
-            return f"longer than {LONGEST} s"
+            return f"longer than {self.longest} s"
         except Exception:
             return traceback.format_exc(limit=-6)
         more = _names(self.folder) - self.there
@@ -88,7 +89,7 @@ def _silent() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _limited() -> Iterator[None]:
+def _limited(seconds: int) -> Iterator[None]:
     """Raises TooLong in the main thread of a system that has alarms."""
     if not hasattr(signal, "SIGALRM") or threading.current_thread() is not threading.main_thread():
         yield
@@ -98,7 +99,7 @@ def _limited() -> Iterator[None]:
         raise TooLong
 
     former = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(LONGEST)
+    signal.alarm(seconds)
     try:
         yield
     finally:

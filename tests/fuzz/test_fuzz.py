@@ -13,12 +13,13 @@ from tests.fuzz.harness import Fuzzed
 from tests.fuzz.targets import TARGETS
 
 INPUTS = 25  # of each reader, the same every time
+ENDLESS = 300  # seconds: code may have to be compiled, on a machine that does other things
 SELDOM = 3  # where one takes seconds
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=[target.name for target in TARGETS])
 def test_what_is_wrong_is_refused_in_one_line(tmp_path, target):
-    fuzzed = Fuzzed.of(target, tmp_path / "place")
+    fuzzed = Fuzzed.of(target, tmp_path / "place", ENDLESS)
 
     @settings(
         max_examples=INPUTS if target.share else SELDOM,
