@@ -15,9 +15,8 @@ import sys
 import time
 from pathlib import Path
 
-from photogonio.reconstruct.modes.parallel import cores
-
 from benchmarks.evaluation import best_time
+from photogonio.reconstruct.modes.parallel import cores
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS: dict[str, tuple[str, ...]] = {

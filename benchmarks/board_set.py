@@ -14,6 +14,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
+
+from benchmarks.end_to_end import DIFFERENT, copied, write_picture
 from photogonio.calib.geometry.camera import Camera
 from photogonio.capture.files.images import read_image
 from photogonio.capture.photoset import MANIFEST
@@ -25,8 +27,6 @@ from photogonio.synthetic.scene.plan import Shot, camera_of, exposure_factor, pl
 from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.manifest import manifest_of
 from photogonio.synthetic.write.photoset import view_radiance
-
-from benchmarks.end_to_end import DIFFERENT, copied, write_picture
 
 RENDERED = 900  # pixels of width, about, that are rendered
 FULL = 65535.0

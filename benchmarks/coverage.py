@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 
 import numpy as np
+
 from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.adjust.bundle import pose_block
 from photogonio.calib.adjust.lamps import block_name
@@ -25,7 +26,6 @@ from photogonio.calib.radiometry.scale import tie
 from photogonio.calib.remarks import Remarks
 from photogonio.calib.views import light_of
 from photogonio.capture.photoset import PhotoSet, View
-
 from tests.drawn.setups import SAMPLE, SIZE, World, draw_corners, draw_patch, draw_world, observe, photoset_of
 
 LEVEL = 0.95

@@ -22,11 +22,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import OpenImageIO as oiio
+
+from benchmarks.kernel import RADIUS, made_view
+from photogonio.cache.store import Store
 from photogonio.calib.setup import Setup
 from photogonio.capture.linear.encoding import linear_to_srgb
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.manifest.load import load_photoset
+from photogonio.pipeline import process
 from photogonio.reconstruct.modes.parallel import cores
 from photogonio.reconstruct.reduce.directions import (
     OUTSIDE,
@@ -36,10 +40,6 @@ from photogonio.reconstruct.reduce.directions import (
     region_pixels,
     scene_of,
 )
-
-from benchmarks.kernel import RADIUS, made_view
-from photogonio.cache.store import Store
-from photogonio.pipeline import process
 from photogonio.run.reduce_photos import Plan, reduce_photos
 
 DIFFERENT = 6

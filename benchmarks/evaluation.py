@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.scatmech import ScatmechTable, read_scatmech, scatmech_brdf, write_scatmech
 from photogonio.reconstruct.lobes.lobe import Lobe

@@ -13,11 +13,11 @@ from functools import partial
 
 import numba
 import numpy as np
-from photogonio.reconstruct.modes.parallel import cores, over_rows
-from photogonio.reconstruct.table.facets import barycentres, facet_index, vertices
 from scipy.spatial import cKDTree
 
 from benchmarks.evaluation import best_time
+from photogonio.reconstruct.modes.parallel import cores, over_rows
+from photogonio.reconstruct.table.facets import barycentres, facet_index, vertices
 
 
 def random_directions(count: int, seed: int = 0) -> np.ndarray:

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from unittest.mock import patch
 
 import numpy as np
+
 from photogonio.reconstruct import fit as automatic
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import PRIORS, folds_of
@@ -25,7 +26,6 @@ from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable, of_groups
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 ORDERS = 12  # the highest tried

@@ -20,12 +20,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
+from benchmarks.end_to_end import made_setup, make_set
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.reconstruct.modes.parallel import cores
 from photogonio.reconstruct.reduce.directions import ReduceOptions
-
-from benchmarks.end_to_end import made_setup, make_set
 from photogonio.run.reduce_photos import Plan, reduce_photos
 from photogonio.system.memory import peak_megabytes
 

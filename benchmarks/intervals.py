@@ -17,13 +17,13 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.fit import fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import seen_at
 from photogonio.synthetic.brdf.library import angle_grid, make_brdf, on_grid
 from photogonio.synthetic.brdf.reflectance import Reflectance
-
 from tests.drawn.tables import Plan, simulate
 
 LIMIT = np.radians(70.0)

@@ -13,6 +13,8 @@ import argparse
 from collections.abc import Iterator
 
 import numpy as np
+
+from benchmarks.evaluation import best_time
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.photoset import Plane, Sphere
@@ -21,8 +23,6 @@ from photogonio.reconstruct.modes.parallel import cores
 from photogonio.reconstruct.reduce.directions import ReduceOptions, region_of
 from photogonio.reconstruct.reduce.reduce import reduce_view, reduce_view_plainly
 from photogonio.reconstruct.table.facet_table import FacetTable
-
-from benchmarks.evaluation import best_time
 
 RADIUS, DISTANCE = 25.0, 500.0  # of the ball; the plane's half side
 LENS = np.array([-0.026, 0.018, 1.2e-4, -8e-5, 0.0])

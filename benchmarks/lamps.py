@@ -14,13 +14,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
+from photogonio.evaluate.truth import load_truth, view_errors
+from photogonio.pipeline import calibrate
 from photogonio.synthetic.scene.hard_cases import changed
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.photoset import synthesize
-
-from photogonio.evaluate.truth import load_truth, view_errors
-from photogonio.pipeline import calibrate
 from photogonio.system.progress import Reporter
 
 SCENES = ("matte-ball", "plastic-ball", "metal-ball", "oren-nayar-plane", "plastic-plane", "brushed-plane")

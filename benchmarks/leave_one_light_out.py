@@ -15,9 +15,12 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
+
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
+from photogonio.options import Options
+from photogonio.pipeline import process
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.fit import FitOptions, PhotoErrors, fit_table
 from photogonio.reconstruct.modes.angles import spherical_angles
@@ -30,9 +33,6 @@ from photogonio.reconstruct.reduce.directions import (
     scene_of,
 )
 from photogonio.reconstruct.table.facet_table import of_groups
-
-from photogonio.options import Options
-from photogonio.pipeline import process
 
 BRIGHT = 0.1  # of the photo's maximum
 

@@ -18,14 +18,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.table.goniometer_csv import samples_table
-from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
 
 COLUMNS = {"theta_i": "thetai", "phi_i": "phi", "theta_r": "thetar", "phi_r": "phir", "value": "f_r11"}
 WAVELENGTHS = ("0.351", "0.532", "0.633", "1.064")

@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
+
 from photogonio.reconstruct.modes import basis as m
 from photogonio.reconstruct.modes.integrals import mirror_coefficients
 

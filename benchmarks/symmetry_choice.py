@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.pilot import clean
 from photogonio.reconstruct.symmetry.verdict import Verdict, judge
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]

@@ -20,14 +20,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+
+from benchmarks.paper_figures import FOLDER, save
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.modes import basis as m
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.modes.projection import Projection, project
 from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule
 from photogonio.synthetic.brdf.library import MODELS
-
-from benchmarks.paper_figures import FOLDER, save
 
 GREY = (0.5,)
 LARGEST = np.radians(80)

@@ -21,9 +21,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from photogonio.reconstruct.modes.parallel import cores
-
 from benchmarks.board_set import converted, make_board_set
+from photogonio.reconstruct.modes.parallel import cores
 from photogonio.system.memory import keep_freed, peak_megabytes
 
 STAGES = ("calibrate", "reduce", "fit", "write")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from photogonio.calib.adjust.bundle import block_pose, pose_block
 from photogonio.calib.adjust.flat_sample import PlaneMove, flat_move
 from photogonio.calib.adjust.state import State

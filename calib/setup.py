@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.remarks import LeftOut
 from photogonio.capture.diagnosis import Diagnosis

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.remarks import LeftOut
 from photogonio.calib.setup import BoardSetup, Falloff, Light, Marks, Setup, ViewSetup

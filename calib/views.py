@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.adjust.lamps import block_name, place_in_world
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.detect.observation import Observation

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from photogonio.calib.adjust.bundle import Adjusted, Values, adjust, block_pose
 from photogonio.calib.adjust.lamps import (
     Lamp,

@@ -12,14 +12,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from photogonio.calib.geometry.board import Corners
-from photogonio.calib.geometry.camera import Camera, Pose, focal
-from photogonio.calib.geometry.cones import cone_derivatives, cone_residual
-from photogonio.calib.geometry.mirror import mirrored_direction, mirrored_point
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import aslinearoperator
+
+from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.camera import Camera, Pose, focal
+from photogonio.calib.geometry.cones import cone_derivatives, cone_residual
+from photogonio.calib.geometry.mirror import mirrored_direction, mirrored_point
 
 _ROBUST = 3.0  # standard errors beyond which a robust row counts less
 _ROUNDS = 50

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
+
 from photogonio.calib.detect.edges import Edges, on_plane
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.capture import robust
 from photogonio.capture.photoset import PhotoSet, Plane
-from scipy.optimize import least_squares
 
 _LEAST = 40  # points of all photos from which a place is told
 _MISPLACED = 0.02  # of the sample's size: how far off the manifest may put it, sideways and in height

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.adjust.bundle import Values
 from photogonio.calib.detect.lamp_markers import marked_place
 from photogonio.calib.detect.mirror_rays import MirroredRay, meet, mirrored_ray

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from photogonio.calib.detect.limb import place_ball
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.geometry.board import board_size

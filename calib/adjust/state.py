@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from photogonio.calib.adjust.bundle import CameraModel, Values
 from photogonio.calib.adjust.lamps import Lamp
 from photogonio.calib.detect.highlights import Highlight

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.board import Corners, board_points, dictionary, opencv_board
 from photogonio.capture.photoset import Board, CharucoBoard, GridBoard
 

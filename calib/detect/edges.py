@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.detect.limb import find_edges
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale

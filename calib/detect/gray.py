@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.capture.linear import kernel as pointwise
 from photogonio.capture.radiance import RadianceImage
 

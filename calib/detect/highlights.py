@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
 from photogonio.calib.detect.gray import gray
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.cones import outline

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.capture.errors import InputError

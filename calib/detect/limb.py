@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import least_squares
+
 from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.cones import cone_residual, outline
 from photogonio.capture import robust
-from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import least_squares
 
 LIMB_POINTS = 72  # places along the limb
 _STEP = 0.25  # pixels between samples across it

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.board import Corners, board_size
 from photogonio.capture import robust
 from photogonio.capture.photoset import CharucoBoard

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.mirror import reflected_ray

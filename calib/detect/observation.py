@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from photogonio.calib.detect.edges import Edges
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.limb import Limb

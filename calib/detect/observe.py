@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.detect.edges import Edges, plane_edges
 from photogonio.calib.detect.gray import GrayPart, without_fireflies
 from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, lamp_pixels

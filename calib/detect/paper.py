@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale, projected_with_axes
 from photogonio.calib.geometry.print_map import draw_print, square_pitch

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from statistics import NormalDist
 
 import numpy as np
+
 from photogonio.calib.detect.paper import covered, spread_of
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale
 from photogonio.calib.geometry.print_map import Print, draw_print, square_pitch

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_near_balls import Close
 from photogonio.capture import robust

@@ -9,6 +9,7 @@ from threading import Lock
 from typing import Protocol, TypedDict, Unpack
 
 import numpy as np
+
 from photogonio.calib.detect.corners import corners_of_half, expected_places, find_corners, placed_corners
 from photogonio.calib.detect.gray import (
     detection_image,

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.detect.subpixel_kernel import find_shifts
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale

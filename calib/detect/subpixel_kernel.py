@@ -6,6 +6,7 @@ import math
 
 import numba
 import numpy as np
+
 from photogonio.capture.robust import OF_SIZE
 
 _FINE = 3  # samples of the pattern across a pixel

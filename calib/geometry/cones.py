@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera, Pose
 
 

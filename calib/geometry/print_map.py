@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.board import board_size, dictionary, opencv_board
 from photogonio.capture.photoset import Board, CharucoBoard, LooseMarkers, PrintedBoard
 

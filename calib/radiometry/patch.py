@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+
 from photogonio.calib.detect.masks import fill
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.camera import Camera, Pose

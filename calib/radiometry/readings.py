@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.adjust.state import Settled
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.paper_reading import PaperReading

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.visibility import behind_ball, direct, lit_fraction
 from photogonio.calib.setup import Setup, ViewSetup

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+
 from photogonio.calib.detect.gray import gray
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.cones import outline

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from photogonio.calib.adjust.bundle import pose_block, project
 from photogonio.calib.adjust.flat_sample import PlaneMove
 from photogonio.calib.adjust.lamps import expected_pixel

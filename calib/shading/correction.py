@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.shading.kernel import lens

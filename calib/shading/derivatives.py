@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+
 from photogonio.calib.geometry.visibility import log_cosine
 from photogonio.calib.shading.kernel import lens, slopes_of_shaded
 from photogonio.calib.shading.parameters import BLACK, EVEN, FALLOFF, LOCAL, NARROW, SHARED, THROWN

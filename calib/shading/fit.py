@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.visibility import direct
 from photogonio.calib.shading.derivatives import slopes

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.calib.detect.mirror_rays import MirroredRay, meet
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.shading.fit import fit_local

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numba
 import numpy as np
+
 from photogonio.calib.geometry.mirror import halfway
 from photogonio.calib.geometry.visibility import direct, lit_fraction
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numba
 import numpy as np
+
 from photogonio.calib.geometry.visibility import DIMMEST, passed_by, share_of
 
 _LIT = 0.9  # share of the lamp seen: lit

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from photogonio.calib.detect.paper_near_balls import INK, Close
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.visibility import lit_fraction

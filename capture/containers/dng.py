@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+
 from photogonio.capture.containers import tiff
 
 MOSAIC, LINEAR = 32803, 34892  # of a directory's colours

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.capture.containers import tiff
 
 PLAIN, DEFLATE = {1}, {8, 32946}

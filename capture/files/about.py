@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
+
 from photogonio.capture.containers import exif, icc, jpeg, jxl, png, tiff
 from photogonio.capture.containers.tone import LINEAR, Tone, of_cicp, of_exif, untold
 from photogonio.capture.errors import InputError

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO, BinaryIO
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 
 UNPACKED = 1 << 28  # bytes that any archive may unpack to

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import OpenImageIO as oiio
+
 from photogonio.capture.errors import InputError
 
 INTEGERS = {"uint8": np.uint8, "uint16": np.uint16}

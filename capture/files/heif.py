@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pillow_heif
+
 from photogonio.capture.containers import exif, icc
 from photogonio.capture.containers.boxes import turns
 from photogonio.capture.containers.tone import Tone, of_cicp

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import rawpy
+
 from photogonio.capture.containers import dng
 from photogonio.capture.containers.integrity import fault
 from photogonio.capture.containers.tone import LINEAR, Tone

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import rawpy
+
 from photogonio.capture.containers import exif as blocks
 from photogonio.capture.containers import float_tiles
 from photogonio.capture.containers.dng import Dng

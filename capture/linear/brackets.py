@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+
 from photogonio.capture import robust
 from photogonio.capture.linear.noise import NoiseModel
 from photogonio.capture.linear.signal import Signal, grown

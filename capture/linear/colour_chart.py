@@ -12,9 +12,10 @@ from functools import cache
 
 import cv2
 import numpy as np
+from scipy.optimize import least_squares
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.reader import RadianceReader
-from scipy.optimize import least_squares
 
 CHART = "ColorChecker24 - After November 2014"
 ROWS, COLUMNS = 4, 6

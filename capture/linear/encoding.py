@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from photogonio.capture.containers import tone
 from photogonio.capture.containers.tone import Curve, Tone
 

@@ -8,10 +8,11 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+from scipy.interpolate import RectBivariateSpline
+
 from photogonio.capture import robust
 from photogonio.capture.files.exposure import Exposure
 from photogonio.capture.linear.signal import Region, Signal, Windows, cut
-from scipy.interpolate import RectBivariateSpline
 
 SAME_TIME = 0.01  # relative difference of exposure times that counts as none
 HOT_SCATTERS = 10.0  # robust standard deviations of the dark frame

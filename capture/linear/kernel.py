@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+
 from photogonio.capture.robust import OF_SIZE
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")

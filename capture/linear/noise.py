@@ -15,9 +15,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from photogonio.capture.photoset import Radiometry
 from scipy.optimize import nnls
 from scipy.special import chdtri
+
+from photogonio.capture.photoset import Radiometry
 
 BLOCK = 8
 DEGREES = 16  # independent differences in a block

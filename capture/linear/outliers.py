@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+
 from photogonio.capture.linear import kernel as pointwise
 
 REACH = 8.0  # standard deviations, of noise or of the ring's own scatter

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+
 from photogonio.capture.files.images import Image
 from photogonio.capture.linear import kernel as pointwise
 from photogonio.capture.linear.encoding import Encoding

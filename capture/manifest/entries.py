@@ -8,6 +8,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.schema import (
     Key,

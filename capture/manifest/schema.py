@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 
 Rule = Callable[[object, str], Any]

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import CharucoBoard, GridBoard, PrintedBoard
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import io
 
-from photogonio.capture.photoset import CharucoBoard
-from photogonio.capture.target.layout import Target, black_rectangles
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
+
+from photogonio.capture.photoset import CharucoBoard
+from photogonio.capture.target.layout import Target, black_rectangles
 
 RULER = 100  # mm
 THIN = 0.2  # mm, of lines that corner detection does not see

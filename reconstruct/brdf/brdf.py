@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf import schema as coefficients
 from photogonio.reconstruct.brdf.errors import Uncertain

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.errors import RelativeTable, Uncertain
 from photogonio.reconstruct.brdf.parameters import lobe_parameter

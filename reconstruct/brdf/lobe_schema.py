@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.lobes.lobe import DISTRIBUTIONS, FRESNELS, MASKINGS, MODELS, Lobe
 

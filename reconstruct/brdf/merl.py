@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.modes.angles import from_half_difference, half_difference
 

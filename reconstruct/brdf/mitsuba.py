@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.merl import CHANNELS
 from photogonio.reconstruct.modes.angles import spherical_angles
-from scipy.interpolate import RegularGridInterpolator
 
 _TYPES: dict[int, np.dtype] = {1: np.dtype("u1"), 10: np.dtype("<f4"), 11: np.dtype("<f8")}
 _MAGIC = b"tensor_file\0"

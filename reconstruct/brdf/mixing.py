@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.brdf.parameters import named_number

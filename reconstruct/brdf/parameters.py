@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+
 from photogonio.reconstruct.lobes.lobe import Lobe
 
 STEP = 1e-3  # of a number, in finite differences; degrees of an azimuth times 100

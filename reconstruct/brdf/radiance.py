@@ -13,6 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.radiance_matrix import angle_bases, matrix_of, text_of
 from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square

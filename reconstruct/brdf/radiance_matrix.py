@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
+
 from photogonio.reconstruct.modes.angles import spherical_angles
 
 LATITUDES = {  # lower bound of each ring, degrees, and its patches

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.errors_schema import errors_document, parse_errors
 from photogonio.reconstruct.brdf.lobe_schema import (

@@ -12,6 +12,7 @@ cosine, so that a gloss looks wider and lower than it is.
 from __future__ import annotations
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles, unit_vectors
 from photogonio.reconstruct.table.cells import Cells

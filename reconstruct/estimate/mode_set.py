@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.modes import basis as modes
 from photogonio.reconstruct.table.cells import Cells
 

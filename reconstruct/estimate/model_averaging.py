@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.model_selection import Candidate
 
 DRAWS = 400

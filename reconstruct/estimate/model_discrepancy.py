@@ -10,10 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from photogonio.reconstruct.estimate.outlier_views import pair_places
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.table.cells import Cells
-from scipy.spatial import cKDTree
 
 NEIGHBOURS = 32
 MOST_CELLS = 40_000  # evenly taken of more

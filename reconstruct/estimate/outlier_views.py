@@ -7,9 +7,10 @@ peak that the model cannot follow is missed by all views alike, and one that a s
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.table.cells import Cells
-from scipy.spatial import cKDTree
 
 DISCORD = 4.0  # times the scatter of the middle view
 LEAST_DISCORD = 0.02  # relative scatter below which no view is suspected

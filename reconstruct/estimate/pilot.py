@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.binning_error import binning, lamp_size
 from photogonio.reconstruct.estimate.lobe_search import (
     SEARCH_CELLS,

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.normal_equations import (
     RIDGE,

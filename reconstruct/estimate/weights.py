@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.capture import robust
 from photogonio.reconstruct.table.cells import Cells
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 
 _STEP, _TURN = 5.0, 15.0  # degrees, of the polar angles and of the azimuths

@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.modes.angles import unit_vectors
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.represent.developed import developed
 

@@ -10,11 +10,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.interpolate import PPoly
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE
 from photogonio.reconstruct.export.principled import Principled, fit_principled, specular
 from photogonio.reconstruct.lobes.interface import coat_albedo, dielectric_fresnel
-from scipy.interpolate import PPoly
 
 _DOCUMENT = """<?xml version="1.0"?>
 <materialx version="1.39" colorspace="lin_rec709">

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.klems import PATCHES, RINGS
 from photogonio.reconstruct.export import radiance_xml as xml

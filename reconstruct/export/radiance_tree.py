@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square, square_to_disk
 from photogonio.reconstruct.export import radiance_xml as xml

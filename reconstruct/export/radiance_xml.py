@@ -9,6 +9,7 @@ from __future__ import annotations
 from xml.sax.saxutils import escape
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.rgb import rgb_order
 

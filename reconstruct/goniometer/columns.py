@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.text import TextTable
 from photogonio.reconstruct.goniometer.told import Told

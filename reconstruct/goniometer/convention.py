@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.text import TextTable
 from photogonio.reconstruct.goniometer.told import Told

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
 from photogonio.reconstruct.brdf.mitsuba import read_mitsuba

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 

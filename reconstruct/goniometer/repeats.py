@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import WAVELENGTHS, words_of
 from photogonio.reconstruct.goniometer.text import TextTable

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
-from photogonio.reconstruct.table.neighbours import Expected, expected, places
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+from photogonio.reconstruct.table.neighbours import Expected, expected, places
 
 FEWEST = 8  # rows with values above zero, by which others can be judged
 JUDGED = 500  # rows of a kind that are looked at

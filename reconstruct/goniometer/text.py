@@ -10,6 +10,7 @@ from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 
 REMARKS = ("#", "%", "!", "//", ";")

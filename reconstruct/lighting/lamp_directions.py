@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.photoset import Sphere, WhitePatch
 from photogonio.reconstruct.estimate.model import Model

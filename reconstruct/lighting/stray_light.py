@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+
 from photogonio.calib.radiometry.surround import Surround
 from photogonio.calib.setup import ViewSetup
 from photogonio.capture.photoset import Plane, Sphere

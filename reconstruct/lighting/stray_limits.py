@@ -17,6 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.setup import Light, Setup
 from photogonio.capture.photoset import Sphere
 from photogonio.reconstruct.estimate.weights import level

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from photogonio.calib.setup import Setup
 from photogonio.capture.photoset import Sphere
 from photogonio.reconstruct.table.facet_table import FacetTable

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.interpolate import CubicSpline, PPoly
+
 from photogonio.reconstruct.lobes.interface import FINE, coat_albedo
 from photogonio.reconstruct.lobes.lobe_sums import mirror_values
 from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
-from scipy.interpolate import CubicSpline, PPoly
 
 HARMONICS, TURNING_PIECES = 5, 24  # even waves in azimuth of a coat of two roughnesses, and pieces
 LEAST_FINE = 0.02  # roughness that the rule resolves

@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.reconstruct.lobes.interface import coat_albedo
 from photogonio.reconstruct.lobes.kernel import mirror_parts
 from photogonio.reconstruct.lobes.schlick import RETRO, retro

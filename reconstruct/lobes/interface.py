@@ -11,8 +11,9 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-from photogonio.reconstruct.modes.quadrature import gauss
 from scipy.interpolate import CubicSpline
+
+from photogonio.reconstruct.modes.quadrature import gauss
 
 # pieces of the square root of the cosine of incidence, between which a coat's albedo is a cubic; half vectors: Gauss
 # nodes of the slopes' shares, twice, and of the azimuths that reflect upward

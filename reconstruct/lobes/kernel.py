@@ -10,6 +10,7 @@ import math
 
 import numba
 import numpy as np
+
 from photogonio.reconstruct.lobes.interface import (
     beckmann_visibility,
     cubic_piece,

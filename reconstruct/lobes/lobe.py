@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from photogonio.reconstruct.lobes.coat import Interface, coat_albedo_of
 from photogonio.reconstruct.lobes.lobe_sums import LobeTerms, add_lobe
 from photogonio.reconstruct.modes.integrals import albedo_by_quadrature

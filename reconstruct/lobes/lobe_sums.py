@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+
 from photogonio.reconstruct.modes.kernel import LANES, TURN, TURN_REST, short_sine
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from photogonio.reconstruct.modes import kernel as mode_sums
 from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.modes.zernike import (

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.modes.basis import QUANTITIES, isotropic_norms
 from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule

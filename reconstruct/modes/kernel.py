@@ -10,6 +10,7 @@ import math
 
 import numba
 import numpy as np
+
 from photogonio.reconstruct.modes.zernike import fill_radial
 
 LANES = 64  # pairs side by side: the table of order 8 then stays in the first cache

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.modes import basis as bases
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule

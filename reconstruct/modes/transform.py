@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.modes.basis import (
     general_modes,
     isotropic_modes,

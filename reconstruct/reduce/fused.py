@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
 from photogonio.reconstruct.reduce.directions import ViewScene
 from photogonio.reconstruct.reduce.kernel import SumTable, reduce_rows
 from photogonio.reconstruct.reduce.ray_grid import Lens

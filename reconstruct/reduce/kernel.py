@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+
 from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH, OUTSIDE, USED
 from photogonio.reconstruct.reduce.ray_grid import ORDER
 from photogonio.reconstruct.table.facet_table import LEFT_OUT

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from scipy.spatial import ConvexHull
+
 from photogonio.calib.setup import Light, ViewSetup
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere, WhitePatch
-from scipy.spatial import ConvexHull
 
 BALL_SLACK = 0.1  # a ball may stand off its place by this part of its radius: all balls are taken as larger
 OVERLAP = 0.2  # of the smaller radius: a ball that far inside the sample took its place in a probe photo

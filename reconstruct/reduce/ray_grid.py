@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera
 
 STEP = 16  # pixels between nodes

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.radiance import RadianceImage
 from photogonio.reconstruct.reduce.directions import (

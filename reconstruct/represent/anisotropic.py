@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import nnls
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.transform import pair_coefficients
@@ -26,7 +28,6 @@ from photogonio.reconstruct.represent.isotropic import (
     parts_of,
     standing_for,
 )
-from scipy.optimize import nnls
 
 PENALTY = 1e-7  # of the mean weight: keeps fine modes from trading places beyond the limit
 NODES = (26, 56)  # Gauss nodes in cos theta, midpoints in azimuth

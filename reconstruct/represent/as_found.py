@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+
 from photogonio.reconstruct.brdf.parameters import lobe_numbers, number_of
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import TYPICAL_F0, Family, turned_roughness

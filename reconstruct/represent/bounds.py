@@ -11,11 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import nnls
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.modes.integrals import directional_albedo
 from photogonio.reconstruct.table.cells import Cells
-from scipy.optimize import nnls
 
 STEP = 5.0  # degrees between the pairs that are held
 HIGHEST = np.radians(85.0)  # polar angles beyond are not held: nothing is measured there

@@ -13,6 +13,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.lobes.lobe import Lobe
@@ -40,7 +42,6 @@ from photogonio.reconstruct.represent.minima import (
     values,
 )
 from photogonio.reconstruct.table.cells import Cells
-from scipy.interpolate import CubicSpline
 
 TOLERANCE = (
     TRIFLE  # of the mean f, and of an albedo of 1: what is held may be off by as much between the constraints

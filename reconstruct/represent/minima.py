@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numba
 import numpy as np
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.modes.basis import cosines
 from photogonio.reconstruct.modes.transform import pair_matrix

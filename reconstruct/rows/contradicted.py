@@ -9,10 +9,11 @@ repeated ones and reciprocal twins do, never contradict one another.
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from photogonio.reconstruct.estimate.outlier_views import pair_places
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.table.cells import Cells
-from scipy.spatial import cKDTree
 
 REACH = np.radians(25.0)  # of neighbours
 CANDIDATES = 24  # nearest rows, of which

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import nnls
+
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior, folds_of
@@ -24,7 +26,6 @@ from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.lobes.families import retro_lobe, second_lobe
 from photogonio.reconstruct.rows.smooth_ridge import DECAY
 from photogonio.reconstruct.table.cells import Cells
-from scipy.optimize import nnls
 
 ROUGHNESS = (0.07, 0.1, 0.15, 0.2, 0.28, 0.38, 0.5, 0.7, 1.0)
 NOISE = 10.0 ** np.arange(-6.0, 2.6, 0.25)  # variance of a row's noise over that of the modes at degree 1

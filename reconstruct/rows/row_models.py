@@ -7,6 +7,7 @@ it predicts rows left out better by much more than chance, since its shapes have
 from __future__ import annotations
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.lobe_search import Fitted
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import Candidate

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import NO_PRIOR, Candidate
 from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import null_space
+
 from photogonio.reconstruct.modes.basis import isotropic_modes, reciprocal_design, reciprocal_modes
 from photogonio.reconstruct.modes.transform import pair_coefficients, pair_matrix
 from photogonio.reconstruct.modes.zernike import zernike_index, zernike_sequence
 from photogonio.reconstruct.table.cells import Cells
-from scipy.linalg import null_space
 
 SWAPPED = (
     (2, 0, 0),

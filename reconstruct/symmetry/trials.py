@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtr
+
 from photogonio.reconstruct.estimate.lobe_search import common_error, search_lobes, thinned
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
@@ -20,7 +22,6 @@ from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.symmetry.columns import Columns, swapped_modes, turning_modes
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import shape_slopes
-from scipy.special import stdtr
 
 VIEW_WORTH = 3.0  # independent values that a view's residuals count for
 SMALL_TURN = 0.1  # of the logarithm of a stretch

@@ -11,9 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from photogonio.reconstruct.table.neighbours import expected, places
 from scipy.spatial import cKDTree
 from scipy.stats import chi2
+
+from photogonio.reconstruct.table.neighbours import expected, places
 
 SAME = np.radians(0.3)  # between pairs that are the same
 FAR = np.radians(3.0)  # between incidence and exit: nearer pairs are all but their own twins

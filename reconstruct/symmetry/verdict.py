@@ -18,6 +18,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.lobe_search import search_lobes, starting_shape, thinned
 from photogonio.reconstruct.estimate.mode_set import Basis
@@ -38,7 +40,6 @@ from photogonio.reconstruct.symmetry.trials import (
 from photogonio.reconstruct.symmetry.twins import BROKEN, HELD, UNTOLD, Twins, compare_twins
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import NEAR
-from scipy.spatial import cKDTree
 
 CONVINCING = np.log(1000.0)  # log odds
 CHANCE = 0.001  # that a shuffled set has odds as high

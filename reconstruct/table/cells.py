@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles
 from photogonio.reconstruct.table.facet_table import FacetTable
 

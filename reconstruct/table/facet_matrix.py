@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.sparse import coo_array, csr_array
+
 from photogonio.reconstruct.modes.angles import pair_angles
 from photogonio.reconstruct.table.facets import barycentres, facet_count, facet_index, solid_angles, vertices
-from scipy.sparse import coo_array, csr_array
 
 
 @dataclass(frozen=True, slots=True)

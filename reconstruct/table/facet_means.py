@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.modes.basis import isotropic_modes, isotropic_norms
 from photogonio.reconstruct.modes.quadrature import gauss

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+
 from photogonio.reconstruct.table.facets import facet_count
 
 # why a pixel is left out, in the order of the tests; a pixel counts for the first that applies

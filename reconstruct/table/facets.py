@@ -18,6 +18,7 @@ from functools import lru_cache
 
 import numba
 import numpy as np
+
 from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.table.icosahedron import (
     AZIMUTHS,

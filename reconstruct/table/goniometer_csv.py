@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.facet_table import FacetTable

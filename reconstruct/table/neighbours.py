@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from photogonio.capture import robust
 from scipy.spatial import cKDTree
+
+from photogonio.capture import robust
 
 NEIGHBOURS = 14
 RIDGE = 1e-3  # of the spread of places, so that a direction in which none differ has no slope

@@ -11,6 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import arrays_in, read_arrays
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, SUMS, FacetTable

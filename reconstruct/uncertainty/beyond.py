@@ -10,6 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import nnls
+from scipy.stats import qmc
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import RelativeTable
 from photogonio.reconstruct.brdf.parameters import slopes
@@ -17,8 +20,6 @@ from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
-from scipy.optimize import nnls
-from scipy.stats import qmc
 
 # nodes in degrees: of both polar angles, and of the difference of azimuths; the first that do are taken
 GRIDS = (

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
+
 from photogonio.reconstruct.estimate.lobe_search import Fitted, common_error
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import Model
@@ -20,7 +22,6 @@ from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.covariance import Alternative, Problem, covariance
 from photogonio.reconstruct.uncertainty.lobe_weight import cover_slopes
-from scipy.special import stdtrit
 
 LEAST_UNITS = 8  # views; fewer are cut into blocks of directions
 MOST_UNITS = 40  # to leave out one by one

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.normal_equations import (
     Common,
     FoldedDesign,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtri
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.brdf.parameters import mode_names
@@ -14,7 +16,6 @@ from photogonio.reconstruct.represent.as_found import lobe_jacobian, lobe_parame
 from photogonio.reconstruct.uncertainty.beyond import Sampled, tables_of
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
-from scipy.special import ndtri
 
 CONDITION = 1e-6  # of the directions in which listed parameters are told apart
 LEAST = 1e-4  # relative error of f: a smaller one weighs no more

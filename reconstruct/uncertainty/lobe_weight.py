@@ -10,6 +10,7 @@ likely it is.
 from __future__ import annotations
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import Family
 from photogonio.reconstruct.table.cells import Cells

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.outlier_views import pair_places
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.table.cells import Cells
-from scipy.spatial import cKDTree
 
 STEP = 5.0  # degrees between the map's directions
 NEAR = np.radians(7.5)  # a direction is seen if data lie as near

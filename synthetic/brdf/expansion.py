@@ -7,6 +7,7 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
+
 from photogonio.synthetic.brdf.lobes import lobe_value
 from photogonio.synthetic.brdf.reflectance import PairAngles, Reflectance
 

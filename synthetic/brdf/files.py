@@ -6,13 +6,14 @@ import csv
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import QhullError
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import read_arrays
 from photogonio.capture.files.documents import read_json, read_text
 from photogonio.synthetic.brdf.expansion import COSINES, Expansion
 from photogonio.synthetic.brdf.measured import MERL_SCALE, MERL_SHAPE, MerlCube, Tabulated
 from photogonio.synthetic.brdf.reflectance import Reflectance
-from scipy.spatial import QhullError
 
 NEAR = 1e-6  # radians, of rounding
 LARGEST = 1e12  # 1/sr

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from photogonio.synthetic.brdf.reflectance import Channels, PairAngles, Reflectance, spread
 from scipy.interpolate import CubicSpline
+
+from photogonio.synthetic.brdf.reflectance import Channels, PairAngles, Reflectance, spread
 
 
 def fresnel(cos: np.ndarray, ior: float) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.synthetic.brdf import glossy, matte
 from photogonio.synthetic.brdf.reflectance import Reflectance

@@ -7,10 +7,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from photogonio.synthetic.brdf.glossy import fresnel, schlick
-from photogonio.synthetic.brdf.reflectance import PairAngles, spread
 from scipy.interpolate import CubicSpline, RectBivariateSpline
 from scipy.special import erfc
+
+from photogonio.synthetic.brdf.glossy import fresnel, schlick
+from photogonio.synthetic.brdf.reflectance import PairAngles, spread
 
 FIRST = {"ggx": ("mirror", "ggx"), "retro-ggx": ("retro", "ggx"), "retro-beckmann": ("retro", "beckmann")}
 ROOTS = np.linspace(0.0, 1.0, 65)  # of the cosine, at which a coat's albedo is known

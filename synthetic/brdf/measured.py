@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from photogonio.synthetic.brdf.reflectance import PairAngles, Reflectance
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
 from scipy.ndimage import map_coordinates
+
+from photogonio.synthetic.brdf.reflectance import PairAngles, Reflectance
 
 MERL_SHAPE = (90, 90, 180)  # theta_h, theta_d, phi_d
 MERL_SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)

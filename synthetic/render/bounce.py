@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import map_coordinates, spline_filter
+
 from photogonio.synthetic.brdf.library import directions
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.picture import Extra, sample_normals, tangent_frames
 from photogonio.synthetic.render.room import World
 from photogonio.synthetic.render.trace import floor_radiance
-from scipy.ndimage import map_coordinates, spline_filter
 
 RIM = np.radians(100.0)  # the map reaches beyond the half of the ball that a viewer sees
 

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+
 from photogonio.synthetic.render.room import FAR, World
 
 

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.highlight import add_highlights

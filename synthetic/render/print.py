@@ -10,6 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numba import njit
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from photogonio.synthetic.render.print import PrintedPage
 
 NOTHING, BOARD, TABLE, SHEET, SAMPLE, BALL, SIDE = range(7)  # what a ray meets

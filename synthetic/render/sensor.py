@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera
 from photogonio.synthetic.render.picture import pixel_middles, plane_corners
 from photogonio.synthetic.scene.model import Scene

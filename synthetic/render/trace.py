@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 from numba import njit
+
 from photogonio.synthetic.render.light import gather, inside
 from photogonio.synthetic.render.print import paper_at
 from photogonio.synthetic.render.room import (

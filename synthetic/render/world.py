@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from photogonio.capture.errors import InputError
 from photogonio.synthetic.brdf.files import read_brdf
 from photogonio.synthetic.brdf.library import make_brdf

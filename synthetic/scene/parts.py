@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
+
 from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers
 
 Point = tuple[float, ...]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.synthetic.scene.model import Scene
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
+
 from photogonio.calib.geometry.camera import Camera
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MANIFEST

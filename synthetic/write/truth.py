@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera
 from photogonio.synthetic.brdf.library import angle_grid, on_grid
 from photogonio.synthetic.brdf.reflectance import Reflectance

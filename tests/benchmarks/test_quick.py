@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 import pytest
-from photogonio.capture.files.images import read_image
-from photogonio.capture.manifest.load import load_photoset
 
 from benchmarks import all as everything
 from benchmarks import coverage, end_to_end, fit, growth, kernel, lamps, left_out_rows, symmetry_choice, whole
+from photogonio.capture.files.images import read_image
+from photogonio.capture.manifest.load import load_photoset
 
 
 def test_kernel_against_numpy(capsys):

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.observe import is_dark
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.diagnose.photos.unusable_photos import UnusablePhotos, washed_out
 from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.shading.initial import square_ratios, white_level
 from photogonio.capture.errors import InputError
-
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import draw_paper
 

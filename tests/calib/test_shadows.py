@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_near_balls import Close
 from photogonio.calib.detect.paper_reading import PaperReading

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+
 from photogonio.calib.calibrate import calibrate
 from photogonio.calib.setup import Setup
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
-
 from tests.places import DATA
 
 SET, TRUTH = DATA / "traced-eggshell-ball", DATA / "traced-eggshell-ball.truth.npz"

@@ -7,6 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from benchmarks.coverage import deviations
 from photogonio.calib.adjust.alternate import _Round, _shade, settle
 from photogonio.calib.adjust.lamps import Lamp, block_name
 from photogonio.calib.adjust.state import State
@@ -30,8 +32,6 @@ from photogonio.calib.shading.kernel import lens
 from photogonio.calib.shading.model import Ball
 from photogonio.calib.views import light_of
 from photogonio.capture.errors import InputError
-
-from benchmarks.coverage import deviations
 from tests.calib.detect.test_mirror_rays import BALLS as MIRRORS
 from tests.calib.detect.test_mirror_rays import CAMERA, LAMP, POSE, highlight, spot
 from tests.drawn.boards import radiance

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.capture import robust
 
 COUNT = 20_000

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 from photogonio.synthetic.scene.hard_cases import changed
 from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.photoset import synthesize

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.fit import PhotoErrors, fit_table
-from photogonio.reconstruct.table.cells import Cells
 
 from photogonio.evaluate.bench import direct_table, open_bench
 from photogonio.pipeline import process, view_errors
+from photogonio.reconstruct.fit import PhotoErrors, fit_table
+from photogonio.reconstruct.table.cells import Cells
 
 pytestmark = pytest.mark.slow
 

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
-from photogonio.synthetic.scene.hard_cases import changed
-from photogonio.synthetic.scene.scene import load_scene
 
 from photogonio.evaluate.scenes import evaluate_scene
+from photogonio.synthetic.scene.hard_cases import changed
+from photogonio.synthetic.scene.scene import load_scene
 from photogonio.system.progress import Reporter
 
 pytestmark = pytest.mark.slow

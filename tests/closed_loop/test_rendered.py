@@ -12,17 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
+
+from photogonio.cache.scratch import Scratch
 from photogonio.calib.detect import photo_reader as looking
 from photogonio.capture.photoset import MANIFEST
+from photogonio.evaluate.scenes import Score, evaluate_scene, rendered
+from photogonio.evaluate.score_table import score_table
+from photogonio.pipeline import calibrate, write_result
 from photogonio.synthetic.scene.hard_cases import changed
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import MarkerScene
 from photogonio.synthetic.scene.scene import load_scene
-
-from photogonio.cache.scratch import Scratch
-from photogonio.evaluate.scenes import Score, evaluate_scene, rendered
-from photogonio.evaluate.score_table import score_table
-from photogonio.pipeline import calibrate, write_result
 from photogonio.system.progress import Reporter
 
 pytestmark = pytest.mark.slow

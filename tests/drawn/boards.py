@@ -4,6 +4,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.capture.photoset import Board, CharucoBoard, Photo, PhotoSet, Sphere, View

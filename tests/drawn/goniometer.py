@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 
 Surface = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]  # theta_i, theta_r, dphi -> f, 1/sr

@@ -1,6 +1,7 @@
 """Small rooms for the renderer's tests."""
 
 import numpy as np
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.synthetic.render.print import print_of
 from photogonio.synthetic.render.room import World

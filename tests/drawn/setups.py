@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.limb import Limb
 from photogonio.calib.detect.masks import fill

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.reconstruct.reduce.directions import canonical
 from photogonio.reconstruct.table.facet_table import FacetTable, accumulate, add_tables
 from photogonio.reconstruct.table.facets import facet_index

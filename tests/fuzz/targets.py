@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 import OpenImageIO as oiio
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import LeftOut, Light, Setup, ViewSetup
 from photogonio.calib.setup_file import load_setup, save_setup, setup_document
@@ -20,6 +21,12 @@ from photogonio.capture.files.images import read_header, read_image
 from photogonio.capture.manifest.draft import manifest_text
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, Sphere
+from photogonio.cli import main
+from photogonio.compare.reflectances import load_known
+from photogonio.evaluate.history import load_scores
+from photogonio.evaluate.truth import load_truth
+from photogonio.options import Choice, Options
+from photogonio.pipeline import fit, process
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.export import find_format
 from photogonio.reconstruct.goniometer.read import read_samples
@@ -29,6 +36,9 @@ from photogonio.reconstruct.table.cells import cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable, accumulate
 from photogonio.reconstruct.table.facets import facet_index
 from photogonio.reconstruct.table.table_file import save_table
+from photogonio.run.circumstances import Circumstances, packed
+from photogonio.run.surroundings import Shown
+from photogonio.run.tables import read_table
 from photogonio.synthetic.brdf.files import read_brdf
 from photogonio.synthetic.brdf.library import make_brdf, on_grid
 from photogonio.synthetic.render.world import brdf_of
@@ -36,16 +46,6 @@ from photogonio.synthetic.scene.plan import camera_of, plan
 from photogonio.synthetic.scene.scene import SCENES, load_scene
 from photogonio.synthetic.write.manifest import manifest_of
 from photogonio.synthetic.write.truth import truth_of
-
-from photogonio.cli import main
-from photogonio.compare.reflectances import load_known
-from photogonio.evaluate.history import load_scores
-from photogonio.evaluate.truth import load_truth
-from photogonio.options import Choice, Options
-from photogonio.pipeline import fit, process
-from photogonio.run.circumstances import Circumstances, packed
-from photogonio.run.surroundings import Shown
-from photogonio.run.tables import read_table
 from photogonio.system.progress import Reporter
 from tests.drawn.tiny_set import TinySet
 from tests.fuzz import mutations as by

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from photogonio.arguments import build_parser
+from photogonio.cli import main
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.represent.bounds_anisotropic import TOLERANCE
 from photogonio.synthetic.brdf.library import make_brdf
-
-from photogonio.arguments import build_parser
-from photogonio.cli import main
 from tests.places import ROOT
 
 COMMANDS = (

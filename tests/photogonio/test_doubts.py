@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
-from photogonio.synthetic.brdf.library import make_brdf
-
 from photogonio.report.summary import clipped, doubts
+from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=10, pixels=900, level=2, spoiled=0.0)

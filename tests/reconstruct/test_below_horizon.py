@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 
 MODES = {"isotropic": [[0, 0, 0], [2, 0, 0]], "general": [[0, 0, 0, 0], [2, 0, 0, 0]]}

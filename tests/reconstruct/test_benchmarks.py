@@ -8,12 +8,12 @@ import sys
 
 import numpy as np
 import pytest
+
+from benchmarks import evaluation, facet_lookup, intervals, paper_figures, truncation
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.brdf.scatmech import read_scatmech
 from photogonio.reconstruct.table.facets import facet_index
-
-from benchmarks import evaluation, facet_lookup, intervals, paper_figures, truncation
 
 
 def test_evaluation(capsys, monkeypatch, tmp_path):

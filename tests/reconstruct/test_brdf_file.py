@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe, load_brdf
 from photogonio.reconstruct.lobes.schlick import ggx
 from photogonio.reconstruct.modes import basis as m
 from photogonio.reconstruct.modes.angles import unit_vectors
-
 from tests import oracles
 
 LISTS = {"isotropic": m.isotropic_modes, "reciprocal": m.reciprocal_modes, "general": m.general_modes}

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate import pilot as clean
 from photogonio.reconstruct.fit import FitOptions, FitResult, fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.goniometer_csv import UNBINNED
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 GLOSS = make_brdf("plastic", {"roughness": 0.2})

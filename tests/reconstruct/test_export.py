@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe, load_brdf
 from photogonio.reconstruct.brdf.merl import read_merl

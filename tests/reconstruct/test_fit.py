@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
@@ -15,8 +17,6 @@ from photogonio.reconstruct.represent.bounds import held_pairs
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import angle_grid, directions, make_brdf, on_grid
-
-from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
 from tests.drawn.tables import Plan, simulate
 from tests.places import DATA
 

@@ -13,6 +13,7 @@ from itertools import permutations
 
 import cv2
 import numpy as np
+
 from photogonio.calib.geometry.board import Corners
 from photogonio.capture.photoset import LooseMarkers
 

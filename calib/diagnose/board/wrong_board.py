@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.gray import detection_image, without_fireflies
 from photogonio.calib.detect.observation import Posed

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.diagnose.base import LightDeparture

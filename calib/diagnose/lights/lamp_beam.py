@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.adjust.terms import BEAM_HELD
 from photogonio.calib.diagnose.base import LightDeparture

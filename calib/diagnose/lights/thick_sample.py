@@ -8,6 +8,7 @@ from dataclasses import replace
 import cv2
 import numba
 import numpy as np
+
 from photogonio.calib.adjust.lamps import block_name, place_in_world
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.detect.observation import Observation

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.adjust.terms import FALLOFF, FALLOFF_HELD
 from photogonio.calib.diagnose.base import LightDeparture

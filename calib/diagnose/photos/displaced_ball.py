@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+
 from photogonio.calib.adjust.start import start_sample
 from photogonio.calib.adjust.state import State, observed
 from photogonio.calib.detect.gray import without_fireflies

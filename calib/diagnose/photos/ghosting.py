@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.paper_near_balls import Close
 from photogonio.calib.detect.paper_reading import PaperReading
@@ -15,7 +17,6 @@ from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.remarks import listed
 from photogonio.calib.shading.initial import Shares, square_ratios
 from photogonio.capture.diagnosis import Diagnosis, Entry
-from scipy.spatial import cKDTree
 
 # relative error of black over white in a square, beside noise; path-traced matte prints have 0.02, toner of roughness
 # 0.2 has 0.05 to 2

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from photogonio.calib.adjust.lamps import middle_of, sight_rays
 from photogonio.calib.adjust.start import start_sample, start_scene
 from photogonio.calib.adjust.state import State

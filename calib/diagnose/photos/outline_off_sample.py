@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.gray import without_fireflies
 from photogonio.calib.detect.observation import Observation

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.geometry.board import board_size

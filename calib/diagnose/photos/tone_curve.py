@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from photogonio.calib.adjust.lamps import sight_rays
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.mirror_rays import meet

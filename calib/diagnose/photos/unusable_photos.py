@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+
 from photogonio.calib.adjust.lamps import expected_pixel
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.detect.observation import Observation, hand_over

@@ -12,6 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_reading import PaperReading
@@ -22,7 +24,6 @@ from photogonio.calib.shading.correction import NO_CORRECTION, PhotometricCorrec
 from photogonio.calib.shading.initial import square_ratios
 from photogonio.capture import robust
 from photogonio.capture.diagnosis import Diagnosis, Entry
-from scipy.spatial import cKDTree
 
 _NEIGHBOURS = 24  # samples of white paper that tell how a black one is lit
 _EVEN = 0.03  # relative scatter of theirs about a plane, beyond which an edge of a shadow runs between them

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.calib.adjust.bundle import (
     CameraModel,
     Part,
@@ -18,7 +19,6 @@ from photogonio.calib.adjust.bundle import (
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.mirror import mirrored_point
-
 from tests.drawn.boards import CAMERA, SIZE, looking_at
 
 MODEL = CameraModel(SIZE, CAMERA.distortion, (0, 1, 2, 3), 5e-4, 5.0, ((1, 0.1), (2, 5e-4)))

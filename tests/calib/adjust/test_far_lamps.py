@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.calib.adjust.alternate import _within_reach
 from photogonio.calib.adjust.lamps import Lamp
-
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import MIDDLE
 

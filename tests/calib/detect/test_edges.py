@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.calib.adjust.flat_sample import PlaneMove, lying, moved_points, place_plane
 from photogonio.calib.detect.edges import plane_edges
 from photogonio.calib.detect.gray import GrayPart
@@ -11,7 +12,6 @@ from photogonio.calib.geometry.print_map import draw_print
 from photogonio.calib.remarks import Remarks
 from photogonio.calib.report.summary import account_plane
 from photogonio.capture.photoset import PhotoSet, Plane
-
 from tests.calib.radiometry.test_scale import SET
 from tests.drawn.boards import BOARD, looking_at
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.highlights import Highlight, find_highlight
 from photogonio.calib.detect.mirror_rays import MirroredRay, meet, mirrored_ray
 from photogonio.calib.detect.observe import of_one_lamp
@@ -11,7 +12,6 @@ from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.mirror import hit_sphere, mirrored_direction, mirrored_point, reflected_ray
 from photogonio.capture.photoset import MirrorBall
-
 from tests.drawn.boards import looking_at, radiance
 
 SIZE = (640, 480)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.gray import GrayPart
 from photogonio.calib.detect.limb import settled_limb
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
@@ -15,7 +16,6 @@ from photogonio.calib.diagnose.photos.displaced_ball import ball_elsewhere
 from photogonio.calib.geometry.camera import Camera, focal
 from photogonio.calib.geometry.cones import outline
 from photogonio.capture.photoset import Photo, PhotoSet, Sphere
-
 from tests.calib.geometry.test_board import MIDDLE, NOISE, quiet
 from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.observation import POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.diagnose.photos.ghosting import MovedInBracket

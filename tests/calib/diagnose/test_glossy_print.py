@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.adjust.alternate import _by_highlights, _Round, settle
 from photogonio.calib.detect.paper_near_balls import Close
 from photogonio.calib.diagnose.photos.glossy_print import shining, white_alone
@@ -14,7 +15,6 @@ from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.shading.initial import square_ratios
 from photogonio.calib.views import light_of
-
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import BLACK, PAPER, draw_paper, observe
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.camera_poses import Photos, as_printed
 from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.diagnose.board.marker_corners import ORDERS, listed_order, order_warning, reordered
@@ -12,7 +13,6 @@ from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import LooseMarkers
-
 from tests.drawn.boards import CAMERA, SIZE, looking_at, reader_of, views_of
 
 SIDE = 12.0

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader
@@ -12,7 +13,6 @@ from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Photo, PhotoSet, Plane
-
 from tests.calib.geometry.test_board import MIDDLE, NOISE, quiet
 from tests.drawn.boards import BOARD, CAMERA, draw, looking_at, plane_points, radiance
 

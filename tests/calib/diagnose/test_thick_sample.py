@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.calib.diagnose.lights.thick_sample import _pieces, is_thick, shaded, side_light
 from photogonio.capture.photoset import CharucoBoard, Plane, Sphere
 

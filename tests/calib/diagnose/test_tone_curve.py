@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.diagnose.photos.tone_curve import judged, power_of_light, tone_doubt, tone_warning
 from photogonio.capture.linear.encoding import (
@@ -13,7 +14,6 @@ from photogonio.capture.linear.encoding import (
     linear_to_srgb,
     srgb_to_linear,
 )
-
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import observe
 

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.paper_reading import PaperReading, local_noise
 from photogonio.calib.diagnose.photos.glossy_print import shining
 from photogonio.calib.diagnose.photos.veiling_glare import correction_of, find_veils, lifted
 from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.shading.initial import square_ratios
-
 from tests.calib.test_warnings import Drawn
 from tests.drawn.boards import radiance
 from tests.drawn.setups import MIDDLE, draw_paper, draw_world, observe

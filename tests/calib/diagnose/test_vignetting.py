@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from photogonio.calib.diagnose.lights.vignetting import doubted
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.setup import Falloff, Light, ViewSetup
 from photogonio.capture.photoset import PhotoSet, Sphere, WhitePatch
-
 from tests.drawn.boards import looking_at
 
 CAMERA = Camera(

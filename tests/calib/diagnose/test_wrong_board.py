@@ -5,11 +5,11 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.photo_reader import look
 from photogonio.calib.diagnose.board.wrong_board import board_doubts, board_fault
 from photogonio.calib.geometry.board import opencv_board
 from photogonio.capture.photoset import Board, GridBoard, LooseMarkers
-
 from tests.calib.geometry.test_board import POSES, quiet
 from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
 

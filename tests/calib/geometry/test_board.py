@@ -6,6 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.calib.adjust.intrinsics import fit_camera, quick_camera
 from photogonio.calib.detect import photo_reader as looking
 from photogonio.calib.detect.corners import corners_of_half, find_corners
@@ -18,7 +19,6 @@ from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import CharucoBoard, GridBoard
-
 from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance, reader_of, views_of
 from tests.places import DATA
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Camera, Pose
 
 MATRIX = np.array([[1010.0, 0, 322.5], [0, 995.0, 236.25], [0, 0, 1]])

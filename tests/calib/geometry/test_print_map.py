@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.board import opencv_board
 from photogonio.calib.geometry.print_map import draw_print, square_pitch
 from photogonio.capture.photoset import Board, GridBoard, LooseMarkers

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.camera_poses import Photos, as_printed, turned_photos
 from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
-
 from tests.calib.test_warnings import Drawn
 from tests.drawn.setups import SIZE
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_reading import PaperReading as Paper
 from photogonio.calib.geometry.camera import Camera
@@ -17,7 +18,6 @@ from photogonio.calib.setup import Light
 from photogonio.calib.shading.model import Ball, ShadingScene
 from photogonio.capture.photoset import PhotoSet, Sphere, WhitePatch
 from photogonio.capture.radiance import RadianceImage
-
 from tests.drawn.boards import looking_at, plane_points, radiance
 from tests.drawn.setups import BOARD
 

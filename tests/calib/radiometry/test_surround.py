@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.radiometry.surround import FAR, NEAR, backdrop, completed, measure_surround, near_shown
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere
 from photogonio.capture.radiance import RadianceImage
-
 from tests.drawn.boards import looking_at, plane_points, radiance
 
 SIZE = (400, 300)

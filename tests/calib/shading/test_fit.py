@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.detect.paper_reading import local_noise
 from photogonio.calib.diagnose.lights.ambient_light import AmbientLight, ambient_irradiance
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.setup import Light, ViewSetup
 from photogonio.calib.shading.fit import fit_shading, fits_better
 from photogonio.capture.diagnosis import Diagnosis
-
 from tests.drawn.setups import draw_paper, draw_world, scene_of
 
 BOUNCE = slice(4, 6)

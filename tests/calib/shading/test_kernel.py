@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.visibility import passed_by, share_of
 from photogonio.calib.shading.kernel import light_on_board, misfits, slopes_of_shaded
 

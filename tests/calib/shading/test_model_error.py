@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.shading.fit import fit_shading
 from photogonio.calib.shading.model_error import NOTHING, pooled, shown
-
 from tests.drawn import setups
 
 EACH, VALUES = 20, 4  # samples of a square, values fitted

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from photogonio.capture.errors import InputError
-from photogonio.capture.files.images import read_header, read_image
 from PIL import Image
 
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import read_header, read_image
 from tests.capture.odd_files import tiff
 
 RNG = np.random.default_rng(0)

@@ -6,10 +6,10 @@ import struct
 
 import numpy as np
 import pytest
+
 from photogonio.capture.containers import icc
 from photogonio.capture.containers.tone import LINEAR, SRGB, Curve, named, of_cicp, untold
 from photogonio.capture.files.images import read_header, read_image
-
 from tests.capture.odd_files import (
     SRGB_CHRM,
     SRGB_TAG,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.files.exposure import Exposure, combine, filled, from_attributes, stepped
 from photogonio.capture.files.images import read_header
 from photogonio.capture.photoset import Photo

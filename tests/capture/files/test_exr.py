@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
 

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 import rawpy
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import HEAD, copies, read_header, read_image
 

@@ -10,6 +10,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pillow_heif
 import pytest
+from PIL import Image, features
+
 from photogonio.capture.containers import exif, jxl
 from photogonio.capture.containers.boxes import boxes
 from photogonio.capture.containers.tone import SRGB, Curve
@@ -17,8 +19,6 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files import about
 from photogonio.capture.files.formats import format_of
 from photogonio.capture.files.images import read_header, read_image
-from PIL import Image, features
-
 from tests.capture.odd_files import app2, exif_block, gamma_tag, icc_profile, jpeg
 
 ADOBE = 563 / 256

@@ -6,10 +6,10 @@ import struct
 
 import numpy as np
 import pytest
+
 from photogonio.capture.containers import float_tiles, tiff
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
-
 from tests.capture.odd_files import dng, gain_map, opcode, opcode_list
 
 RNG = np.random.default_rng(0)

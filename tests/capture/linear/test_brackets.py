@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.linear.brackets import merge, trimmed
 from photogonio.capture.linear.encoding import Encoding, linear_to_srgb
 from photogonio.capture.linear.noise import NoiseModel

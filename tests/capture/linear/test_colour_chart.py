@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.colour_chart import (
     colour_correction,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.linear.encoding import (
     Encoding,
     gamma_to_linear,

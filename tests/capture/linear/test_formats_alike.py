@@ -10,10 +10,10 @@ import numpy as np
 import OpenImageIO as oiio
 import pillow_heif
 import pytest
-from photogonio.capture.linear.prepare import prepare
-from photogonio.capture.manifest.load import load_photoset
 from PIL import Image
 
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
 from tests.capture.odd_files import (
     app2,
     dng,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+
 from photogonio.capture.files.exposure import Exposure
 from photogonio.capture.linear.frames import cos4_gain, dark_of, falloff_gain, flat_gain, hot_pixels
 from photogonio.capture.linear.signal import Signal

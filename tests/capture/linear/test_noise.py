@@ -5,11 +5,12 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from scipy.stats import chi2
+
 from photogonio.capture.linear.clipping import clip_code
 from photogonio.capture.linear.encoding import Encoding, linear_to_srgb
 from photogonio.capture.linear.noise import DEGREES, QUANTILE, NoiseModel, estimate_noise, given_noise
 from photogonio.capture.photoset import Radiometry
-from scipy.stats import chi2
 
 HEIGHT, WIDTH = 400, 600
 

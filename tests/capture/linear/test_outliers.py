@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.capture.linear.outliers import isolated_spots
 
 SHAPE = (120, 160)

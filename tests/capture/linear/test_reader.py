@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.encoding import linear_to_gamma, linear_to_srgb
 from photogonio.capture.linear.prepare import prepare, read_radiance

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.linear.encoding import linear_to_srgb
 from photogonio.capture.linear.response import Series, recover_response
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
-
 from tests.capture.odd_files import (
     SRGB_TAG,
     app2,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.draft import list_photos, manifest_text, survey
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.stub import stub_manifest
 from photogonio.capture.target.layout import make_target
-
 from tests.capture.odd_files import gama, png
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import Plane, Sphere

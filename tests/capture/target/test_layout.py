@@ -8,6 +8,7 @@ import zlib
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.stub import stub_manifest

@@ -1,9 +1,9 @@
 """Which sets a batch is of."""
 
 import pytest
-from photogonio.capture.errors import InputError
 
 from photogonio.batch.sets import find_sets
+from photogonio.capture.errors import InputError
 
 
 @pytest.fixture

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from photogonio.cache.corners import KeptLooks
+from photogonio.cache.store import Store
 from photogonio.calib.detect.photo_reader import Seen
 from photogonio.calib.detect.subpixel import Around
 from photogonio.calib.geometry.board import Corners
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import CharucoBoard
-
-from photogonio.cache.corners import KeptLooks
-from photogonio.cache.store import Store
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 import cv2
 import numpy as np
 import pytest
-from photogonio.capture.errors import InputError
-from photogonio.capture.files import images
 
 from photogonio.cache import scratch as scratches
 from photogonio.cache.scratch import Scratch
+from photogonio.capture.errors import InputError
+from photogonio.capture.files import images
 
 SIZE = (40, 30)
 PHOTO_BYTES = -(-40 * 30 * 3 * 2 // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY  # in whole pages

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.modes.angles import unit_vectors
 
 from photogonio.compare import metrics
 from photogonio.compare.metrics import Directions, quadrature
+from photogonio.reconstruct.modes.angles import unit_vectors
 
 MASK = np.radians(80.0)
 

@@ -6,9 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
+from photogonio.evaluate.hard_cases import HardResult, cells_at, judged, names_faulty, run_battery
+from photogonio.evaluate.hard_tables import TABLE_CASES
 from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.report.diagnoses import ENTRIES
 from photogonio.synthetic.scene.hard_cases import (
     ACCURATE,
     IN_INTERVAL,
@@ -20,10 +24,6 @@ from photogonio.synthetic.scene.hard_cases import (
     satin,
 )
 from photogonio.synthetic.scene.parts import FaultScene
-
-from photogonio.evaluate.hard_cases import HardResult, cells_at, judged, names_faulty, run_battery
-from photogonio.evaluate.hard_tables import TABLE_CASES
-from photogonio.report.diagnoses import ENTRIES
 from photogonio.system.progress import Reporter
 
 GOOD = HardResult(error=0.019, stated=0.02, error_70=0.012, valid=80.0)

@@ -4,15 +4,15 @@ import json
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
+from photogonio.evaluate.history import load_scores, regressions
+from photogonio.evaluate.measured_tables import FOLDS, block_folds, evaluate_tables, score_of
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import make_brdf
-
-from photogonio.evaluate.history import load_scores, regressions
-from photogonio.evaluate.measured_tables import FOLDS, block_folds, evaluate_tables, score_of
 from photogonio.system.progress import Reporter
 
 NOISE = 0.02

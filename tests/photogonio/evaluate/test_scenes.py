@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Sphere
-
 from photogonio.evaluate.history import load_scores, regressions
 from photogonio.evaluate.scenes import QUICK, SUITE, load_scenes, rendered
 from photogonio.evaluate.tradeoff import (

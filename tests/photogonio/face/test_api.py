@@ -9,11 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+import photogonio as pg
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.errors import RelativeTable, Uncertain
 from photogonio.reconstruct.lobes.lobe import Lobe
-
-import photogonio as pg
 from tests.places import ROOT
 
 GROUND, F0 = np.array([0.35, 0.2, 0.1]), np.full(3, 0.043)

@@ -3,8 +3,8 @@
 import ast
 
 import pytest
-from photogonio.capture.diagnosis import Diagnosis, by_code, from_codes
 
+from photogonio.capture.diagnosis import Diagnosis, by_code, from_codes
 from photogonio.report.diagnoses import ENTRIES, to_markdown
 from tests.places import ROOT
 

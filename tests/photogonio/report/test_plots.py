@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.report import plots
 from photogonio.report.ball import shaded_sphere, to_display
 from photogonio.report.html import Table, picture_bytes

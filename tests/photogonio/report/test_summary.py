@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.symmetry.verdict import Verdict
-
 from photogonio.report.summary import fit_choices, physics_warnings
 
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.calib.setup_file import save_setup
 from photogonio.capture.photoset import Sphere
-from photogonio.reconstruct.table.cells import Cells
-
 from photogonio.cli import main
+from photogonio.reconstruct.table.cells import Cells
 from photogonio.report.misfit import relative_misfit, shared_misfit
 from photogonio.report.trust import DISTRUSTED, OF_FITS, OF_SETUPS, checks_table, setup_faults
 from tests.places import ROOT, SHARED

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from photogonio import pipeline
 from photogonio.capture.linear.colour_chart import (
     ColourCorrection,
     correct,
@@ -17,10 +19,8 @@ from photogonio.capture.linear.colour_chart import (
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import Radiometry
-from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
-
-from photogonio import pipeline
 from photogonio.cli import main
+from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 from photogonio.run import colours
 from photogonio.run.colours import find_correction, in_colours
 from tests.drawn.tiny_set import ALBEDO, TinySet

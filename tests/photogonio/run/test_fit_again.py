@@ -9,12 +9,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from photogonio.capture.errors import InputError
-from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.reconstruct.table.table_file import load_with, save_table
 
+from photogonio.capture.errors import InputError
 from photogonio.options import Options
 from photogonio.pipeline import fit, process
+from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.table_file import load_with, save_table
 from photogonio.report import page
 from photogonio.run.circumstances import TOLD, unpacked
 from tests.drawn.tiny_set import RADIUS, TinySet

@@ -6,6 +6,9 @@ from dataclasses import fields, replace
 import cv2
 import numpy as np
 import pytest
+
+from photogonio.cache.kept import key_of
+from photogonio.cache.store import Store, default_store
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.errors import InputError
@@ -13,9 +16,6 @@ from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MirrorBall, Sphere
 from photogonio.reconstruct.reduce.directions import ReduceOptions
-
-from photogonio.cache.kept import key_of
-from photogonio.cache.store import Store, default_store
 from photogonio.run.reduce_photos import Plan, reduce_photos
 from photogonio.system.provenance import hash_file, hash_photos
 

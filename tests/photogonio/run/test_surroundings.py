@@ -3,16 +3,16 @@
 from dataclasses import asdict
 
 import numpy as np
+
+from photogonio import pipeline
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import Plane, Sphere
-from photogonio.reconstruct.table.facet_table import LEFT_OUT
-from photogonio.reconstruct.table.table_file import load_table
-
-from photogonio import pipeline
 from photogonio.options import Options
 from photogonio.pipeline import process
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
+from photogonio.reconstruct.table.table_file import load_table
 from photogonio.report.summary import numbers
 from photogonio.run.surroundings import (
     Shown,

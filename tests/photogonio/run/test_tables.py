@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photogonio.capture.errors import InputError
-from photogonio.reconstruct.goniometer.told import Told
-from photogonio.reconstruct.table.facet_table import LEFT_OUT, of_groups
 
+from photogonio.capture.errors import InputError
 from photogonio.evaluate.hard_tables import one_cell
 from photogonio.options import Options
+from photogonio.reconstruct.goniometer.told import Told
+from photogonio.reconstruct.table.facet_table import LEFT_OUT, of_groups
 from photogonio.run.tables import WHY_UNUSED, read_table, refuse_empty
 from photogonio.system.progress import Reporter
 

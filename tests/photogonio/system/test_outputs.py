@@ -5,8 +5,8 @@ import os
 
 import numpy as np
 import pytest
-from photogonio.capture.errors import InputError
 
+from photogonio.capture.errors import InputError
 from photogonio.system.outputs import check_place, part_name, plain, staged_file, staged_folder, to_json
 
 

@@ -7,6 +7,7 @@ import struct
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.merl import bin_centres, read_merl, write_merl
 from photogonio.reconstruct.modes.angles import from_half_difference, half_difference, unit_vectors

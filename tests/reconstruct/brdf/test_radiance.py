@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 from photogonio.reconstruct.brdf.klems import PATCHES, RINGS, patch_of

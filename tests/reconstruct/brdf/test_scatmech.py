@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.scatmech import (
@@ -14,7 +15,6 @@ from photogonio.reconstruct.brdf.scatmech import (
     write_scatmech,
 )
 from photogonio.reconstruct.modes import basis as m
-
 from tests.places import DATA
 
 PTFE = DATA / "nist-ptfe"

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.errors import RelativeTable, Uncertain
@@ -16,7 +17,6 @@ from photogonio.reconstruct.brdf.words import described
 from photogonio.reconstruct.lobes.lobe import DISTRIBUTIONS, MASKINGS, Lobe
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.modes.basis import general_modes, isotropic_modes, reciprocal_modes
-
 from tests import file_oracle
 
 LISTS = {"isotropic": isotropic_modes, "reciprocal": reciprocal_modes, "general": general_modes}

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.estimate.binning_error import binning, lamp_size
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
@@ -11,7 +12,6 @@ from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, families
 from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 CLEAR = {"views": 10, "pixels": 6000, "spoiled": 0.0, "view_error": 0.0, "electrons": 1e9}

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.model_discrepancy import DOUBT, misfit_of
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=2500, level=3, spoiled=0.0)

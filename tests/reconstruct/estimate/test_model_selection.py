@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.model_selection import (
@@ -17,7 +18,6 @@ from photogonio.reconstruct.estimate.weights import error_model, independence, l
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 SMALL = Plan(views=12, pixels=1500, level=2, spoiled=0.0)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
+
 from photogonio.reconstruct.estimate.normal_equations import (
     Common,
     Factors,
@@ -12,7 +14,6 @@ from photogonio.reconstruct.estimate.normal_equations import (
     solve_each,
     without_each,
 )
-from scipy.optimize import lsq_linear
 
 EXACT = 1e-9  # relative; normal equations of condition about 1e3 lose this much of double precision
 

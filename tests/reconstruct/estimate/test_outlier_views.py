@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=12, pixels=1500, level=2, spoiled=0.0)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.pilot import clean
@@ -10,7 +11,6 @@ from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=1500, level=2, spoiled=0.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.model_selection import Prior
@@ -9,7 +10,6 @@ from photogonio.reconstruct.estimate.normal_equations import Common
 from photogonio.reconstruct.estimate.variable_projection import Profile, descend
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.lobes.families import Family, families
-
 from tests.reconstruct.estimate.test_lobe_search import observed, start_of
 
 PRIOR = Prior(0.1, 1.0)

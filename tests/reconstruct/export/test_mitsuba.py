@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 from photogonio.reconstruct.brdf.mitsuba import read_mitsuba, read_tensors

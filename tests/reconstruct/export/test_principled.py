@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 from photogonio.reconstruct.export.gltf import metallic_roughness, read_gltf, write_gltf
 from photogonio.reconstruct.export.loss import loss_of

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 from photogonio.reconstruct.brdf.radiance import read_radiance
 from photogonio.reconstruct.export import find_format, radiance_tree

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import is_value, match_columns, unused_note
 from photogonio.reconstruct.goniometer.text import read_text

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.convention import per_brdf
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import QUANTITIES, Told
 from photogonio.reconstruct.modes.angles import pair_angles
-
 from tests.places import SHARED
 
 CASES = SHARED / "cases"

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.goniometer.doubts import doubts_of
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
-
 from tests.drawn.goniometer import glossy, in_plane, matte, measured, regular, rough, scattered
 from tests.places import DATA, SHARED
 

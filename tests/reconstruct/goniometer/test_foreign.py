@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
+from photogonio.compare.reflectances import load_known
 from photogonio.reconstruct.brdf.merl import write_merl
 from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.merged import MOST, merged
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.modes.angles import pair_angles
-
-from photogonio.compare.reflectances import load_known
 from tests.drawn.goniometer import glossy, measured, scattered
 
 SATIN = glossy(0.3, 0.1, 20.0)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.repeats import pair_numbers
 from photogonio.reconstruct.goniometer.told import Told
-
 from tests.places import SHARED
 
 TWO = SHARED / "cases/two-wavelengths.csv"

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.goniometer.read import believed, lines_of, read_samples
 from photogonio.reconstruct.goniometer.spoilt import find_spoilt, lamp_angle, without
 from photogonio.reconstruct.goniometer.told import Told
-
 from tests.drawn.goniometer import glossy, in_plane, matte, measured, regular, rough, samples, scattered
 from tests.places import DATA, SHARED
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.text import read_text
 

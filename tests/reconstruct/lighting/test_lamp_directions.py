@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.photoset import Plane, Sphere, WhitePatch

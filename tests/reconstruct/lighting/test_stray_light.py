@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.setup import Light, ViewSetup
 from photogonio.capture.photoset import Plane, Sphere

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.lighting.veil_error import veil_error
 
+from photogonio.reconstruct.lighting.veil_error import veil_error
 from tests.reconstruct.lighting.test_stray_limits import (
     ALBEDO,
     LIGHTS,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.lobes.families import (
     CORRELATED_SCHLICK,
     families,

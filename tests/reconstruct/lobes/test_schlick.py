@@ -5,8 +5,8 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from photogonio.reconstruct.lobes.schlick import ggx
 
+from photogonio.reconstruct.lobes.schlick import ggx
 from tests import oracles
 
 

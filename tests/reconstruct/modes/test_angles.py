@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles, unit_vectors
 
 

@@ -6,10 +6,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.modes import basis as m
 from photogonio.reconstruct.modes.parallel import CHUNK
 from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule
-
 from tests import oracles
 
 COUNTS = {0: 1, 2: 5, 4: 14, 6: 30, 8: 55, 16: 285}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 from photogonio.reconstruct.modes import basis as m
 from photogonio.reconstruct.modes import integrals
 from photogonio.reconstruct.modes.quadrature import elevation_rule
 from photogonio.reconstruct.modes.zernike import elevation_sequence, radial_index, zernike_sequence
-
 from tests import oracles
 
 LISTS = {

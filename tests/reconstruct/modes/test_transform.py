@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.modes import basis as m
 from photogonio.reconstruct.modes import transform as t

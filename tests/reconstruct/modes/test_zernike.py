@@ -8,9 +8,9 @@ from math import comb
 import mpmath as mp
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.modes import zernike as z
 from photogonio.reconstruct.modes.quadrature import elevation_rule
-
 from tests import oracles
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.capture.photoset import MirrorBall, WhitePatch
 from photogonio.reconstruct.reduce.directions import (
     CANONICAL_AZIMUTH,

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+
 from photogonio.capture.radiance import RadianceImage
 from photogonio.reconstruct.reduce.reduce import reduce_view, reduce_view_plainly
 from photogonio.reconstruct.table.facet_table import LEFT_OUT

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.linear.prepare import prepare
@@ -18,7 +19,6 @@ from photogonio.reconstruct.reduce.directions import (
 )
 from photogonio.reconstruct.reduce.reduce import reduce_view
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, add_tables
-
 from tests.places import DATA
 
 FLOAT32 = 1e-7

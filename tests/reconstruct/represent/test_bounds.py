@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
+
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.represent.bounds import ALBEDO_ANGLES, enforced, held_pairs, violated
-from scipy.optimize import nnls
 
 
 def brdf_of(order, coefficients, scale="absolute"):

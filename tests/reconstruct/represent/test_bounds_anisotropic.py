@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.fit import FitOptions, fit_table
@@ -12,7 +13,6 @@ from photogonio.reconstruct.represent.bounds import HIGHEST, enforced
 from photogonio.reconstruct.represent.bounds_anisotropic import TOLERANCE, enforced_turning, violated_turning
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.synthetic.brdf.library import make_brdf
-
 from tests.drawn.tables import Plan, simulate
 
 LOBE = Lobe(0.3, np.array([0.05]), np.array([1.0]))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.rows.contradicted import contradiction_of
 from photogonio.reconstruct.rows.row_noise import with_noise

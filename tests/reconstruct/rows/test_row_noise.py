@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.modes.angles import unit_vectors

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from photogonio.reconstruct.symmetry.twins import BROKEN, HELD, UNTOLD, compare_twins
 
+from photogonio.reconstruct.symmetry.twins import BROKEN, HELD, UNTOLD, compare_twins
 from tests.drawn.goniometer import glossy, in_plane, lobe, matte, measured, regular, rough, scattered
 
 SQUARE = regular(15.0, 15.0, 30.0)

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from benchmarks.symmetry_choice import Turned
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.pilot import clean
 from photogonio.reconstruct.fit import FitOptions, fit_table
@@ -11,8 +13,6 @@ from photogonio.reconstruct.symmetry.trials import shuffled
 from photogonio.reconstruct.symmetry.verdict import asked, judge, one_rotation, twins
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-
-from benchmarks.symmetry_choice import Turned
 from tests.drawn.tables import Plan, simulate
 
 PLANE = Plan(

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.table.facet_table import (
     LEFT_OUT,

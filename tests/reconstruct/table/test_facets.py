@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table import facets as f
-
 from tests import oracles
 
 LEVELS = range(8)

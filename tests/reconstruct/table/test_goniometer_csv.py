@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.modes.angles import pair_angles
 from photogonio.reconstruct.table.goniometer_csv import UNBINNED, samples_table
-
 from tests.places import SHARED
 
 PTFE = SHARED / "data/nist-ptfe/PTFE.data.csv"

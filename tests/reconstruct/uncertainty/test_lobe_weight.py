@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.reconstruct.estimate.lobe_search import search_lobes, starting_shape
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model

@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
 from photogonio.synthetic.brdf.library import MODELS, angle_grid, directions, make_brdf, on_grid

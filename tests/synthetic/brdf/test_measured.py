@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.synthetic.brdf.expansion import hemisphere_mode, isotropic_mode
 from photogonio.synthetic.brdf.files import MERL_SCALE, MERL_SHAPE, read_brdf

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from photogonio.capture.photoset import CharucoBoard
 from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.render.bounce import (
@@ -14,7 +15,6 @@ from photogonio.synthetic.render.bounce import (
 )
 from photogonio.synthetic.render.picture import render, tangent_frames
 from photogonio.synthetic.scene.plan import look_at
-
 from tests.drawn.rooms import camera, room
 
 LAMBERT = make_brdf("lambert", {"albedo": (1.0,)})

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+
 from photogonio.capture.photoset import CharucoBoard
 from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.render.bounce import room_extra
 from photogonio.synthetic.render.highlight import area, coverage
 from photogonio.synthetic.render.picture import lamp_directions, pixel_middles, plane_corners, render
 from photogonio.synthetic.scene.plan import look_at
-
 from tests.drawn.rooms import camera, overhead, room
 
 LAMBERT = make_brdf("lambert", {"albedo": (1.0,)})

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.synthetic.render.sensor import cos4, demosaic, encode, expose
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import CameraScene, SensorScene
 from photogonio.synthetic.scene.plan import camera_of
-
 from tests.drawn.rooms import camera
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from photogonio.capture.errors import InputError
 from photogonio.synthetic.render.world import brdf_of, world_of
 from photogonio.synthetic.scene.hard_cases import changed, hard_case, hard_names

@@ -6,16 +6,16 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
+from photogonio.compare.reflectances import load_known
 from photogonio.synthetic.brdf.library import make_brdf, on_grid
 from photogonio.synthetic.scene.hard_cases import changed, hard_case, hard_names
 from photogonio.synthetic.scene.parts import BoardScene, MarkerScene
 from photogonio.synthetic.scene.scene import built_in, load_scene
 from photogonio.synthetic.write.photoset import synthesize
-
-from photogonio.compare.reflectances import load_known
 
 TINY = {"camera": {"size": (150, 100), "focal": 337.0, "calibration": 1}, "lamp": {"count": 3}}
 # light that is thrown from one thing to another takes most of the time, and files are not about it
@@ -50,6 +50,7 @@ def test_progress_counts_every_photo(tmp_path):
 def test_manifests_are_accepted(name, tmp_path):
     """Every manifest passes the reader's own check; files only have to be there."""
     import tomli_w
+
     from photogonio.synthetic.scene.plan import camera_of, plan
     from photogonio.synthetic.write.manifest import manifest_of
 
