@@ -107,7 +107,7 @@ def _finish(
     name = "hard" if outcomes else "evaluate"
     with staged_folder(Path(args.out)) as stage:
         (stage / f"{name}.json").write_text(to_json(numbers), encoding="utf-8")
-        table = rows or [one.to_dict() for one in (*outcomes, *measured)]
+        table = rows or numbers["battery"] or numbers["tables"]
         (stage / f"{name}.csv").write_text(_csv(table), encoding="utf-8")
         if points:
             figure = tradeoff_figure(points, f"error against time on {scores[-1].scene}")

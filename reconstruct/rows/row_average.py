@@ -242,7 +242,8 @@ class _Rows:
         penalty = self.prior(ratio).precision(self.degree, np.ones(1))
         upper = np.full(self.columns[k].shape[1], np.inf)
         solution = solve(sums, Factors(sums.modes_gram, penalty), upper)
-        return np.split(solution, [len(self.degree)], axis=-1)
+        modes, lobes = np.split(solution, [len(self.degree)], axis=-1)
+        return modes, lobes
 
 
 def _restricted(inverse: np.ndarray, y: slice, free: np.ndarray, n: int, size: np.ndarray) -> np.ndarray:
