@@ -64,6 +64,8 @@ TOLERATED = 0.0015  # relative misfit of photos that buys no finer model
 ROWS_A_MODE = 1.9  # so many tell orders beyond those of averages
 ORDERS_BESIDE = (2, 6, 12, 16, 20, 24)  # of single models that are held against an average
 PRIORS_BESIDE = tuple(Prior(strength, 1.0) for strength in (0.01, 0.1, 1.0))
+MOST_CHANNELS = 6  # of more each order tried costs seconds, and each beyond the usual ones gigabytes
+ORDERS_OF_SPECTRA = (0, 2, 4, 8)
 FEWEST_ROWS = 20  # of a table, for an average of models
 VIEW_ERROR = 0.003  # of a view's scale, at least
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
@@ -302,7 +304,8 @@ def _select(
 
 def _may_be_finer(options: FitOptions, cells: Cells, symmetry: str) -> bool:
     """Whether orders beyond the usual ones may be tried: of measured rows, of an isotropic surface."""
-    return options.order is None and not cells.binned and symmetry == "isotropic"
+    few = len(cells.channels) <= MOST_CHANNELS
+    return options.order is None and not cells.binned and symmetry == "isotropic" and few
 
 
 def _tolerated(cells: Cells, deviation: np.ndarray) -> float:
@@ -329,6 +332,8 @@ def _orders(options: FitOptions, cells: Cells, symmetry: str) -> tuple[int, ...]
         return (options.order,)
     if symmetry != "isotropic":
         return tuple(range(HIGHEST_AUTO_TURNING + 1))
+    if len(cells.channels) > MOST_CHANNELS:
+        return ORDERS_OF_SPECTRA
     return tuple(range((HIGHEST_AUTO if cells.binned else HIGHEST_AUTO_TABLE) + 1))
 
 

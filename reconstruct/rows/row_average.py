@@ -104,10 +104,14 @@ def _weights(evidence: np.ndarray, missed: np.ndarray) -> np.ndarray:
     """(k,) of candidates with logarithms of ``evidence`` (k,) and residuals ``missed`` (k, n) of rows left out; the
     first is the ridge. Small ones are dropped."""
     believed = np.exp(evidence - evidence.max())
-    large = 1e3 * np.abs(missed).max()
-    stacked, _ = nnls(
-        np.vstack([missed.T, np.full(len(missed), large)]), np.append(np.zeros(missed.shape[1]), large)
-    )
+    gram = missed @ missed.T
+    size = np.trace(gram) / len(gram)
+    energy, turn = np.linalg.eigh(gram / max(size, np.finfo(float).tiny))
+    root = (
+        np.sqrt(np.maximum(energy, 0.0))[:, None] * turn.T
+    )  # as many equations as candidates, of the same squares
+    large = 1e3
+    stacked, _ = nnls(np.vstack([root, np.full(len(root), large)]), np.append(np.zeros(len(root)), large))
     weight = (believed / believed.sum() + stacked / stacked.sum()) / 3.0
     weight[0] += 1.0 / 3.0
     weight[weight < LEAST] = 0.0

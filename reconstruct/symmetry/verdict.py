@@ -91,6 +91,11 @@ class Verdict:
         }
 
 
+ONE_ROTATION = Verdict(
+    "isotropic", "assumed: the sample was seen at one rotation only, which cannot prove it"
+)
+
+
 def _tens(log_odds: float | None) -> float | None:
     return None if log_odds is None else round(float(log_odds / np.log(10.0)), 2)
 
@@ -140,6 +145,8 @@ def judge(
     """
     plain = _likeliest(isotropic)
     if one_rotation(cells):
+        if left_out is not None:
+            return ONE_ROTATION
         return _of_one_rotation(Trial.of(isotropic), plain)
     if left_out is not None:
         return _of_rows(isotropic, left_out, absolute)
@@ -187,7 +194,7 @@ def _of_rows(work: Cleaned, left_out: np.ndarray, absolute: bool) -> Verdict:
 
 
 def _of_one_rotation(trial: Trial, lobes: Sequence[LobeSet]) -> Verdict:
-    verdict = Verdict("isotropic", "assumed: the sample was seen at one rotation only, which cannot prove it")
+    verdict = ONE_ROTATION
     if twins(trial.cells) < TWINS:
         return verdict
     still = min((trial.fitted(one) for one in lobes), key=lambda one: one.loss)
