@@ -43,7 +43,7 @@ from photogonio.reconstruct.uncertainty.validity import NEAR
 
 CONVINCING = np.log(1000.0)  # log odds
 CHANCE = 0.001  # that a shuffled set has odds as high
-MUCH = 0.4  # of the loss of isotropic models, by which rows show that a surface turns
+MUCH = 0.36  # of the loss of isotropic models, by which rows show that a surface turns
 HINT = 0.05  # of the squares that isotropic models miss, to search for a lobe that turns
 ONE_TURN = 0.9  # mean resultant of doubled azimuths: above it the sample was seen at one rotation
 START = 0.25  # roughness
@@ -185,6 +185,7 @@ def _of_rows(work: Cleaned, left_out: np.ndarray, absolute: bool) -> Verdict:
     trial = Trial.of(replace(work, pilots=tuple(pilots)))
     cells = work.cells
     still = float(np.sum(trial.weight * (cells.value - left_out) ** 2))
+    still = min([still, *(trial.fitted(one).loss for one in _likeliest(work) if one.families)])
     turns = min((trial.fitted(lobes) for lobes in trial.turned), key=lambda one: one.loss)
     odds = float(0.5 * trial.values * np.log(still / turns.loss))
     found = f"rows left out are missed by {np.sqrt(turns.loss / still):.2f} of what isotropic models miss"
