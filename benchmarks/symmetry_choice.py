@@ -143,7 +143,9 @@ def main(arguments: list[str] | None = None) -> None:
             turning = verdict.symmetry != "isotropic"
             wrong += turning == (kind is isotropic)
             untold += verdict.reason.startswith("assumed")
-            odds = f"{verdict.log_odds:.2f},{verdict.could_show:.2f}"
+            odds = ",".join(
+                "" if one is None else f"{one:.2f}" for one in (verdict.log_odds, verdict.could_show)
+            )
             rows.append(f'{kind.__name__},"{name}",{how.views},{verdict.symmetry},{odds},"{verdict.reason}"')
             if turning == (kind is isotropic):
                 print(f"wrong: {rows[-1]}", flush=True)
