@@ -66,7 +66,6 @@ ORDERS_BESIDE = (2, 6, 12, 16, 20, 24)  # of single models that are held against
 PRIORS_BESIDE = tuple(Prior(strength, 1.0) for strength in (0.01, 0.1, 1.0))
 MOST_CHANNELS = 6  # of more each order tried costs seconds, and each beyond the usual ones gigabytes
 ORDERS_OF_SPECTRA = (0, 2, 4, 8)
-MOST_ROWS = 6000  # of a table, for an average of models: more tell the shapes of lobes well enough
 FEWEST_ROWS = 20  # of a table, for an average of models
 VIEW_ERROR = 0.003  # of a view's scale, at least
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
@@ -174,8 +173,7 @@ def fit_table(
 def _by_average(seen: Cells, options: FitOptions) -> bool:
     """Whether an average of models may be the result: of measured rows, with everything automatic."""
     auto = options.order is None and options.lobes is None and options.smooth
-    some = FEWEST_ROWS <= len(seen) <= MOST_ROWS
-    return auto and not seen.binned and some and options.symmetry in ("auto", "isotropic")
+    return auto and not seen.binned and len(seen) >= FEWEST_ROWS and options.symmetry in ("auto", "isotropic")
 
 
 def _beaten(average: Average, work: Cleaned) -> bool:
