@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from photogonio import calib, capture, reconstruct, synthetic
-from photogonio.cache import kept, store
+from photogonio.cache import kept
 from photogonio.evaluate import scenes as evaluate
 
 PACKAGES = {
@@ -41,7 +41,7 @@ def test_a_moved_or_new_file_changes_the_key(tmp_path):
 @pytest.mark.parametrize("package", ["capture", "calib", "reconstruct"])
 def test_the_key_of_results_holds_each_package(monkeypatch, package):
     asked = []
-    monkeypatch.setattr(store, "text_key", lambda folder, leaving_out=(): asked.append(folder) or "key")
+    monkeypatch.setattr(kept, "text_key", lambda folder, leaving_out=(): asked.append(folder) or "key")
     kept.code_key.__wrapped__()
     assert Path(PACKAGES[package].__file__).parent in asked
 

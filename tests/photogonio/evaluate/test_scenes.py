@@ -91,7 +91,7 @@ def test_regressions_are_named():
 
 
 def test_an_earlier_result_must_be_one(tmp_path):
-    (tmp_path / "e.json").write_text(json.dumps({"scenes": [{"scene": "a", "error_70": 1}]}))
+    (tmp_path / "e.json").write_text(json.dumps({"scenes": [{"scene": "a", "error_70": 1, "seconds": 2.0}]}))
     assert load_scores(tmp_path / "e.json")["a"]["error_70"] == 1
     (tmp_path / "f.json").write_text("[]")
     for name in ("f.json", "none.json"):
