@@ -8,6 +8,9 @@ class InputError(ValueError):
     """
 
     def __init__(self, where: object, what: str):
-        super().__init__(f"{where}: {what}")
+        super().__init__(str(where), what)  # as they came, else it cannot be made again in another process
         self.where = str(where)
         self.what = what
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}"

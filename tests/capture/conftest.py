@@ -10,6 +10,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from tests.capture.small_sets import SHAPE
 from tests.places import SHARED
 
 HEAD = """format = 1
@@ -85,3 +88,30 @@ def expose(light: np.ndarray, *, electrons: float = 20000.0, read: float = 5.0, 
 @pytest.fixture(scope="session")
 def sensor() -> Callable[..., np.ndarray]:
     return expose
+
+
+@pytest.fixture
+def light() -> np.ndarray:
+    """Smooth light, dark to bright, of three colours."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    ground = 0.02 + 0.5 * (x / SHAPE[1]) * (0.4 + 0.6 * y / SHAPE[0])
+    return ground[..., None] * [1.0, 0.8, 0.5]
+
+
+@pytest.fixture
+def make(tmp_path, files):
+    """Writes a set of (name, role, codes or pixels, further keys) and prepares its reader."""
+
+    def build(photos, extra="", full=65535, camera=None, kind="float"):
+        entries = []
+        for name, role, signal, keys in photos:
+            if name.endswith("exr"):
+                files["oiio"](tmp_path / name, signal.astype(np.float32), kind)
+            elif signal is not None:
+                codes = np.round(np.clip(signal, 0, 1) * full)
+                files["png"](tmp_path / name, codes.astype(np.uint16 if full > 255 else np.uint8))
+            entries.append({"file": name, "role": role, **keys})
+        photoset = load_photoset(files["manifest"](tmp_path, entries, extra))
+        return photoset, prepare(photoset, camera=camera)
+
+    return build

@@ -96,54 +96,6 @@ def test_apex_and_long_sensitivities(attributes, expected):
         assert value is None if right is None else value == pytest.approx(right, rel=1e-12)
 
 
-THIRDS = [30, 25, 20, 15, 13, 10, 8, 6, 5, 4, 3.2, 2.5, 2, 1.6, 1.3, 1, 0.8, 0.6, 0.5, 0.4, 0.3]
-PARTS = [
-    4,
-    5,
-    6,
-    8,
-    10,
-    13,
-    15,
-    20,
-    25,
-    30,
-    40,
-    50,
-    60,
-    80,
-    100,
-    125,
-    160,
-    200,
-    250,
-    320,
-    400,
-    500,
-    640,
-    800,
-    1000,
-]
-
-
-def test_names_of_a_camera_mean_steps_of_a_third():
-    """From 32 s ("30") on each step is 2^(1/3) shorter; 46 names down to 1/1024 s ("1/1000")."""
-    times = [*THIRDS, *(1 / part for part in PARTS)]
-    found, lines = stepped({str(time): Exposure(time) for time in times})
-    expected = [32 * 2 ** (-k / 3) for k in range(len(times))]
-    assert [one.exposure_time for one in found.values()] == pytest.approx(expected, rel=1e-12)
-    assert len(lines) == 1 and "true steps" in lines[0]
-    numbers = [1.4, 2.8, 3.5, 5.6, 8, 11, 16, 22]
-    found, _ = stepped({str(number): Exposure(f_number=number) for number in numbers})
-    squares = np.square([one.f_number for one in found.values()])
-    assert squares == pytest.approx([2, 8, 8 * 2 ** (2 / 3), 32, 64, 128, 256, 512], rel=1e-9)
-
-
-def test_times_that_are_no_names_stay_all_of_them():
-    phone = {"a": Exposure(1 / 60), "b": Exposure(1 / 121), "c": Exposure(1 / 30)}
-    assert stepped(phone) == (phone, ())
-
-
 def test_what_the_manifest_or_apex_says_is_no_name():
     header = from_attributes({"ExposureTime": 1 / 60, "Exif:ShutterSpeedValue": float(np.log2(60))})
     stated = combine(Photo("b", "sample", exposure_time=1 / 15), Exposure())
@@ -154,9 +106,3 @@ def test_what_the_manifest_or_apex_says_is_no_name():
 
 def test_one_and_the_same_time_is_nothing_to_speak_of():
     assert stepped({"a": Exposure(1 / 60), "b": Exposure(1 / 60)})[1] == ()
-
-
-def test_thirds_are_steps_as_well_as_names():
-    """Some photos tell 1/64 s, others "1/30"."""
-    found, _ = stepped({"a": Exposure(1 / 64), "b": Exposure(1 / 30)})
-    assert [one.exposure_time for one in found.values()] == [1 / 64, 1 / 32]

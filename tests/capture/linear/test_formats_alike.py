@@ -14,15 +14,13 @@ from PIL import Image
 
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
+from tests.capture.dng_files import dng, gain_map, opcode_list
 from tests.capture.odd_files import (
     app2,
-    dng,
-    gain_map,
     gamma_tag,
     icc_profile,
     iccp,
     jpeg,
-    opcode_list,
     png,
     tiff,
 )

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import re
-import zlib
-
 import cv2
 import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.capture.manifest.load import load_photoset
-from photogonio.capture.manifest.stub import stub_manifest
 from photogonio.capture.target.layout import KINDS, PAPERS, black_rectangles, make_target, marker_corners
-from photogonio.capture.target.pdf import pdf_page
 
 PIXELS = 8.0  # a millimetre; markers' cells of 15 / 7 mm do not fall on whole pixels
 TARGETS = [(paper, kind) for paper in PAPERS for kind in KINDS]
@@ -69,33 +63,6 @@ def test_the_grid_is_found_where_the_manifest_says(paper):
 
 
 @pytest.mark.parametrize(("paper", "kind"), TARGETS)
-def test_the_page_is_the_layout_at_true_scale(paper, kind):
-    """The PDF's own numbers: a page of the paper's size, and each rectangle of ink once, in millimetres."""
-    target = make_target(paper=paper, kind=kind)
-    data = pdf_page(target)
-    assert data == pdf_page(target)
-    box = [float(v) for v in re.search(rb"/MediaBox \[ ([\d. ]+)\]", data).group(1).split()]
-    assert box == pytest.approx([0, 0, *(v / 25.4 * 72 for v in PAPERS[paper])], abs=1e-3)
-    content = unpacked(data)
-    scales = [
-        tuple(map(float, m)) for m in re.findall(r"([\d.]+) 0 0 ([\d.]+) ([\d.]+) ([\d.]+) cm", content)
-    ]
-    assert any(s[0] == pytest.approx(72 / 25.4, abs=1e-5) and s[1] == s[0] for s in scales)
-    rectangles = np.array(re.findall(r"([-\d.]+) ([-\d.]+) ([-\d.]+) ([-\d.]+) re(?! S)", content), float)
-    ink = black_rectangles(target)
-    assert len(rectangles) >= len(ink)
-    assert np.abs(rectangles[: len(ink)] - ink).max() < 1e-4  # reportlab rounds to 6 decimals or fewer
-
-
-def unpacked(data: bytes) -> str:
-    """The page's drawing commands: ASCII-85 and zlib, as reportlab writes them."""
-    import base64
-
-    stream = re.search(rb"stream\s(.*?)~>endstream", data, re.S).group(1)
-    return zlib.decompress(base64.a85decode(stream)).decode("latin-1")
-
-
-@pytest.mark.parametrize(("paper", "kind"), TARGETS)
 def test_everything_fits_on_the_paper(paper, kind):
     target = make_target(paper=paper, kind=kind)
     width, height = target.page
@@ -110,25 +77,6 @@ def test_everything_fits_on_the_paper(paper, kind):
     assert (places >= 0).all() and (places <= target.size).all()
     near = np.linalg.norm(np.array(target.balls) - target.sample, axis=1)
     assert near.min() > 25 + 8 + 20  # a ball of 25 mm does not hide those of 8 mm
-
-
-@pytest.mark.parametrize(("paper", "kind"), TARGETS)
-def test_the_stub_is_a_manifest_once_photos_are_named(tmp_path, paper, kind):
-    target = make_target(paper=paper, kind=kind)
-    (tmp_path / "photoset.toml").write_text(stub_manifest(target), encoding="utf-8")
-    with pytest.raises(InputError, match="photogonio init"):
-        load_photoset(tmp_path)
-    (tmp_path / "a.png").write_bytes(b"")
-    text = stub_manifest(target) + '[[photo]]\nfile = "a.png"\nrole = "sample"\n'
-    (tmp_path / "photoset.toml").write_text(text, encoding="utf-8")
-    found = load_photoset(tmp_path)
-    assert found.board.kind == kind and found.board.dictionary == target.board.dictionary
-    size = "squares" if kind == "charuco" else "markers"
-    assert getattr(found.board, size) == getattr(target.board, size)
-    assert found.board.marker_length == pytest.approx(target.board.marker_length, abs=1e-4)
-    balls = np.array([ball.center[:2] for ball in found.mirror_balls])
-    assert np.abs(balls - target.balls).max() <= 0.005
-    assert found.sample.center[:2] == pytest.approx(target.sample, abs=0.01)
 
 
 @pytest.mark.parametrize(

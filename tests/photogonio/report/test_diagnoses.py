@@ -4,7 +4,6 @@ import ast
 
 import pytest
 
-from photogonio.capture.diagnosis import Diagnosis, by_code, from_codes
 from photogonio.report.diagnoses import ENTRIES, to_markdown
 from tests.places import ROOT
 
@@ -63,10 +62,3 @@ def test_every_code_that_is_told_is_listed():
 def test_a_threshold_says_where_it_is_from(entry):
     assert entry.means and entry.advice
     assert bool(entry.source) == bool(entry.least or entry.sigmas)
-
-
-def test_a_diagnosis_comes_back_from_plain_values():
-    told = Diagnosis("vignetting", "dark", 0.1, 0.01, 0.02, 6.0, ("a.png",), True, {"terms": [1.0]})
-    assert from_codes(by_code((told, told))) == (told, told)
-    assert told.told and told.sureness == pytest.approx(10.0)
-    assert not Diagnosis("vignetting", amount=0.05, error=0.01, least=0.02, sigmas=6.0).told
