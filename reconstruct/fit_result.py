@@ -1,0 +1,180 @@
+"""What comes of a fit: the BRDF in the file's terms, held to physics, how sure it is, and what led to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.estimate.lobe_search import Fitted
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.model_discrepancy import Misfit, misfit_of
+from photogonio.reconstruct.estimate.model_selection import Candidate
+from photogonio.reconstruct.estimate.pilot import Cleaned
+from photogonio.reconstruct.estimate.weights import ViewScales
+from photogonio.reconstruct.model_choice import FitOptions
+from photogonio.reconstruct.represent.as_found import lobes_of
+from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
+from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
+from photogonio.reconstruct.symmetry.verdict import Verdict
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.uncertainty.budget import Uncertainty
+from photogonio.reconstruct.uncertainty.in_file import in_file
+from photogonio.reconstruct.uncertainty.validity import Region, region_of
+
+KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
+MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
+
+
+@dataclass(frozen=True, slots=True)
+class FitResult:
+    """A BRDF and what led to it."""
+
+    brdf: Brdf
+    model: Model  # as fitted, before it is held to physics
+    cells: Cells  # used, with stray light removed and view scales applied
+    predicted: np.ndarray  # (n, c) by ``brdf`` at the cells
+    weight: np.ndarray  # (n, c) robust weights, about 1 and less
+    stray: np.ndarray  # (n, c) removed from the cells' values, 1/sr
+    scales: ViewScales
+    uncertainty: Uncertainty
+    misfit: Misfit
+    symmetry: Verdict
+    region: Region  # what is determined, seen and extrapolated
+    diagnostics: dict[str, Any]  # plain JSON values
+
+    def standard_error(self, cells: Cells) -> np.ndarray:
+        """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, of what it misses systematically,
+        and of its being held to physics."""
+        said = self.brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+        departed = (said - self.model.evaluate(cells)) / KNOWN
+        return np.hypot(error_of(self.model, self.uncertainty, self.misfit, cells), departed)
+
+
+def result_of(
+    work: Cleaned,
+    final: Fitted,
+    spread: Uncertainty,
+    verdict: Verdict,
+    candidates: tuple[Candidate, Candidate],
+    options: FitOptions,
+) -> FitResult:
+    """The result, by the chosen candidate and the best."""
+    chosen, best = candidates
+    model, cells = final.model, work.cells
+    misfit = misfit_of(cells, model.evaluate(cells), work.binning)
+    region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
+    plain = Brdf(
+        order=spread.basis.order,
+        channels=cells.channels,
+        modes=spread.basis.modes,
+        coefficients=_padded(model.coefficients, spread.modes),
+        standard_errors=np.zeros((spread.modes, len(cells.channels))),
+        symmetry=verdict.symmetry,
+        lobes=lobes_of(model),
+        scale="absolute" if options.absolute else "relative",
+        valid=region.valid(),
+    )
+    held, physics = _physical(plain, model, spread, misfit, options.physics)
+    brdf = in_file(held, model, spread, misfit, KNOWN)
+    predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+    diagnostics = _diagnostics(work, final, verdict, chosen, best) | {"physics": physics}
+    brdf = replace(brdf, fit=_told(diagnostics))
+    return FitResult(
+        brdf,
+        model,
+        cells,
+        predicted,
+        final.weight,
+        work.stray,
+        work.scales,
+        spread,
+        misfit,
+        verdict,
+        region,
+        diagnostics,
+    )
+
+
+def _diagnostics(
+    work: Cleaned, final: Fitted, verdict: Verdict, chosen: Candidate, best: Candidate
+) -> dict[str, object]:
+    """What was chosen and found, in plain JSON values."""
+    return {
+        "order": chosen.order,
+        "order of best": best.order,
+        "symmetry": verdict.plain(),
+        "lobes": chosen.lobes.name,
+        "prior strength": chosen.prior.strength,
+        "prior decay": chosen.prior.decay,
+        "residual scale": final.scale,
+        "views left out": list(work.discordant),
+        "contradiction": None if np.isnan(work.contradiction) else work.contradiction,
+        "views rescaled": [work.cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
+        "binning error": _binning_error(work),
+    }
+
+
+def _is_empty(item: object) -> bool:
+    return isinstance(item, list | tuple | np.ndarray) and len(item) == 0
+
+
+def _told(value):
+    """Diagnostics as the file tells them: four digits, and nothing of what was not asked or found."""
+    if isinstance(value, dict):
+        known = {key: _told(item) for key, item in value.items() if item is not None and not _is_empty(item)}
+        return {key: item for key, item in known.items() if not (isinstance(item, dict) and not item)}
+    if isinstance(value, list | tuple):
+        return [_told(item) for item in value]
+    return float(f"{value:.4g}") if isinstance(value, float) else value
+
+
+def _binning_error(work: Cleaned) -> list[float]:
+    """Root mean square over the cells of what binning had added, over that of the values; (c,)."""
+    added = np.zeros_like(work.cells.value) if work.binning is None else work.binning
+    size = np.sqrt(np.mean(work.cells.value**2, axis=0))
+    return (np.sqrt(np.mean(added**2, axis=0)) / np.maximum(size, np.finfo(float).tiny)).tolist()
+
+
+def error_of(model: Model, spread: Uncertainty, misfit: Misfit, cells: Cells) -> np.ndarray:
+    """Standard error (n, c) of ``model`` at the directions of ``cells``, 1/sr, with what it misses systematically."""
+    return np.hypot(spread.standard_error(model, cells), misfit.at(cells, model.evaluate(cells)))
+
+
+def _padded(coefficients: np.ndarray, modes: int) -> np.ndarray:
+    return np.pad(coefficients, ((0, modes - len(coefficients)), (0, 0)))
+
+
+def _physical(
+    brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, wanted: str
+) -> tuple[Brdf, dict[str, object]]:
+    """The BRDF, held to physics where that is wanted, and what it took. It has all modes that may move: those of
+    models that predict as well."""
+    if wanted == "off":
+        return brdf, {"held": False}
+    turning = model.turning
+    if wanted == "auto":
+
+        def error(cells: Cells) -> np.ndarray:
+            return error_of(model, spread, misfit, cells)
+
+        broken = violated_turning(brdf, error) if turning else violated(brdf, error(held_pairs()))
+        if not broken:
+            return brdf, {"held": False}
+    own = spread.of_modes_alone()
+    found = enforced_turning(brdf, own) if turning else enforced(brdf, own)
+    if found is None:
+        return brdf, {"held": False, "contradicted": True}
+    said: dict[str, object] = {
+        "least f": found.least,
+        "largest albedo": found.albedo,
+        "bounds": found.active,
+        "standard errors moved": found.distance,
+    }
+    if wanted == "auto" and found.distance > MOST_MOVED:
+        return brdf, {"held": False, "contradicted": True} | said
+    if not found.active:
+        return brdf, {"held": False} | said
+    return replace(brdf, coefficients=found.coefficients), {"held": True} | said
