@@ -1,6 +1,7 @@
 """The coefficient file once more, evaluated from docs/modes.md alone with numpy: nothing here imports the project.
 
-tests/reconstruct/brdf/test_spec.py holds what the program reads and computes against it.
+tests/reconstruct/lobes/test_lobe.py and tests/reconstruct/brdf/test_errors.py hold what the program reads and
+computes against it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The mathematics once more, from the paper and docs/modes.md alone, slowly and plainly.
 
-Nothing here imports the project. tests/reconstruct/test_oracles.py tests this file against the paper's explicit
+Nothing here imports the project. tests/test_oracles.py tests this file against the paper's explicit
 formulas and against integrals, so that the rest can be tested against it.
 """
 

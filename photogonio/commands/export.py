@@ -10,7 +10,7 @@ from photogonio.compare.reflectances import find_brdf
 from photogonio.face.files import load
 from photogonio.face.known import KnownBrdf
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.export import find_format
+from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.export.loss import PLACE
 from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file

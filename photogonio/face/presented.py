@@ -12,7 +12,7 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.compare.compare import Comparison, compare
 from photogonio.compare.reflectances import Known, find_brdf, load_known
-from photogonio.reconstruct.export import find_format
+from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.html import image_bytes

@@ -6,8 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
+from photogonio.synthetic.brdf.library import make_brdf
 
+ROWS = 900
 Surface = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]  # theta_i, theta_r, dphi -> f, 1/sr
 
 
@@ -26,6 +29,9 @@ def glossy(albedo: float, weight: float, exponent: float, *, toward: float = -1.
     """Lambert and a lobe that is reciprocal."""
     scale = weight * (exponent + 2.0) / (2.0 * np.pi)
     return lambda ti, tr, p: albedo / np.pi + scale * lobe(ti, tr, p, exponent, toward=toward)
+
+
+SATIN = glossy(0.3, 0.1, 20.0)
 
 
 def rough(albedo: float) -> Surface:
@@ -78,3 +84,27 @@ def samples(at: tuple[np.ndarray, ...], value: np.ndarray) -> GoniometerSamples:
     return GoniometerSamples(
         theta_i, 0.0 * theta_i, theta_r, dphi, value[:, None], None, ("value",), line=line
     )
+
+
+def rows_of(name, parameters, seed=0):
+    """Values (n, 1) of a known surface at random pairs, theta_i, theta_r and phi_r (n,)."""
+    rng = np.random.default_rng(seed)
+    theta_i, theta_r = np.arccos(rng.uniform(0.17, 1.0, (2, ROWS)))
+    phi_r = rng.uniform(0.0, 2.0 * np.pi, ROWS)
+    brdf = make_brdf(name, parameters)
+    return (
+        brdf(unit_vectors(theta_i, 0.0 * theta_i), unit_vectors(theta_r, phi_r))[:, :1],
+        theta_i,
+        theta_r,
+        phi_r,
+    )
+
+
+def table_of_rows(value, theta_i, theta_r, phi_r):
+    return samples_table(GoniometerSamples(theta_i, 0.0 * theta_i, theta_r, phi_r, value, None, ("Y",)))
+
+
+def satin(incident, exit):
+    """:data:`SATIN` of unit vectors (n, 3), in three channels."""
+    theta_i, theta_r, dphi = pair_angles(incident, exit)
+    return np.repeat(SATIN(theta_i, theta_r, dphi)[:, None], 3, axis=1)

@@ -28,7 +28,7 @@ from photogonio.evaluate.truth import load_truth
 from photogonio.options import Choice, Options
 from photogonio.pipeline import fit, process
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
-from photogonio.reconstruct.export import find_format
+from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.modes.angles import unit_vectors

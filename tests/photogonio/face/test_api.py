@@ -118,7 +118,7 @@ def test_errors_by_directions_and_by_angles_are_the_same():
 
 @pytest.mark.parametrize("name", ["csv", "merl", "mitsuba", "radiance", "openpbr", "gltf", "modes"])
 def test_what_is_exported_is_loaded_again(tmp_path, name):
-    from photogonio.reconstruct.export import FORMATS
+    from photogonio.reconstruct.export.formats import FORMATS
 
     path = tmp_path / f"b{FORMATS[name].suffix}"
     b = plastic()

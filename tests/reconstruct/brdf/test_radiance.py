@@ -8,9 +8,7 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
-from photogonio.reconstruct.brdf.klems import PATCHES, RINGS, patch_of
 from photogonio.reconstruct.brdf.radiance import parse_tree, read_radiance
-from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square, square_to_disk
 from photogonio.reconstruct.export import radiance_tree
 from photogonio.reconstruct.export.radiance_klems import write_radiance_klems
 from photogonio.reconstruct.export.radiance_tree import write_radiance_tree
@@ -55,28 +53,6 @@ def pairs(count: int, seed: int):
 def coarse(monkeypatch):
     monkeypatch.setattr(radiance_tree, "_DEEPEST", {3: 6, 4: 3})
     monkeypatch.setattr(radiance_tree, "_LEAVES", 20_000)
-
-
-def test_disk_and_square_are_inverse_and_keep_areas():
-    a, b = np.random.default_rng(0).uniform(size=(2, 500))
-    np.testing.assert_allclose(disk_to_square(*square_to_disk(a, b)), (a, b), atol=1e-12)
-    step = 1e-6
-    x, y = square_to_disk(a, b)
-    dxa, dya = (p - q for p, q in zip(square_to_disk(a + step, b), (x, y), strict=True))
-    dxb, dyb = (p - q for p, q in zip(square_to_disk(a, b + step), (x, y), strict=True))
-    smooth = (np.abs(a - b) > 1e-3) & (np.abs(a + b - 1) > 1e-3)
-    np.testing.assert_allclose(np.abs(dxa * dyb - dxb * dya)[smooth] / step**2, np.pi, rtol=1e-3)
-
-
-def test_patches_are_those_of_their_own_rings():
-    assert PATCHES == 145
-    start = 0
-    for low, high, count in RINGS:
-        turn = 2 * np.pi * np.arange(count) / count
-        assert patch_of(np.full(count, np.radians((low + high) / 2)), turn).tolist() == list(
-            range(start, start + count)
-        )
-        start += count
 
 
 @pytest.mark.parametrize("write", [write_radiance_tree, write_radiance_klems])

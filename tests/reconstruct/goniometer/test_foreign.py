@@ -9,18 +9,8 @@ from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import load_known
 from photogonio.reconstruct.brdf.merl import write_merl
 from photogonio.reconstruct.goniometer.foreign import read_foreign
-from photogonio.reconstruct.goniometer.merged import MOST, merged
 from photogonio.reconstruct.goniometer.read import read_samples
-from photogonio.reconstruct.goniometer.told import Told
-from photogonio.reconstruct.modes.angles import pair_angles
-from tests.drawn.goniometer import glossy, measured, scattered
-
-SATIN = glossy(0.3, 0.1, 20.0)
-
-
-def satin(incident, exit):
-    theta_i, theta_r, dphi = pair_angles(incident, exit)
-    return np.repeat(SATIN(theta_i, theta_r, dphi)[:, None], 3, axis=1)
+from tests.drawn.goniometer import satin
 
 
 def test_merl_is_read_at_pairs_of_directions(tmp_path):
@@ -33,43 +23,6 @@ def test_merl_is_read_at_pairs_of_directions(tmp_path):
     # a bin is up to two degrees wide, in which f changes by 10 % at most
     np.testing.assert_allclose(samples.value, satin(samples.incident, samples.exit), rtol=0.12)
     assert np.median(np.abs(samples.value / satin(samples.incident, samples.exit) - 1.0)) < 0.005
-
-
-def pabopto(theta: float, phi: float, kind: str = "BSDF", colour: str = "") -> str:
-    exit_theta, exit_phi = np.meshgrid(np.arange(0, 81, 10.0), np.arange(0, 360, 30.0))
-    f = SATIN(np.radians(theta), np.radians(exit_theta.ravel()), np.radians(exit_phi.ravel() - phi))
-    factor = np.cos(np.radians(exit_theta.ravel())) if kind == "DSF" else 1.0
-    rows = np.column_stack(
-        [exit_theta.ravel(), exit_phi.ravel(), *([f * factor] * (3 if colour == "CIE-XYZ" else 1))]
-    )
-    head = f'#sample_name "satin"\n#intheta {theta}\n#inphi {phi}\n#format: theta phi {kind}\n'
-    head += f"#colorimetry: {colour}\n" if colour else ""
-    return (
-        head
-        + "\n".join(" ".join(f"{x:.8g}" for x in row) for row in [*rows, [120.0, 0.0, *rows[0, 2:]]])
-        + "\n"
-    )
-
-
-@pytest.mark.parametrize("kind", ["BSDF", "DSF"])
-@pytest.mark.parametrize("colour", ["", "CIE-XYZ"])
-def test_a_folder_of_pabopto_files(tmp_path, kind, colour):
-    for k, theta in enumerate((10.0, 30.0, 50.0)):
-        (tmp_path / f"m{k}.dat").write_text(pabopto(theta, 20.0 * k, kind, colour))
-    (tmp_path / "readme.txt").write_text("not one of them")
-    samples = read_samples(tmp_path)
-    assert samples.channels == (("X", "Y", "Z") if colour else ("Y",))
-    assert len(samples.value) == 3 * 9 * 12 and samples.left_out == 3
-    np.testing.assert_allclose(samples.value[:, 0], satin(samples.incident, samples.exit)[:, 0], rtol=1e-6)
-
-
-def test_one_pabopto_file_and_comparison(tmp_path):
-    path = tmp_path / "m.txt"
-    path.write_text(pabopto(30.0, 0.0))
-    known = load_known(path)
-    assert known.at is not None and known.value.shape == (108, 1)
-    with pytest.raises(InputError, match="says itself what it holds"):
-        read_samples(path, Told(quantity="percent"))
 
 
 @pytest.mark.parametrize(
@@ -102,15 +55,3 @@ def test_a_text_table_is_none_of_them(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("# VARS of the room\ntheta_i,phi_i,theta_r,phi_r,f\n10,0,20,0,0.1\n")
     assert read_foreign(path) is None
-
-
-def test_very_many_rows_are_joined():
-    """Means of neighbours: values of the mean direction but for the curvature within a cell, noise as of a mean."""
-    table = measured(SATIN, scattered(60000), noise=0.02)
-    joined = merged(table)
-    assert MOST / 4 < len(joined.value) <= MOST and "60000 rows joined" in joined.notes[-1]
-    true = satin(joined.incident, joined.exit)[:, 0]
-    ratio = joined.value[:, 0] / true
-    assert abs(np.mean(ratio) - 1.0) < 0.002 and np.std(ratio) < 0.02
-    few = measured(SATIN, scattered(1000))
-    assert merged(few) is few

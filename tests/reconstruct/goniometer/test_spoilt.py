@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.reconstruct.goniometer.read import believed, lines_of, read_samples
+from photogonio.reconstruct.goniometer.read import believed, read_samples
 from photogonio.reconstruct.goniometer.spoilt import find_spoilt, lamp_angle, without
 from photogonio.reconstruct.goniometer.told import Told
 from tests.drawn.goniometer import glossy, in_plane, matte, measured, regular, rough, samples, scattered
@@ -125,12 +125,6 @@ def test_what_is_told():
     (told,) = kept.warnings
     assert told.startswith("4 rows left out: 0 where the rows around them say about 0.159")
     assert told.endswith("(lines 12 to 14, 22)")
-
-
-def test_line_numbers_in_words():
-    assert lines_of(np.array([5, 3, 4, 9, 11, 12])) == "lines 3 to 5, 9, 11 to 12"
-    assert lines_of(np.array([7])) == "line 7"
-    assert lines_of(np.arange(0, 100, 2), most=3) == "lines 0, 2, 4 and 47 more"
 
 
 def test_a_mark_is_found_whatever_the_quantity(tmp_path):

@@ -18,7 +18,6 @@ from photogonio.reconstruct.reduce.directions import (
     region_pixels,
     scene_of,
 )
-from photogonio.reconstruct.reduce.ray_grid import lens_of
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 
 BARE = ReduceOptions()
@@ -264,16 +263,3 @@ def test_the_region_holds_the_whole_sample(world, kind):
     low, high = outline_pixels(world).min(0), outline_pixels(world).max(0)
     assert x0 <= low[0] and y0 <= low[1] and x1 - 1 >= high[0] and y1 - 1 >= high[1]
     assert (x1 - x0) * (y1 - y0) < 1.2 * np.prod(high - low + 2)
-
-
-@pytest.mark.parametrize("strength", [1.0, 2.2])
-def test_the_lens_grid_gives_the_cameras_rays(world, strength):
-    camera = world("ball", scale=3.0).setup.camera
-    camera = replace(camera, distortion=strength * camera.distortion)
-    width, height = camera.size
-    rng = np.random.default_rng(2)
-    inner = np.column_stack([rng.integers(0, width, 4000), rng.integers(0, height, 4000)])
-    corners = np.array([[0, 0], [width - 1, 0], [0, height - 1], [width - 1, height - 1]])
-    pixels = np.concatenate([inner, corners]).astype(float)
-    # fifth degree over 16 pixels or fewer
-    np.testing.assert_allclose(lens_of(camera).rays(pixels), camera.rays(pixels), atol=1e-12)

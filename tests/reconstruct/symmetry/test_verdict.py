@@ -9,7 +9,6 @@ from benchmarks.symmetry_choice import Turned
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.pilot import clean
 from photogonio.reconstruct.fit import FitOptions, fit_table
-from photogonio.reconstruct.symmetry.trials import shuffled
 from photogonio.reconstruct.symmetry.verdict import asked, judge, one_rotation, twins
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.synthetic.brdf.library import make_brdf
@@ -105,19 +104,6 @@ def test_twins_are_the_pairs_seen_the_other_way_round():
     cells = goniometer(lambda i, r: i + r)
     far = np.mean(np.abs(cells.theta_i - cells.theta_r) > np.radians(15.0))
     assert twins(cells) == pytest.approx(far)
-
-
-def test_shuffled_views_are_the_same_of_an_isotropic_surface():
-    cells = cells_of(simulate(make_brdf("plastic"), replace(PLANE, views=8)))
-    other = shuffled(cells, np.random.default_rng(3))
-    np.testing.assert_array_equal(other.theta_r, cells.theta_r)
-    wave = np.exp(1j * (cells.phi_r - cells.phi_i))
-    np.testing.assert_allclose(np.exp(1j * (other.phi_r - other.phi_i)), wave, atol=1e-12)
-    turn = np.exp(1j * (other.phi_i - cells.phi_i))
-    for view in range(8):
-        rows = cells.group == view
-        np.testing.assert_allclose(turn[rows], turn[rows][0], atol=1e-12)
-    assert np.abs(turn - 1.0).max() > 0.1
 
 
 def test_what_cannot_be_obeyed_is_refused():

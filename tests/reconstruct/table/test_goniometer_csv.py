@@ -1,114 +1,32 @@
-"""Tabulated measurements: columns, rows, folding of angles, and what is refused."""
+"""Rows of a goniometer as a table of cells."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-import pytest
 
-from photogonio.capture.errors import InputError
-from photogonio.reconstruct.goniometer.read import read_samples
-from photogonio.reconstruct.modes.angles import pair_angles
-from photogonio.reconstruct.table.goniometer_csv import UNBINNED, samples_table
-from tests.places import SHARED
+from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
+from photogonio.reconstruct.table.goniometer_csv import UNBINNED, GoniometerSamples, samples_table
 
-PTFE = SHARED / "data/nist-ptfe/PTFE.data.csv"
+INCIDENT, EXIT, TURN = np.radians([[10.0, 30.0, 30.0], [20.0, 40.0, 40.0], [90.0, 180.0, 170.0]])
 
 
-def write(tmp_path, text: str) -> Path:
-    path = tmp_path / "table.csv"
-    path.write_text(text)
-    return path
+def rows(sigma: np.ndarray | None) -> GoniometerSamples:
+    value = np.array([[1.0], [2.0], [0.0]])
+    return GoniometerSamples(INCIDENT, np.zeros(3), EXIT, TURN, value, sigma, ("f",))
 
 
-def test_plain_columns(tmp_path):
-    path = write(
-        tmp_path, "theta_i,phi_i,theta_r,phi_r,R,G\n10,20,30,40,0.1,0.2\n\n# a remark\n50,0,60,180,0.3,0.4\n"
-    )
-    samples = read_samples(path)
-    assert samples.channels == ("R", "G")
-    np.testing.assert_allclose(np.degrees(samples.theta_i), [10, 50])
-    np.testing.assert_allclose(np.degrees(samples.phi_r), [40, 180])
-    np.testing.assert_array_equal(samples.value, [[0.1, 0.2], [0.3, 0.4]])
-    assert samples.sigma is None
+def test_the_table_has_a_cell_a_row():
+    sigma = np.array([[0.1], [0.3], [0.2]])
+    table = samples_table(rows(sigma))
+    assert (table.level, len(table)) == (UNBINNED, 3)
+    np.testing.assert_allclose(table.variance / table.weight[:, None] ** 2, sigma**2)
+    np.testing.assert_allclose(pair_angles(table.incident, table.exit), [INCIDENT, EXIT, TURN], atol=1e-14)
 
 
-@pytest.mark.parametrize("mark", [";", "\t", " "])
-def test_other_separators(tmp_path, mark):
-    path = write(tmp_path, "theta_i theta_r phi_r f\n10 30 40 0.1\n".replace(" ", mark))
-    np.testing.assert_allclose(read_samples(path).value, [[0.1]])
-    np.testing.assert_array_equal(read_samples(path).phi_i, [0])
+def test_without_sigma_no_errors_are_made_up():
+    assert not samples_table(rows(None)).variance.any()
 
 
-def test_columns_are_mapped_and_rows_chosen(tmp_path):
-    path = write(
-        tmp_path, "nm,ti,p,tr,pr,a,b,s\n500,1,2,3,4,5,6,0.5\n0.5e3,1,2,3,4,7,8,0.5\n600,1,2,3,4,9,9,0.5\n"
-    )
-    columns = {"theta_i": "ti", "phi_i": "p", "theta_r": "tr", "phi_r": "pr", "value": "b+a", "sigma": "s"}
-    samples = read_samples(path, columns=columns, where=[("nm", "500")])
-    assert samples.channels == ("b", "a")
-    np.testing.assert_array_equal(samples.value, [[6, 5], [8, 7]])
-    np.testing.assert_array_equal(samples.sigma, np.full((2, 2), 0.5))
-
-
-def test_a_negative_angle_is_the_other_side(tmp_path):
-    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n-30,0,40,10,1\n30,180,-40,190,1\n")
-    samples = read_samples(path)
-    for folded in (samples.incident, samples.exit):
-        np.testing.assert_allclose(folded[0], folded[1], atol=1e-15)
-    np.testing.assert_allclose(samples.incident[0], [-0.5, 0, np.sqrt(0.75)], atol=1e-15)
-
-
-def test_rows_without_a_number_or_below_the_surface_are_counted(tmp_path):
-    path = write(
-        tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n10,0,20,0,1\n10,0,20,0,\n10,0,20,0,nan\n10,0,95,0,1\n"
-    )
-    samples = read_samples(path)
-    assert (len(samples.value), samples.left_out) == (1, 3)
-
-
-@pytest.mark.parametrize(
-    ("text", "options", "said"),
-    [
-        ("", {}, "empty"),
-        ("theta_i,phi_i,theta_r,phi_r,f\n", {}, "empty"),
-        ("theta_i,phi_i,theta_r,f\n1,2,3,4\n", {}, "'phi_r'"),
-        ("theta_i,phi_i,theta_r,phi_r,f,f\n1,2,3,4,5,6\n", {}, "more than once"),
-        ("theta_i,phi_i,theta_r,phi_r,f\n1,2,3,4\n", {}, "line 2: expected 5 columns"),
-        ("theta_i,phi_i,theta_r,phi_r,f\n1,2,3,4,five\n", {}, "line 2: f is 'five'"),
-        ("theta_i,phi_i,theta_r,phi_r,f\n1,2,3,4,\n", {}, "no row has a value"),
-        ("theta_i,phi_i,theta_r,phi_r,f\n1,2,3,4,5\n", {"columns": {"theta": "f"}}, "--columns theta"),
-        ("theta_i,phi_i,theta_r,phi_r,f\n1,2,3,4,5\n", {"columns": {"value": "g"}}, "'g'"),
-        ("theta_i,phi_i,theta_r,phi_r,f,w\n1,2,3,4,5,6\n", {"where": [("w", "7")]}, "found 6"),
-        ("theta_i,phi_i,theta_r,phi_r,f,sigma\n1,2,3,4,5,0\n", {}, "above zero"),
-    ],
-)
-def test_what_cannot_be_used_is_refused(tmp_path, text, options, said):
-    path = write(tmp_path, text)
-    with pytest.raises(InputError) as error:
-        read_samples(path, **options)
-    assert said in str(error.value)
-
-
-def test_the_table_has_a_cell_a_row(tmp_path):
-    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f,sigma\n10,0,20,90,1,0.1\n30,0,40,180,2,0.3\n")
-    table = samples_table(read_samples(path))
-    assert (table.level, len(table)) == (UNBINNED, 2)
-    np.testing.assert_allclose(table.variance / table.weight[:, None] ** 2, [[0.01], [0.09]])
-    angles = np.degrees(pair_angles(table.incident, table.exit))
-    np.testing.assert_allclose(angles.T, [[10, 20, 90], [30, 40, 180]], atol=1e-12)
-
-
-def test_without_sigma_no_errors_are_made_up(tmp_path):
-    path = write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n10,0,20,90,1\n30,0,40,180,2\n30,0,40,170,0\n")
-    assert not samples_table(read_samples(path)).variance.any()
-
-
-@pytest.mark.skipif(not PTFE.exists(), reason="the measured PTFE table is not here")
-def test_a_real_table():
-    columns = {"theta_i": "thetai", "phi_i": "phi", "theta_r": "thetar", "phi_r": "phir", "value": "f_r11"}
-    samples = read_samples(PTFE, columns=columns, where=[("lambda", "0.532")])
-    assert samples.value.shape == (1824, 1)
-    # sintered PTFE is a near-perfect white diffuser: f is about 1/pi
-    assert abs(np.median(samples.value) * np.pi - 1) < 0.1
+def test_directions_are_those_of_the_angles():
+    np.testing.assert_allclose(rows(None).incident, unit_vectors(INCIDENT, 0.0), atol=1e-15)
+    np.testing.assert_allclose(rows(None).exit, unit_vectors(EXIT, TURN), atol=1e-15)

@@ -7,37 +7,15 @@ import json
 import numpy as np
 import pytest
 
-from photogonio.capture.errors import InputError
-from photogonio.reconstruct.brdf.brdf import Brdf, Lobe, load_brdf
-from photogonio.reconstruct.lobes.schlick import ggx
-from photogonio.reconstruct.modes import basis as m
-from photogonio.reconstruct.modes.angles import unit_vectors
-from tests import oracles
-
-LISTS = {"isotropic": m.isotropic_modes, "reciprocal": m.reciprocal_modes, "general": m.general_modes}
-
-
-def make(symmetry: str = "isotropic", **given) -> Brdf:
-    modes = LISTS[symmetry](2)
-    rng = np.random.default_rng(1)
-    values, errors = rng.normal(size=(len(modes), 3)), rng.uniform(size=(len(modes), 3))
-    errors[0, 1] = np.nan
-    lobe = Lobe(0.31, np.array([0.04, 0.05, 0.1 / 3]), np.ones(3), extra={"note": "kept"})
-    rest = {
-        "lobes": (lobe,),
-        "scale": "relative",
-        "valid": {"theta_i_max": 80.0, "theta_r_max": 75.5},
-        "fit": {"order": "auto", "residual": 0.1 / 7, "rows": [1, 2]},
-        "source": {"photos": ["a.png"]},
-        "extra": {"licence": {"name": "none", "years": [1996]}},
-    }
-    return Brdf(2, ("R", "G", "B"), modes, values, errors, symmetry=symmetry, **(rest | given))
+from photogonio.reconstruct.brdf.brdf import load_brdf
+from tests import file_oracle, oracles
+from tests.drawn.brdfs import LISTS, directions, refused, with_every_key
 
 
 @pytest.mark.parametrize("quantity", ["brdf", "brdf_cos", "brdf_cos_cos"])
 @pytest.mark.parametrize("symmetry", LISTS)
 def test_round_trip(tmp_path, symmetry, quantity):
-    given = make(symmetry, quantity=quantity)
+    given = with_every_key(symmetry, quantity=quantity)
     given.save(tmp_path / "one.json")
     back = load_brdf(tmp_path / "one.json")
     back.save(tmp_path / "two.json")
@@ -91,6 +69,23 @@ def test_defaults_of_what_may_be_left_out(tmp_path):
     assert np.isnan(brdf.standard_errors).all()
 
 
+def test_version_1_is_read_and_written_back_as_it_was(tmp_path):
+    lobes = [
+        {"model": "ggx", "roughness": 0.31, "f0": [0.04], "weight": [1.0]},
+        {"model": "retro-beckmann", "roughness": 0.2, "f0": [1.0], "weight": [0.3]},
+    ]
+    page = {"format": "surface-scattering-modes", "version": 1, "quantity": "brdf", "symmetry": "isotropic",
+            "order": 0, "channels": ["Y"], "modes": [[0, 0, 0]], "coefficients": [[0.5]], "standard_errors": [[0.1]],
+            "lobes": lobes, "scale": "absolute", "valid": {}, "fit": {}, "source": {}}  # fmt: skip
+    (tmp_path / "one.json").write_text(json.dumps(page))
+    brdf = load_brdf(tmp_path / "one.json")
+    incident, exit = directions(300)
+    page_f = file_oracle.f_of(tmp_path / "one.json", incident, exit)
+    np.testing.assert_allclose(brdf(incident, exit), page_f, rtol=1e-9)
+    brdf.save(tmp_path / "back.json")
+    assert json.loads((tmp_path / "back.json").read_text()) == page
+
+
 GOOD = {"format": "surface-scattering-modes", "version": 1, "order": 2, "channels": ["Y"],
         "modes": [[0, 0, 0], [2, 2, 0]],
         "coefficients": [[1.0], [2.0]], "standard_errors": [[0.1], [0.1]]}  # fmt: skip
@@ -124,66 +119,4 @@ WRONG = {
 @pytest.mark.parametrize("key", WRONG)
 def test_what_is_refused(tmp_path, key):
     path = tmp_path / "bad.json"
-    path.write_text(json.dumps(GOOD))
-    load_brdf(path)
-    path.write_text(json.dumps(GOOD | WRONG[key]))
-    with pytest.raises(InputError) as refused:
-        load_brdf(path)
-    message = str(refused.value)
-    assert message.startswith(f"{path}: {key.strip()}: ") and "\n" not in message
-
-
-def test_files_that_are_none(tmp_path):
-    with pytest.raises(InputError, match=r"absent\.json: "):
-        load_brdf(tmp_path / "absent.json")
-    for text in ("{", "[1, 2]", "null"):
-        (tmp_path / "x.json").write_text(text)
-        with pytest.raises(InputError, match=r"x\.json: "):
-            load_brdf(tmp_path / "x.json")
-
-
-def test_a_failed_save_leaves_the_old_file(tmp_path):
-    path = tmp_path / "brdf.json"
-    make().save(path)
-    before = path.read_bytes()
-    broken = make(extra={"object": object()})
-    with pytest.raises(TypeError):
-        broken.save(path)
-    unwritable = make()
-    values = unwritable.coefficients.copy()
-    values[0, 0] = np.nan  # coefficients must be finite; only standard errors may be unknown
-    with pytest.raises(ValueError, match="JSON"):
-        Brdf(2, ("R", "G", "B"), unwritable.modes, values, values).save(path)
-    assert path.read_bytes() == before and len(list(tmp_path.iterdir())) == 1
-
-
-# --- evaluation ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("symmetry", LISTS)
-def test_call_on_vectors_is_evaluation_at_angles(symmetry):
-    brdf = make(symmetry)
-    angles = np.random.default_rng(4).uniform(0, 1.5, (4, 7, 3))
-    called = brdf(unit_vectors(angles[0], angles[1]), unit_vectors(angles[2], angles[3]))
-    assert called.shape == (7, 3, 3)
-    assert called == pytest.approx(brdf.evaluate(*angles), rel=1e-11, abs=1e-11)
-    assert brdf.evaluate(0.1, 0.2, angles[2], 0.0).shape == (7, 3, 3)
-    assert brdf.evaluate(0.1, 0.2, 0.3, 0.4).shape == (3,)
-    assert brdf.evaluate(np.empty(0), 0.0, 0.3, 0.4).shape == (0, 3)
-
-
-def test_only_the_difference_of_azimuths_counts_if_isotropic():
-    brdf = make()
-    phi = np.linspace(0, 40, 50)
-    assert np.abs(brdf.evaluate(0.7, phi, 1.0, phi + 0.5) - brdf.evaluate(0.7, 0.0, 1.0, 0.5)).max() < 1e-12
-
-
-def test_a_brdf_of_lobes_alone(tmp_path):
-    none = np.empty((0, 1))
-    lobe = Lobe(0.2, np.array([0.5]), np.array([2.0]))
-    brdf = Brdf(0, ("Y",), np.empty((0, 3), int), none, none, lobes=(lobe,))
-    brdf.save(tmp_path / "l.json")
-    back = load_brdf(tmp_path / "l.json")
-    assert back.evaluate(0.3, 0, 0.4, 2.0) == pytest.approx(2 * ggx(0.3, 0.4, 2.0, 0.2, [0.5]), rel=1e-14)
-    assert back.directional_albedo(0.5) == pytest.approx(lobe.directional_albedo(0.5))
-    assert back.directional_albedo(np.empty(0)).shape == (0, 1)
+    assert refused(path, GOOD, WRONG[key]).startswith(f"{path}: {key.strip()}: ")

@@ -1,0 +1,58 @@
+"""Errors in the coefficient file: kept to the bit, beside it where they are many, refused where they are wrong."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import load_brdf
+from tests.drawn.brdfs import RETROS, brdf_of, coat, mirror, refused, uncertain
+
+
+def test_a_round_trip_keeps_every_bit(tmp_path):
+    brdf = uncertain(brdf_of(coat(0.3), mirror((0.45, 0.2), azimuth=0.5), RETROS[1], symmetry="reciprocal"))
+    brdf.save(tmp_path / "a.json")
+    load_brdf(tmp_path / "a.json").save(tmp_path / "b.json")
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+    assert json.loads((tmp_path / "a.json").read_text())["version"] == 2
+
+
+def test_many_parameters_have_their_covariance_beside_the_file(tmp_path):
+    brdf = uncertain(brdf_of(mirror(0.3), order=14))
+    assert len(brdf.uncertainty.parameters) > 150
+    brdf.save(tmp_path / "coefficients.json")
+    assert "channels" not in json.loads((tmp_path / "coefficients.json").read_text())["covariance"]
+    back = load_brdf(tmp_path / "coefficients.json")
+    np.testing.assert_array_equal(back.uncertainty.covariance, brdf.uncertainty.covariance)
+    uncertain(brdf_of(mirror(0.3), order=14), seed=9).save(tmp_path / "other.json")
+    with pytest.raises(InputError, match=r"covariance: covariance\.npz beside it is of other coefficients"):
+        load_brdf(tmp_path / "coefficients.json")
+    (tmp_path / "covariance.npz").unlink()
+    assert load_brdf(tmp_path / "coefficients.json").uncertainty.covariance is None
+
+
+GOOD = {"format": "surface-scattering-modes", "version": 2, "channels": ["Y"], "modes": [[0, 0, 0]],
+        "coefficients": [[1.0]]}  # fmt: skip
+MIRROR = {"model": "mirror", "roughness": 0.3, "f0": [0.04], "weight": [1.0]}
+TABLE = {"theta_i": [45], "theta_r": [45], "dphi": [90], "relative": [[[0.1]]]}
+WRONG = {
+    "parameters": {"parameters": ["S 0 0 0", "lobe 0 roughness"]},
+    "parameters ": {"lobes": [MIRROR], "parameters": ["S 0 0 0", "lobe 0 ground"]},
+    "parameters  ": {"parameters": []},
+    "standard_errors": {"parameters": ["S 0 0 0"], "standard_errors": [[0.1], [0.2]]},
+    "covariance": {"parameters": ["S 0 0 0"], "covariance": [1.0]},
+    "covariance.channels": {"parameters": ["S 0 0 0"], "covariance": {"channels": [[1.0, 2.0]]}},
+    "beyond": {"beyond": 0.1},
+    "beyond.scale": {"beyond": {"scale": -0.1}},
+    "beyond.misfit.theta_i": {"beyond": {"misfit": TABLE | {"theta_i": [50, 40]}}},
+    "beyond.unseen.relative": {"beyond": {"unseen": TABLE | {"relative": [0.1, 0.2]}}},
+}
+
+
+@pytest.mark.parametrize("key", WRONG)
+def test_what_is_refused_names_the_key(tmp_path, key):
+    path = tmp_path / "bad.json"
+    assert refused(path, GOOD, WRONG[key]).startswith(f"{path}: {key.strip()}: ")

@@ -1,0 +1,42 @@
+"""Channels of channels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.errors import Uncertain
+from photogonio.reconstruct.brdf.mixing import mixed
+from tests.drawn.brdfs import brdf_of, coat, directions, mirror, uncertain
+
+
+def test_channels_are_mixed_as_their_values_and_errors_are():
+    """Errors against draws of the parameters, the lobes' shapes being shared by the channels and all else their own."""
+    matrix = np.array([[0.7, 0.2, 0.1], [0.1, 0.8, 0.1]])
+    brdf = brdf_of(coat(0.3), mirror(0.4), order=1)
+    incident, exit = directions(200)
+    both = mixed(brdf, matrix, ("A", "B"))
+    np.testing.assert_allclose(both(incident, exit), brdf(incident, exit) @ matrix.T, rtol=1e-9, atol=1e-9)
+    known = uncertain(brdf)
+    shared = [k for k, name in enumerate(known.uncertainty.parameters) if name.endswith("roughness")]
+    shared += [known.uncertainty.parameters.index("lobe 0 f0")]
+    covariance = known.uncertainty.covariance.copy()
+    for k in range(3):  # shapes alike, and of no effect on the rest
+        covariance[k, shared], covariance[k, :, shared] = 0.0, 0.0
+        covariance[k, shared, shared] = 1e-6
+    alike = Uncertain(
+        known.uncertainty.parameters, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).T, covariance
+    )
+    known = Brdf(known.order, known.channels, known.modes, known.coefficients, known.standard_errors,
+                 lobes=known.lobes, uncertainty=alike)  # fmt: skip
+    error = mixed(known, matrix, ("A", "B")).standard_error(0.4, 0.0, 0.7, 2.5)
+    still = np.ix_(shared, shared)
+    moved = covariance.copy()
+    moved[0][still] = moved[1][still] = moved[2][still] = 0.0
+    free = Uncertain(alike.parameters, alike.standard_errors, moved)
+    only = Brdf(known.order, known.channels, known.modes, known.coefficients, known.standard_errors,
+                lobes=known.lobes, uncertainty=free).standard_error(0.4, 0.0, 0.7, 2.5)  # fmt: skip
+    own = np.sqrt(only**2 @ (matrix**2).T)
+    rest = np.sqrt(np.maximum(known.standard_error(0.4, 0.0, 0.7, 2.5) ** 2 - only**2, 0.0))
+    assert (error >= own * 0.999).all()
+    assert (error**2 <= own**2 * 1.001 + (rest @ matrix.T) ** 2 * 1.01).all()

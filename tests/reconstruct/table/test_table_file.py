@@ -1,0 +1,41 @@
+"""The file of a facet table: the same bytes, and refused in a line where it is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.table.facet_table import LEFT_OUT
+from photogonio.reconstruct.table.table_file import load_table, save_table
+from tests.reconstruct.table.test_facet_table import assert_equal, samples, table_of
+
+
+def test_the_file_gives_the_table_back_in_the_same_bytes(tmp_path):
+    table = table_of(samples(1), "foto ü.png", left_out=np.arange(len(LEFT_OUT)))
+    save_table(table, tmp_path / "a.npz")
+    again = load_table(tmp_path / "a.npz")
+    assert_equal(again, table)
+    save_table(again, tmp_path / "b.npz")
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "b.npz"]
+
+
+def test_a_file_of_before_a_reason_was_counted_has_none_of_it(tmp_path):
+    table = table_of(samples(1), left_out=np.arange(1, len(LEFT_OUT) + 1))
+    save_table(replace(table, left_out=table.left_out[:, :-1]), tmp_path / "old.npz")
+    np.testing.assert_array_equal(load_table(tmp_path / "old.npz").left_out[0], [*range(1, len(LEFT_OUT)), 0])
+
+
+@pytest.mark.parametrize("damage", ["text", "cut", "other arrays", "absent"])
+def test_a_file_that_is_no_table_is_named(tmp_path, damage):
+    path = tmp_path / "t.npz"
+    if damage == "text":
+        path.write_text("not a table")
+    elif damage == "cut":
+        save_table(table_of(samples(1)), path)
+        path.write_bytes(path.read_bytes()[:2000])
+    elif damage == "other arrays":
+        np.savez(path, a=np.zeros(3))
+    with pytest.raises(InputError, match=r"t\.npz"):
+        load_table(path)
