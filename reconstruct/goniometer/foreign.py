@@ -13,6 +13,7 @@ from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
 from photogonio.reconstruct.brdf.radiance import read_radiance
 from photogonio.reconstruct.goniometer.pabopto import beginning, is_pabopto, read_pabopto
 from photogonio.reconstruct.goniometer.sampled import Evaluate, samples_of
+from photogonio.reconstruct.goniometer.zemax import is_zemax, read_zemax
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 
 _REFUSED = (  # what a file begins with, which program's it is
@@ -23,7 +24,7 @@ _REFUSED = (  # what a file begins with, which program's it is
     ("SIMPLE  =", "a FITS file"),
     ("PK\x03\x04", "an archive or a spreadsheet; export the sheet as CSV"),
 )
-_ZEMAX = ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")
+_LIGHTTOOLS = ("ScatterAzimuth", "ScatterRadial")
 _ASK = "; export it as a text table with columns theta_i, phi_i, theta_r, phi_r and values"
 
 
@@ -74,10 +75,10 @@ def read_foreign(path: Path) -> GoniometerSamples | None:
     for mark, name in _REFUSED:
         if start.startswith(mark):
             raise InputError(path, f"is {name}: not read{_ASK}")
-    if sum(word in start for word in _ZEMAX) > 1:
-        raise InputError(path, f"is a BSDF file of Zemax OpticStudio or LightTools: not read{_ASK}")
-    if "VARS" in start and ("NUM_POINTS" in start or "ASTM" in start):
-        raise InputError(path, f"is a scatter file in the manner of ASTM E1392: not read{_ASK}")
+    if is_zemax(start):
+        return read_zemax(path)
+    if all(word in start for word in _LIGHTTOOLS):
+        raise InputError(path, f"is a BSDF file of LightTools: not read{_ASK}")
     return None
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.astm import table_lines
 
 REMARKS = ("#", "%", "!", "//", ";")
 SEPARATORS = (";", "\t", ",", None)  # None: blanks
@@ -123,14 +124,14 @@ def read_text(path: Path) -> TextTable:
     """Read a table: a header, then rows of as many cells; blank lines and remarks are passed over.
 
     Commas, semicolons, tabs or blanks separate; where no comma does, commas may be decimal marks. A header may stand
-    in a remark, and a line of units below it.
+    in a remark, or after ASTM E1392's ``VARS``, and a line of units below it.
 
     Raises:
         InputError: the file cannot be read, has no header, or a row has another number of cells.
     """
     try:
         with path.open(encoding="utf-8-sig") as file:
-            return _read(path, file)
+            return _read(path, table_lines(file))
     except FileNotFoundError:
         raise InputError(path, "no such file") from None
     except OSError as error:

@@ -28,11 +28,11 @@ def test_merl_is_read_at_pairs_of_directions(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("a.bsdf", "Source Measured\nSymmetry PlaneSymmetrical\nSampleRotation 1\n0\nAngleOfIncidence 2\n0 30\n"
-         "ScatterAzimuth 3\n0 90 180\nScatterRadial 3\n0 45 90\nMonochrome\nDataBegin\n", "Zemax OpticStudio"),
+        ("a.bsdf", "Symmetry Asymmetric\nSpectralContent Monochrome\nScatterAzimuth 3\n0 90 180\nScatterRadial 3\n"
+         "0 45 90\nDataBegin\nAOI 10\nPOI 0\nSide Front\n", "LightTools"),
         ("a.brdf", "OPTIS - brdf surface file v9.0\n0\nScattering surface\n", "Ansys Speos"),
         ("a.brdf", "OPTIS - Anisotropic BSDF surface file v7.0\n0\nComment\n", "Ansys Speos"),
-        ("a.astm", "SAMPLE_NAME x\nNUM_POINTS 3\nVARS theta_i,phi_i,theta_s,phi_s,Y\n10,0,20,0,0.1\n", "ASTM E1392"),
+        ("a.astm", "SAMPLE_NAME x\nNUM_POINTS 3\nVARS theta_s,BRDF\n10,0.1\n20,0.1\n", "column 'theta_i' is not among"),
         ("b.bsdf", "tensor_file\0\x01\0", "no tensor file"),
         ("t.xlsx", "PK\x03\x04....", "spreadsheet"),
         ("p.dat", "#intheta 30\n#format: theta phi photons\n1 2 3\n", "expected theta phi and DSF"),
