@@ -47,7 +47,9 @@ __all__ = ["__version__", *_HOMES]
 def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    found = getattr(import_module(_HOMES[name]), name)
+    import_module("photogonio.system.compiled").keep_fresh()
+    return found
 
 
 def __dir__() -> list[str]:

@@ -15,7 +15,7 @@ from typing import NoReturn
 
 from photogonio.arguments import build_parser
 from photogonio.capture.errors import InputError
-from photogonio.system.compiled import forgive_damage
+from photogonio.system.compiled import keep_fresh
 from photogonio.system.memory import keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     keep_freed()
     command = import_module(f"photogonio.commands.{args.command}")
-    forgive_damage()
+    keep_fresh()
     try:
         numbers = command.run(args, reporter)
         if args.json:

@@ -4,14 +4,18 @@ import fcntl
 import os
 import pickle
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import TypeVar
 
 import pytest
 
 import photogonio  # noqa: F401  sets the threads of linear algebra, before anything imports numpy
+from photogonio.system.compiled import keep_fresh
 
 os.environ["PHOTOGONIO_CACHE"] = ""
+import_module("numba")  # after photogonio, which sets the threads
+keep_fresh()
 
 Made = TypeVar("Made")
 
