@@ -65,7 +65,7 @@ def process(
     options: Options | None = None,
     reporter: Reporter | None = None,
 ) -> Result:
-    """Photo set to coefficients; with ``out``, also to files there (docs/cli.md).
+    """Photo set to coefficients, ``result.brdf``; with ``out``, also to files there (docs/cli.md).
 
     Raises:
         InputError: the set cannot be used, or what was asked cannot be done. Nothing is written then.

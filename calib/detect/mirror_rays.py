@@ -12,7 +12,6 @@ from photogonio.calib.geometry.mirror import reflected_ray
 from photogonio.capture.photoset import MirrorBall
 
 _FAR = 40.0  # a near point farther than so many baselines is called directional
-_INCONSISTENT = 5.0  # miss distance in standard errors
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,6 @@ from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.visibility import behind_ball, direct, lit_fraction
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.photoset import MirrorBall, Sphere
-from photogonio.capture.radiance import RadianceImage
 
 ACROSS = 64  # points along the picture's longer side that are read
 LEAST_SEEN = 0.5  # share of the points that must be readable: what is clipped is the brightest
@@ -48,23 +47,6 @@ ReadAt = Callable[
     [np.ndarray], tuple[np.ndarray, np.ndarray]
 ]  # pixels (n, 2) -> radiance (n, c), validity (n,)
 Bounds = tuple[int, int, int, int]  # columns and rows [x0, x1) x [y0, y1) that can be read
-
-
-def measure_surround(
-    setup: Setup, view: ViewSetup, image: RadianceImage, mirror_balls: tuple[MirrorBall, ...] = ()
-) -> Surround | None:
-    """What one photo shows of the surroundings; None for a flat sample, on which nothing beside it shines."""
-    if not isinstance(setup.sample, Sphere):
-        return None
-    x0, y0 = image.origin
-    height, width = image.valid.shape
-
-    def read_at(pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        column, row = pixels[:, 0] - x0, pixels[:, 1] - y0
-        return image.value[row, column], image.valid[row, column]
-
-    bounds = (x0, y0, x0 + width, y0 + height)
-    return surround_of(setup, view, radiance_around(setup, view, read_at, bounds, mirror_balls))
 
 
 def surround_of(setup: Setup, view: ViewSetup, radiance: np.ndarray) -> Surround:

@@ -21,9 +21,8 @@ from photogonio.capture.linear.frames import Rays
 from photogonio.capture.linear.noise import NoiseModel, estimate_noise, given_noise
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.linear.response import Series, recover_response
-from photogonio.capture.linear.signal import Region, Sensor, grown, linear_signal, saturated, widened
+from photogonio.capture.linear.signal import Sensor, grown, linear_signal, saturated, widened
 from photogonio.capture.photoset import MANIFEST, PhotoSet, View
-from photogonio.capture.radiance import RadianceImage
 
 LOOKED_AT = 4  # photos, for noise and clipping
 AT_ONCE = 2  # of them are decoded, which releases the interpreter
@@ -125,13 +124,6 @@ def with_missing(
         )
         for field, files in lacking.items()
     )
-
-
-def read_radiance(
-    photoset: PhotoSet, view: View, *, roi: Region | None = None, camera: Rays | None = None
-) -> RadianceImage:
-    """Radiance of one view alone; for several, ``prepare(photoset)`` once and ``read`` each."""
-    return prepare(photoset, camera=camera).read(view, roi)
 
 
 def read_headers(photoset: PhotoSet) -> dict[str, Header]:

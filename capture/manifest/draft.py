@@ -93,17 +93,12 @@ def passed_lines(passed: Mapping[str, str]) -> str:
     return "\n" + "\n".join(lines) + "\n" if lines else ""
 
 
-def list_photos(folder: Path) -> list[Photo]:
-    """All photos below a folder, in order of their paths, with role, light or bracket, and exposure.
+def survey(folder: Path) -> Folder:
+    """All photos below a folder, in order of their paths, with role, light or bracket, and exposure; and what looks
+    like a photo and is not taken.
 
     A folder inside a role's folder is a bracket if no two of its photos have the same exposure time, else a
     light: ``sample/L01/a.jpg``. Of a RAW file and a developed one of its name the RAW is taken.
-    """
-    return list(survey(folder).photos)
-
-
-def survey(folder: Path) -> Folder:
-    """The photos below a folder, as :func:`list_photos` has them, and what looks like a photo and is not taken.
 
     Raises InputError if there is none that can be read.
     """

@@ -2,49 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
+from functools import wraps
+from typing import ParamSpec
 
 from photogonio import pipeline
 from photogonio.face.measured import MeasuredBrdf
-from photogonio.options import Options
-from photogonio.reconstruct.goniometer.told import Told
 from photogonio.result import Result
-from photogonio.system.progress import Reporter
+
+Asked = ParamSpec("Asked")
 
 
-def process(
-    folder: str | Path,
-    out: str | Path | None = None,
-    options: Options | None = None,
-    reporter: Reporter | None = None,
-) -> Result:
-    """Photo set to coefficients, ``result.brdf``; with ``out``, also to files there (docs/cli.md).
+def _facing(job: Callable[Asked, Result]) -> Callable[Asked, Result]:
+    """The same with a BRDF that can be drawn, compared and exported."""
 
-    Raises:
-        InputError: the set cannot be used, or what was asked cannot be done. Nothing is written then.
-    """
-    return _faced(pipeline.process(folder, out, options, reporter))
+    @wraps(job)
+    def faced(*args: Asked.args, **kwargs: Asked.kwargs) -> Result:
+        result = job(*args, **kwargs)
+        source = {"name": result.name} | result.provenance.to_dict()
+        brdf = replace(result.brdf, source=result.brdf.source | source)
+        return replace(result, coloured=MeasuredBrdf.of(brdf))
 
-
-def fit(
-    table: str | Path,
-    out: str | Path | None = None,
-    options: Options | None = None,
-    *,
-    told: Told | None = None,
-    reporter: Reporter | None = None,
-) -> Result:
-    """Coefficients of tabulated measurements, read as ``told``, or of a facet table (.npz) that ``process`` left.
-
-    Raises:
-        InputError: the table cannot be used, or what was asked cannot be done. Nothing is written then.
-    """
-    return _faced(pipeline.fit(table, out, options, told=told, reporter=reporter))
+    return faced
 
 
-def _faced(result: Result) -> Result:
-    """With a BRDF that can be drawn, compared and exported."""
-    source = {"name": result.name} | result.provenance.to_dict()
-    brdf = replace(result.brdf, source=result.brdf.source | source)
-    return replace(result, coloured=MeasuredBrdf.of(brdf))
+process = _facing(pipeline.process)
+fit = _facing(pipeline.fit)

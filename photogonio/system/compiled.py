@@ -9,6 +9,7 @@ the program has renamed, ends every run with a traceback (numba 0.61 to 0.68): w
 from __future__ import annotations
 
 import hashlib
+import pickle
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -16,6 +17,25 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 _CONSTANTS = (bool, int, float, complex, str, bytes, tuple, set, frozenset, dict, type(None))
+
+# what unpickling foreign bytes may raise: pickle names some and says that there are more, and what the bytes call has
+# its own
+UNREADABLE = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    ImportError,
+    LookupError,
+    MemoryError,
+    NameError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    pickle.PickleError,
+)
 
 
 def keep_fresh() -> None:
@@ -42,7 +62,7 @@ def _forgiving(absent: Callable[[], Any], inner: Callable[..., Any]) -> Callable
     def outer(*arguments: Any) -> Any:
         try:
             return inner(*arguments)
-        except Exception:  # whatever unpickling foreign bytes may raise
+        except UNREADABLE:
             return absent()
 
     return outer

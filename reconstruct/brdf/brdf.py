@@ -180,8 +180,8 @@ class Brdf:
     def _sum_of_modes(self, theta_i, phi_i, theta_r, phi_r) -> np.ndarray:
         if self.symmetry == "isotropic":
             return modes.evaluate_isotropic(self.modes, self.coefficients, theta_i, theta_r, phi_r - phi_i)
-        evaluate = modes.evaluate_general if self.symmetry == "general" else modes.evaluate_reciprocal
-        return evaluate(self.modes, self.coefficients, theta_i, phi_i, theta_r, phi_r)
+        angles = theta_i, phi_i, theta_r, phi_r
+        return modes.evaluate_pairs(self.symmetry, self.modes, self.coefficients, angles)
 
 
 def _below(theta: np.ndarray) -> np.ndarray:

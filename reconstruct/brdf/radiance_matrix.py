@@ -1,6 +1,8 @@
 """Matrices of a BSDF XML: a value for each patch of exit and of incident directions, in Klems' bases or the file's own.
 
-Incident patches are numbered by where light travels on, so that a mirror's matrix is diagonal.
+Incident patches are numbered by where light travels on, so that a mirror's matrix is diagonal. The first patch of every
+ring is centred on azimuth 0 (Klems, "A new method for predicting the solar heat gain of complex fenestration systems",
+ASHRAE Transactions 100, 1994).
 """
 
 from __future__ import annotations
@@ -12,8 +14,19 @@ import numpy as np
 
 from photogonio.reconstruct.modes.angles import spherical_angles
 
+KLEMS = (  # rings of the full basis: lower and upper polar angle, degrees, and patches (Klems 1994)
+    (0, 5, 1),
+    (5, 15, 8),
+    (15, 25, 16),
+    (25, 35, 20),
+    (35, 45, 24),
+    (45, 55, 24),
+    (55, 65, 24),
+    (65, 75, 16),
+    (75, 90, 12),
+)
 LATITUDES = {  # lower bound of each ring, degrees, and its patches
-    "LBNL/Klems Full": ((0, 1), (5, 8), (15, 16), (25, 20), (35, 24), (45, 24), (55, 24), (65, 16), (75, 12)),
+    "LBNL/Klems Full": tuple((low, count) for low, _, count in KLEMS),
     "LBNL/Klems Half": ((0, 1), (6.5, 8), (19.5, 12), (32.5, 16), (45.5, 20), (58.5, 12), (71.5, 8)),
     "LBNL/Klems Quarter": ((0, 1), (9, 8), (27, 12), (45, 12), (63, 8)),
 }

@@ -34,8 +34,8 @@ class Basis:
         if self.symmetry == "isotropic":
             angles = cells.theta_i, cells.theta_r, cells.dphi
             return modes.evaluate_isotropic(self.modes, coefficients, *angles)
-        evaluate = modes.evaluate_reciprocal if self.symmetry == "reciprocal" else modes.evaluate_general
-        return evaluate(self.modes, coefficients, cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+        around = cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r
+        return modes.evaluate_pairs(self.symmetry, self.modes, coefficients, around)
 
     def degree(self) -> np.ndarray:
         """(m,) how fine each mode is: the mean of n (n + 2) / 8 over its two factors, twice.

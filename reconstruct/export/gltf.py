@@ -15,7 +15,7 @@ import numpy as np
 from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE
-from photogonio.reconstruct.export.principled import Principled, fit_principled, schlick, specular
+from photogonio.reconstruct.export.principled import Principled, fit_principled, of_metal, schlick, specular
 
 _RINGS, _SEGMENTS = 48, 96
 _FLOAT, _UINT16, _ARRAY, _INDICES = 5126, 5123, 34962, 34963  # glTF's numbers for types and targets
@@ -47,8 +47,7 @@ def metallic_roughness(
     """See :data:`.principled.Model`."""
     lobe, cos = specular(roughness, incident, exit)
     if metal:
-        miss = (1 - cos) ** 5
-        return lobe * miss, lobe * (1 - miss)
+        return of_metal(lobe, cos)
     reflected = schlick(f0, cos)
     return lobe * reflected, (1 - reflected) / np.pi
 

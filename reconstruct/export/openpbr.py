@@ -14,7 +14,7 @@ from scipy.interpolate import PPoly
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE
-from photogonio.reconstruct.export.principled import Principled, fit_principled, specular
+from photogonio.reconstruct.export.principled import Principled, fit_principled, of_metal, specular
 from photogonio.reconstruct.lobes.interface import coat_albedo, dielectric_fresnel
 
 _DOCUMENT = """<?xml version="1.0"?>
@@ -67,8 +67,7 @@ def openpbr(
     """See :data:`.principled.Model`."""
     lobe, cos = specular(roughness, incident, exit)
     if metal:
-        miss = (1 - cos) ** 5
-        return lobe * miss, lobe * (1 - miss)
+        return of_metal(lobe, cos)
     if f0 <= 0:
         return np.zeros_like(lobe), np.full_like(lobe, 1 / np.pi)
     through = 1 - albedo_of_gloss(roughness, f0, exit[:, 2])

@@ -90,6 +90,12 @@ def specular(roughness: float, incident: np.ndarray, exit: np.ndarray) -> tuple[
     return lobe, np.clip((incident * half).sum(1) / np.maximum(np.linalg.norm(half, axis=1), 1e-12), 0.0, 1.0)
 
 
+def of_metal(lobe: np.ndarray, cos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A conductor's gloss by Schlick's reflectance: see :data:`Model`."""
+    miss = (1 - cos) ** 5
+    return lobe * miss, lobe * (1 - miss)
+
+
 def schlick(f0: float, cos: np.ndarray) -> np.ndarray:
     """Schlick's reflectance; none at all where ``f0`` is 0."""
     return f0 + (1 - f0) * (1 - cos) ** 5 if f0 > 0 else np.zeros_like(cos)

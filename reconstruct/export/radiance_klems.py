@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.klems import PATCHES, RINGS
+from photogonio.reconstruct.brdf.radiance_matrix import KLEMS
 from photogonio.reconstruct.export import radiance_xml as xml
 from photogonio.reconstruct.export.loss import PLACE
 
+PATCHES = sum(count for _, _, count in KLEMS)
 _POLAR, _AZIMUTHS = 5, 5  # samples of a patch
 _BASIS = (
     "\t\t\t<ColumnAngleBasis>LBNL/Klems Full</ColumnAngleBasis>\n"
@@ -59,14 +60,14 @@ def _held(value: np.ndarray, brdf: Brdf) -> np.ndarray:
 
 def _projected_solid_angles() -> np.ndarray:
     """(145,) sr, of the patches."""
-    rings = [np.pi * np.diff(np.sin(np.radians([low, high])) ** 2)[0] / count for low, high, count in RINGS]
-    return np.repeat(rings, [count for _, _, count in RINGS])
+    rings = [np.pi * np.diff(np.sin(np.radians([low, high])) ** 2)[0] / count for low, high, count in KLEMS]
+    return np.repeat(rings, [count for _, _, count in KLEMS])
 
 
 def patch_samples() -> tuple[np.ndarray, np.ndarray]:
     """(145, s) polar angles and azimuths, radians, each of the same projected solid angle within its patch."""
     theta, phi = [], []
-    for low, high, count in RINGS:
+    for low, high, count in KLEMS:
         edges = np.sin(np.radians([low, high])) ** 2
         polar = np.arcsin(np.sqrt(edges[0] + (edges[1] - edges[0]) * (np.arange(_POLAR) + 0.5) / _POLAR))
         offsets = ((np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS - 0.5) * 2 * np.pi / count
@@ -88,6 +89,6 @@ def _definition() -> str:
         f"\t\t\t\t<nPhis>{count}</nPhis>\n"
         f"\t\t\t\t<ThetaBounds><LowerTheta>{low}</LowerTheta><UpperTheta>{high}</UpperTheta></ThetaBounds>\n"
         "\t\t\t</AngleBasisBlock>"
-        for low, high, count in RINGS
+        for low, high, count in KLEMS
     )
     return f"\t\t<AngleBasis>\n\t\t\t<AngleBasisName>LBNL/Klems Full</AngleBasisName>\n{rings}\n\t\t</AngleBasis>"

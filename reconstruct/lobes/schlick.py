@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 RETRO = "retro-"  # begins the file's names of retro-reflective lobes
-MODELS = ("ggx", f"{RETRO}ggx", f"{RETRO}beckmann")  # that the file knows
 
 
 def ggx(

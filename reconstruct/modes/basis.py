@@ -16,6 +16,8 @@ docs/modes.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -186,38 +188,22 @@ def _pair_design(order, product, count, angles, quantity) -> np.ndarray:
     return design
 
 
-def evaluate_general(
+def evaluate_pairs(
+    symmetry: str,
     modes: ArrayLike,
     coefficients: ArrayLike,
-    theta_i: ArrayLike,
-    phi_i: ArrayLike,
-    theta_r: ArrayLike,
-    phi_r: ArrayLike,
+    angles: Sequence[ArrayLike],
     *,
     threads: int | None = None,
 ) -> np.ndarray:
-    """(k, c) sums of general modes (m, 4) with ``coefficients`` (m, c): for each channel Z(i)^T A Z(r)."""
+    """(k, c) sums of ``reciprocal`` or ``general`` modes (m, 4) with ``coefficients`` (m, c) at ``angles`` theta_i,
+    phi_i, theta_r, phi_r, radians: for each channel Z(i)^T A Z(r), A symmetric if reciprocal."""
     modes, coefficients = _checked(modes, coefficients, 4)
     j, k = pair_indices(modes)
-    return _bilinear(modes, j, k, coefficients, (theta_i, phi_i, theta_r, phi_r), threads)
-
-
-def evaluate_reciprocal(
-    modes: ArrayLike,
-    coefficients: ArrayLike,
-    theta_i: ArrayLike,
-    phi_i: ArrayLike,
-    theta_r: ArrayLike,
-    phi_r: ArrayLike,
-    *,
-    threads: int | None = None,
-) -> np.ndarray:
-    """(k, c) sums of reciprocal modes (m, 4) with ``coefficients`` (m, c): the same, A symmetric."""
-    modes, coefficients = _checked(modes, coefficients, 4)
-    j, k = pair_indices(modes)
+    if symmetry == "general":
+        return _bilinear(modes, j, k, coefficients, angles, threads)
     half = coefficients * np.where(j == k, 0.5, np.sqrt(0.5))[:, None]
     both = np.concatenate([half, half])
-    angles = (theta_i, phi_i, theta_r, phi_r)
     return _bilinear(modes, np.concatenate([j, k]), np.concatenate([k, j]), both, angles, threads)
 
 

@@ -1,4 +1,4 @@
-"""Expansions as matrices: turning the sample, and projecting a general BRDF on reciprocal and isotropic ones.
+"""Expansions as matrices, and a general BRDF projected on reciprocal and isotropic ones.
 
 An expansion is one matrix A a channel, f = sum A_jk Z_j(i) Z_k(r) (OSA/ANSI indices). Turning the sample mixes
 Z_n^l with Z_n^-l; reciprocity says A is symmetric; isotropy that A commutes with every turn. What a projection
@@ -7,8 +7,6 @@ Source: Koenderink et al. (1996), section 3.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,15 +18,6 @@ from photogonio.reconstruct.modes.basis import (
     reciprocal_modes,
 )
 from photogonio.reconstruct.modes.zernike import zernike_count, zernike_index, zernike_orders
-
-
-@dataclass(frozen=True, slots=True)
-class Projected:
-    """Coefficients on a smaller basis, and the share that did not fit."""
-
-    modes: np.ndarray  # (m, 3) or (m, 4)
-    coefficients: np.ndarray  # (m, c)
-    lost: np.ndarray  # (c,) root of the sum of squares taken away, over that of what was given
 
 
 def pair_matrix(symmetry: str, modes: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
@@ -52,34 +41,6 @@ def pair_coefficients(symmetry: str, matrix: np.ndarray) -> tuple[np.ndarray, np
     modes = _LISTS[symmetry](order)
     coefficients = sum(share[:, None] * matrix[:, j, k].T for share, j, k in _entries(symmetry, modes))
     return modes, coefficients
-
-
-def turned(
-    symmetry: str, modes: np.ndarray, coefficients: np.ndarray, angle: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Modes and coefficients of the same sample turned about its normal by ``angle`` (radians, from x toward y).
-
-    Exact. The new f is the old one at phi_i - angle, phi_r - angle; isotropic expansions do not change. Inverse: the
-    same by -angle.
-    """
-    if symmetry == "isotropic":
-        return np.asarray(modes, int), np.asarray(coefficients, float)
-    matrix = pair_matrix(symmetry, modes, coefficients)
-    turn = _turn_matrix(matrix.shape[1], angle)
-    return pair_coefficients(symmetry, turn.T @ matrix @ turn)
-
-
-def project_expansion(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, onto: str) -> Projected:
-    """Orthogonal projection of an expansion on another symmetry's basis, with what is lost.
-
-    From general onto reciprocal ``lost`` measures the breach of reciprocity; from reciprocal onto isotropic that of
-    isotropy (with bilateral symmetry). The other way round nothing is lost.
-    """
-    matrix = pair_matrix(symmetry, modes, coefficients)
-    rows, values = pair_coefficients(onto, matrix)
-    rest = matrix - pair_matrix(onto, rows, values)
-    size = np.sqrt((matrix**2).sum((1, 2)))
-    return Projected(rows, values, np.sqrt((rest**2).sum((1, 2))) / np.maximum(size, np.finfo(float).tiny))
 
 
 def breaches(modes: np.ndarray, coefficients: np.ndarray, symmetry: str = "general") -> dict[str, np.ndarray]:

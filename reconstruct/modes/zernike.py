@@ -106,25 +106,6 @@ def elevation_norms(order: int) -> np.ndarray:
     return np.sqrt((recurrence(order).n + 1) / (2 * np.pi))
 
 
-def elevation_slopes(order: int, theta: ArrayLike) -> np.ndarray:
-    """d Theta_n^l / d theta, (t, ...), by differentiating the recurrence.
-
-    rho and z are smooth in theta: d rho / d theta = cos(theta / 2) / sqrt(2), dz / d theta = 2 sin(theta).
-    """
-    theta = np.asarray(theta, float)
-    r = recurrence(order)
-    rho, drho = np.sqrt(2.0) * np.sin(theta / 2), np.cos(theta / 2) / np.sqrt(2.0)
-    value = _sequence(order, rho, np.cos(theta)).reshape(radial_count(order), *theta.shape)
-    slope, sin, z = np.zeros_like(value), np.sin(theta), 1 - 2 * np.cos(theta)
-    for t in range(1, len(r.n)):
-        p, pp = r.before[t], r.before2[t]
-        if r.n[t] == r.l[t]:
-            slope[t] = drho * value[p] + rho * slope[p]
-        else:
-            slope[t] = (r.a[t] * z + r.b[t]) * slope[p] + 2 * r.a[t] * sin * value[p] - r.c[t] * slope[pp]
-    return slope * _column(elevation_norms(order), theta.ndim)
-
-
 def zernike_count(order: int) -> int:
     """Number of Z_n^l up to ``order``."""
     return (order + 1) * (order + 2) // 2
@@ -147,16 +128,6 @@ def zernike_sequence(order: int, theta: ArrayLike, phi: ArrayLike) -> np.ndarray
     n, l = zernike_orders(np.arange(zernike_count(order)))
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
     return elevation_sequence(order, theta)[radial_index(n, l)] * azimuth_sequence(order, phi)[order + l]
-
-
-def zernike_gradient(order: int, theta: ArrayLike, phi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """d Z / d theta and d Z / d phi, each (j, ...) by OSA/ANSI index; radians."""
-    n, l = zernike_orders(np.arange(zernike_count(order)))
-    theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
-    place, around = radial_index(n, l), azimuth_sequence(order, phi)
-    by_theta = elevation_slopes(order, theta)[place] * around[order + l]
-    by_phi = elevation_sequence(order, theta)[place] * around[order - l] * _column(-l, theta.ndim)
-    return by_theta, by_phi
 
 
 def azimuth_sequence(order: int, phi: ArrayLike) -> np.ndarray:

@@ -6,7 +6,7 @@ all it needs is one strength, by rows left out. What is richer has to predict be
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,19 +61,3 @@ def smooth_ridge(
     for k, own in enumerate(coefficients):
         left_out[fold == k] = design[fold == k] @ own.T
     return SmoothRidge(prior, left_out * size, design @ all_rows.T * size, all_rows.T * size)
-
-
-def fold_losses(missed: np.ndarray, fold: np.ndarray, folds: int) -> np.ndarray:
-    """(f,) sums over each fold of the squares of ``missed`` (n, c)."""
-    return np.bincount(fold, np.sum(missed**2, axis=1), folds)
-
-
-def no_better(
-    loss: Sequence[float] | np.ndarray, than: Sequence[float] | np.ndarray, errors: float = 1.0
-) -> bool:
-    """Whether losses (f,) of the same folds are less by no more than ``errors`` standard errors of the comparison: on
-    their logarithms, since folds differ much in how hard they are."""
-    tiny = np.finfo(float).tiny
-    gain = np.log(np.maximum(than, tiny)) - np.log(np.maximum(loss, tiny))
-    error = gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else 0.0
-    return bool(gain.mean() <= errors * error)

@@ -70,6 +70,13 @@ class FacetTable:
     def __add__(self, other: FacetTable) -> FacetTable:
         return add_tables((self, other))
 
+    def take(self, keep: np.ndarray) -> FacetTable:
+        """The cells that a mask, or an ascending index array, names."""
+        rows: dict[str, Any] = {
+            name: getattr(self, name)[keep] for name in ("group", "facet_i", "facet_r", *SUMS)
+        }
+        return replace(self, **rows)
+
 
 def accumulate(
     *,
@@ -209,16 +216,10 @@ def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:
     kept = [k for k, name in enumerate(table.groups) if name in names]
     place = np.full(len(table.groups), -1, np.int32)
     place[kept] = np.arange(len(kept), dtype=np.int32)
-    rows = place[table.group] >= 0
-    arrays = {name: getattr(table, name)[rows] for name in ("facet_i", "facet_r", *SUMS)}
+    part = table.take(place[table.group] >= 0)
     left_out = table.left_out[kept] if len(table.left_out) == len(table.groups) else table.left_out
-    return replace(
-        table,
-        groups=tuple(table.groups[k] for k in kept),
-        group=place[table.group[rows]],
-        left_out=left_out,
-        **arrays,
-    )
+    groups = tuple(table.groups[k] for k in kept)
+    return replace(part, groups=groups, group=place[part.group], left_out=left_out)
 
 
 def _stacked(table: FacetTable) -> np.ndarray:

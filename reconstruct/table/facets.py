@@ -38,7 +38,6 @@ __all__ = [
     "facet_index",
     "facet_of",
     "mean_directions",
-    "neighbours",
     "solid_angles",
     "vertices",
 ]
@@ -174,26 +173,3 @@ def mean_directions(level: int) -> np.ndarray:
 def barycentres(level: int) -> np.ndarray:
     """(f, 3) unit vectors of the facets' barycentres. ``facet_index`` takes them to 0, 1, 2 ..."""
     return unit(mean_directions(level))
-
-
-@lru_cache(maxsize=16)
-def neighbours(level: int) -> np.ndarray:
-    """int32 (f, 3) facets across the three edges, -1 across the horizon; edge k runs from corner k to k + 1.
-
-    At level 0 the three are in no set order.
-    """
-    if facet_count(level) == 10:
-        k = np.arange(5)
-        caps = np.column_stack([(k + 1) % 5, (k - 1) % 5, k + 5])
-        belts = np.column_stack([(k + 1) % 5 + 5, (k - 1) % 5 + 5, k])
-        return np.concatenate([caps, belts]).astype(np.int32)
-    corners = vertices(level)
-    middles = unit(corners + np.roll(corners, -1, 1)).reshape(-1, 3)
-    keys = np.round(middles * 2**24).astype(np.int64)  # distinct midpoints differ by far more than 2^-24
-    order = np.lexsort(keys.T)
-    same = np.flatnonzero((keys[order[1:]] == keys[order[:-1]]).all(1))
-    across = np.full(len(middles), -1, np.int32)
-    across[order[same]], across[order[same + 1]] = order[same + 1] // 3, order[same] // 3
-    table = across.reshape(-1, 3)
-    table.setflags(write=False)
-    return table

@@ -70,7 +70,7 @@ class Fuzzed:
                 return f"a message of several lines: {error}"
         except TooLong:
             return f"longer than {self.longest} s"
-        except Exception:
+        except Exception:  # whatever else a reader raises is what is sought
             return traceback.format_exc(limit=-6)
         more = _names(self.folder) - self.there
         return f"files left: {sorted(more)}" if more else ""

@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 from photogonio.calib.geometry.camera import Camera, Pose
-from photogonio.calib.radiometry.surround import FAR, NEAR, backdrop, completed, measure_surround, near_shown
+from photogonio.calib.radiometry.surround import (
+    FAR,
+    NEAR,
+    backdrop,
+    completed,
+    near_shown,
+    radiance_around,
+    surround_of,
+)
 from photogonio.calib.setup import Light, Setup, ViewSetup
-from photogonio.capture.photoset import MirrorBall, Plane, Sphere
+from photogonio.capture.photoset import MirrorBall, Sphere
 from photogonio.capture.radiance import RadianceImage
 from tests.drawn.boards import looking_at, plane_points, radiance
 
@@ -50,6 +58,19 @@ def lambert(points: np.ndarray, light: Light = LAMP) -> np.ndarray:
 
 
 SIDES = eyes((5, -190, 210), (190, 60, 210), (-170, 80, 210))
+
+
+def measure_surround(whole: Setup, view: ViewSetup, image: RadianceImage, balls: tuple[MirrorBall, ...] = ()):
+    """What one photo in memory shows of the surroundings."""
+    x0, y0 = image.origin
+    height, width = image.valid.shape
+
+    def read_at(pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        column, row = pixels[:, 0] - x0, pixels[:, 1] - y0
+        return image.value[row, column], image.valid[row, column]
+
+    bounds = (x0, y0, x0 + width, y0 + height)
+    return surround_of(whole, view, radiance_around(whole, view, read_at, bounds, balls))
 
 
 @pytest.fixture(scope="module")
@@ -184,9 +205,7 @@ def test_a_distant_lamp_lights_all_cells_alike():
     np.testing.assert_allclose(one.lamp, np.broadcast_to(0.8 * STRENGTH, one.lamp.shape), rtol=1e-12)
 
 
-def test_a_flat_sample_has_no_surround():
-    whole = replace(setup(SIDES[:1]), sample=Plane(np.array([[0.0, 0], [9, 0], [9, 9]])))
-    assert measure_surround(whole, whole.views[0], photo(SIDES[0])) is None
+def test_views_without_a_surround_have_none_to_fill_in():
     assert completed([None, None]) == (None, None)
 
 

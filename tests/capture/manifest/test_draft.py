@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.capture.manifest.draft import list_photos, manifest_text, survey
+from photogonio.capture.manifest.draft import manifest_text, survey
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.stub import stub_manifest
 from photogonio.capture.target.layout import make_target
@@ -46,7 +46,7 @@ def folder(tmp_path, files):
 
 
 def test_roles_lights_and_brackets_come_from_the_folders(folder):
-    photos = {photo.file: photo for photo in list_photos(folder)}
+    photos = {photo.file: photo for photo in survey(folder).photos}
     roles = {name: photo.role for name, photo in photos.items()}
     assert roles["calibration/c0.JPG"] == "calibration" and roles["Sample/s0.jpg"] == "sample"
     assert roles["chrome/left lamp/p.jpg"] == "probe" and roles["darks/d.png"] == "dark"
@@ -57,7 +57,7 @@ def test_roles_lights_and_brackets_come_from_the_folders(folder):
 
 
 def test_exposures_come_from_exif(folder):
-    photos = {photo.file: photo for photo in list_photos(folder)}
+    photos = {photo.file: photo for photo in survey(folder).photos}
     assert photos["Sample/s0.jpg"].exposure_time == pytest.approx(0.5, abs=1e-6)
     assert (photos["Sample/s0.jpg"].f_number, photos["Sample/s0.jpg"].iso) == (8.0, 100.0)
     assert photos["darks/d.png"].exposure_time is None
@@ -68,7 +68,7 @@ def test_the_text_is_a_manifest_of_those_photos(folder):
     assert text == manifest_text(folder) and "CHECK" in text and 'encoding = "srgb"' in text
     (folder / "photoset.toml").write_text(text, encoding="utf-8")
     found = load_photoset(folder)
-    expected = list_photos(folder)
+    expected = survey(folder).photos
     assert [photo.file for photo in found.photos] == [photo.file for photo in expected]
     assert [photo.light for photo in found.photos] == [photo.light for photo in expected]
     for one, other in zip(found.photos, expected, strict=True):
@@ -90,7 +90,7 @@ def test_photos_are_added_to_the_targets_own_manifest(folder):
 
 def test_a_raw_file_goes_before_its_jpeg(folder, shared):
     (folder / "Sample" / "s0.dng").write_bytes((shared / "data" / "raw" / "colorchart.dng").read_bytes())
-    names = [photo.file for photo in list_photos(folder)]
+    names = [photo.file for photo in survey(folder).photos]
     assert "Sample/s0.dng" in names and "Sample/s0.jpg" not in names
 
 

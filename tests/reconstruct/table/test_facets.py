@@ -160,27 +160,6 @@ def test_compiled_scalar_is_the_same():
     assert f.facet_of(0.0, 0.0, -1.0, 3) == -1
 
 
-@pytest.mark.parametrize("level", range(6))
-def test_neighbours_know_each_other(level):
-    across = f.neighbours(level)
-    count = f.facet_count(level)
-    assert across.shape == (count, 3)
-    for facet, k in zip(*np.nonzero(across >= 0), strict=True):
-        assert facet in across[across[facet, k]]
-    assert (across == -1).sum() == (0 if level == 0 else 10 * 2 ** (level - 1))
-
-
-def test_neighbours_are_across_their_edges():
-    level = 3
-    corners = f.vertices(level)
-    middles = corners + np.roll(corners, -1, axis=1)
-    outward = middles + 1e-6 * np.cross(np.roll(corners, -1, axis=1), corners)
-    across = f.neighbours(level)
-    found = f.facet_index(outward.reshape(-1, 3), level).reshape(-1, 3)
-    assert np.array_equal(found[across >= 0], across[across >= 0])
-    assert (outward[across < 0][:, 2] <= 1e-12).all()
-
-
 @pytest.mark.parametrize("level", [0, 1, 3])
 def test_barycentres_are_means(level):
     directions = random_directions(400_000, seed=8)
