@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +14,13 @@ from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look, l
 from photogonio.calib.diagnose.board.board_shape import bad_photos
 from photogonio.calib.diagnose.board.marker_corners import listed_order, order_warning, reordered
 from photogonio.calib.diagnose.board.wrong_board import board_fault
+from photogonio.calib.diagnose.photos.turned_photos import (
+    tell_turned,
+    turned_against_given,
+    turned_against_lens,
+    turned_photos,
+    upright,
+)
 from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners, board_points
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import fit_pose, joined
@@ -34,10 +40,6 @@ _ORDINARY = (
 _ASPECT = 5e-4  # how square pixels are
 _CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
 _POSE_VALUES = 7  # that each photo's corners fix: its pose, and its share of the camera
-_MANY, _MINORITY = 4, 0.4  # photos that tell which are turned, and the share of them that may be
-_ASIDE = (
-    0.01  # of the picture's longer side, by which a still camera's photos show the board apart at the most
-)
 _MOVED = 0.5  # share of a photo's corners astray that means the camera moved
 _MOST_PIXELS, _MOST_SHARE = (
     3.0,
@@ -68,6 +70,7 @@ def first_state(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Rem
     photos = look_at_all(photoset, reader, tell, remarks)
     photoset, photos = as_printed(photoset, reader, photos, remarks)
     camera, model, photos = find_camera(photoset, reader, photos, tell, remarks)
+    photoset = reader.photoset = as_read(photoset, photos)
     boards, observations = find_poses(photoset, camera, photos, remarks)
     return State(photoset, reader, camera, model, tuple(boards), tuple(observations), remarks, tell)
 
@@ -115,41 +118,35 @@ def as_printed(
 
 
 def _upright(photos: Photos, remarks: Remarks) -> Photos:
-    """Without photos of a fixed camera that are stored upside down: their lens has its axis elsewhere."""
-    still = [
-        (one.view.name, one.corners, one.size)
-        for one in photos.samples + photos.probes
-        if one.corners is not None
-    ]
-    turned = {still[k][0] for k in turned_photos([(corners, size) for _, corners, size in still])}
-    for name in sorted(turned):
-        remarks.leave_out(
-            name, "it is stored turned by 180 degrees, against the other photos", "photo-turned"
-        )
-    samples, probes = (
-        [one for one in part if one.view.name not in turned] for part in (photos.samples, photos.probes)
-    )
-    return Photos(samples, probes, photos.boards)
+    """A fixed camera's photos, those that are stored upside down turned back: their lens has its axis elsewhere."""
+    still = [one for one in photos.samples + photos.probes if one.corners is not None]
+    turned = turned_photos([(one.corners, one.size) for one in still if one.corners is not None])
+    return _turned_back(photos, {still[k].view.name for k in turned}, remarks)
 
 
-def turned_photos(seen: Sequence[tuple[Corners, tuple[int, int]]]) -> list[int]:
-    """Which of a fixed camera's photos, by number, show the board where the others do once they are turned by half a
-    turn; none where they are not a minority."""
-    corners = [one for one, _ in seen if len(one) >= FEWEST_CORNERS]
-    if len(corners) < _MANY:
-        return []
-    ids, pixels = (np.concatenate([getattr(one, name) for one in corners]) for name in ("ids", "pixels"))
-    middle = {int(k): np.median(pixels[ids == k], axis=0) for k in np.unique(ids)}
-    found = []
-    for k, (one, size) in enumerate(seen):
-        if len(one) < FEWEST_CORNERS:
-            continue
-        usual = np.array([middle[int(n)] for n in one.ids])
-        as_is = np.median(np.linalg.norm(one.pixels - usual, axis=1))
-        about = np.median(np.linalg.norm(np.array(size) - 1 - one.pixels - usual, axis=1))
-        if about < _ASIDE * max(size) < as_is:
-            found.append(k)
-    return found if len(found) < _MINORITY * len(corners) else []
+def _turned_back(photos: Photos, names: set[str], remarks: Remarks) -> Photos:
+    tell_turned(sorted(names), remarks)
+    return photos.replaced([upright(one) if one.view.name in names else one for one in photos.every])
+
+
+def _lens_upright(photoset: PhotoSet, photos: Photos, camera: Camera, remarks: Remarks) -> Photos:
+    """All photos with the lens's axis on the same side of the middle, the given camera's, if one is."""
+    shown = [one for one in photos.every if one.corners is not None and one.size == camera.size]
+    corners = [one.corners for one in shown if one.corners is not None]
+    find = turned_against_lens if photoset.camera.matrix is None else turned_against_given
+    names = {shown[k].view.name for k in find(camera, corners)}
+    if photoset.camera.fixed:  # one and the same side, and those that are not were found before
+        still = {one.view.name for one in photos.samples + photos.probes}
+        told = [one.view.name for one in shown if one.view.name in still]
+        most = 2 * sum(name in names for name in told) > len(told)
+        names = names - still | (still if most else set())
+    return _turned_back(photos, names, remarks)
+
+
+def as_read(photoset: PhotoSet, photos: Photos) -> PhotoSet:
+    """The set whose photos are turned as those of ``photos`` are."""
+    seen = {photo.file: photo.turned for one in photos.every for photo in one.view.photos}
+    return photoset.turned_to(p.file for p in photoset.photos if seen.get(p.file, p.turned))
 
 
 def _relisted(board: LooseMarkers, photos: Photos, remarks: Remarks) -> tuple[LooseMarkers, Photos]:
@@ -178,6 +175,7 @@ def find_camera(
         distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
         camera = Camera(np.asarray(entry.matrix, float), distortion, size)
         closer = photos.replaced(look_closer(reader, camera, photos.every, tell, remarks))
+        closer = _lens_upright(photoset, closer, camera, remarks)
         return camera, CameraModel(size, distortion, ()), closer
     start = quick_camera(_useful(photos.every, size), size)
     if start is None:
@@ -186,6 +184,7 @@ def find_camera(
             "too few board corners in every photo to find the camera: give [camera] or calibration photos",
         )
     closer = photos.replaced(look_closer(reader, start, photos.every, tell, remarks))
+    closer = _lens_upright(photoset, closer, start, remarks)
     return fitted_camera(closer, size, remarks, reader.workers)
 
 

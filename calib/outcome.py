@@ -51,6 +51,7 @@ def setup_from(state: State) -> Setup:
         falloff=falloff,
         scale_error=float(np.linalg.norm([common, room_doubt(state), *uneven])),
         diagnoses=tuple(remarks.diagnoses),
+        turned=photoset.turned,
     )
 
 

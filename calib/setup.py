@@ -120,6 +120,7 @@ class Setup:
         0.0  # relative, that all strengths share by what is not known of lens, room and patches
     )
     diagnoses: tuple[Diagnosis, ...] = ()  # what the warnings tell, by code
+    turned: tuple[str, ...] = ()  # photos that are read half a turn about, against how they are stored
 
     @property
     def ball(self) -> Sphere:

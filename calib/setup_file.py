@@ -141,6 +141,7 @@ def _setup(data: Mapping[str, Any]) -> Setup:
         falloff=None if data.get("falloff") is None else _falloff(data["falloff"]),
         scale_error=_given(data.get("scale_error", 0.0)),
         diagnoses=from_codes(data.get("diagnoses", {})),
+        turned=tuple(_text(name) for name in _rows(data.get("turned", []))),
     )
 
 

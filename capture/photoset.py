@@ -5,7 +5,8 @@ Lengths are in the set's own unit, in the board (world) frame; angles do not occ
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -143,6 +144,7 @@ class Photo:
     f_number: float | None = None
     iso: float | None = None
     bracket: int | None = None  # photos with the same number are one exposure series of one view
+    turned: bool = False  # stored upside down against the others: read turned by half a turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,3 +187,13 @@ class PhotoSet:
                 key = ("bracket", photo.bracket) if photo.bracket is not None else ("photo", k)
                 series.setdefault(key, []).append(photo)
         return tuple(View(tuple(photos)) for photos in series.values())
+
+    @property
+    def turned(self) -> tuple[str, ...]:
+        """Files that are read half a turn about, against how they are stored."""
+        return tuple(photo.file for photo in self.photos if photo.turned)
+
+    def turned_to(self, files: Iterable[str]) -> PhotoSet:
+        """The set of which these files, and no others, are read half a turn about."""
+        turned = frozenset(files)
+        return replace(self, photos=tuple(replace(p, turned=p.file in turned) for p in self.photos))

@@ -280,7 +280,8 @@ def _calibrated(
         ):  # takes the camera, and changes the white patch's reading
             setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch)
         setup = kept.save(setup)
-    radiance = replace(without_veil(with_vignetting(radiance, setup), setup), decode=scratch.take)
+    radiance = replace(radiance, photoset=photoset.turned_to(setup.turned), decode=scratch.take)
+    radiance = without_veil(with_vignetting(radiance, setup), setup)
     for note in radiance.notes:
         reporter.say(note)
     reporter.tell(*radiance.diagnoses, *setup.diagnoses)

@@ -72,7 +72,7 @@ class Reader:
         self.workers = asked.get("workers", 1)
         self._read = read_radiance
         self._read_part, self._read_level = asked.get("read_part"), asked.get("read_level")
-        self._kept: OrderedDict[str, RadianceImage] = OrderedDict()
+        self._kept: OrderedDict[View, RadianceImage] = OrderedDict()
         self._bytes = 0
         self._lock = Lock()
 
@@ -81,21 +81,21 @@ class Reader:
         if view.name in self.failed:
             return None
         with self._lock:
-            if view.name in self._kept:
-                self._kept.move_to_end(view.name)
-                return self._kept[view.name]
+            if view in self._kept:
+                self._kept.move_to_end(view)
+                return self._kept[view]
         try:
             image = self._read(self.photoset, view)
         except InputError as error:
             self.failed[view.name] = str(error)
             return None
-        self._keep(view.name, image)
+        self._keep(view, image)
         return image
 
     def level(self, view: View, region: Region | None = None) -> tuple[np.ndarray, np.ndarray] | None:
         """Gray radiance (h, w) and the pixels that may be used (h, w) bool, of a region or everywhere; None if the view
         cannot be read."""
-        if self._read_level is None or view.name in self.failed or view.name in self._kept:
+        if self._read_level is None or view.name in self.failed or view in self._kept:
             image = self(view)
             if image is None:
                 return None
@@ -108,7 +108,7 @@ class Reader:
 
     def part(self, view: View, region: Region | Windows) -> RadianceImage | None:
         """The radiance of a region ``[x0, x1) x [y0, y1)``; None if the view cannot be read."""
-        if self._read_part is None or view.name in self.failed or view.name in self._kept:
+        if self._read_part is None or view.name in self.failed or view in self._kept:
             return self(view)
         try:
             return self._read_part(view, region)
@@ -120,7 +120,7 @@ class Reader:
         """The four pixels to the right of and below each of ``pixels`` (n, 2), as a picture (2 n, 2) in which they lie
         under one another; None if the view cannot be read. Only the whole picture tells which of them are valid."""
         windows = Windows(pixels, 0, 1)
-        if self._read_part is not None and view.name not in self._kept:
+        if self._read_part is not None and view not in self._kept:
             return self.part(view, windows)
         image = self(view)
         if image is None:
@@ -132,11 +132,11 @@ class Reader:
         """:func:`calib.detect.parallel.abreast` with this reader's workers."""
         return abreast(task, items, self.workers)
 
-    def _keep(self, name: str, image: RadianceImage) -> None:
+    def _keep(self, view: View, image: RadianceImage) -> None:
         with self._lock:
-            if name in self._kept or _size(image) > _CACHE_BYTES:
+            if view in self._kept or _size(image) > _CACHE_BYTES:
                 return
-            self._kept[name] = image
+            self._kept[view] = image
             self._bytes += _size(image)
             while self._bytes > _CACHE_BYTES:
                 _, old = self._kept.popitem(last=False)

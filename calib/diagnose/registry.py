@@ -68,9 +68,9 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
         ),
         Entry(
             "photo-turned",
-            "A fixed camera's photo is stored upside down against the others: its lens has its axis elsewhere. It is "
-            "left out, lest camera and directions be off.",
-            "Turn it back by 180 degrees without compressing it anew.",
+            "Photos are stored upside down against the others, or against the given camera: their lens has its axis "
+            "elsewhere in the picture. They are read turned back.",
+            "Nothing; or turn them back by 180 degrees without compressing them anew.",
         ),
         Entry(
             "corners-astray",

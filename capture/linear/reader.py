@@ -199,4 +199,10 @@ class RadianceReader:
         if len(image.channels) != len(self.channels):
             what = f"has {len(image.channels)} channels, the other photos have {len(self.channels)}"
             raise InputError(path, what)
-        return image
+        return half_turned(image) if photo.turned else image
+
+
+def half_turned(image: Image) -> Image:
+    """The picture turned by half a turn; its own inverse."""
+    full = None if image.saturated is None else np.ascontiguousarray(image.saturated[::-1, ::-1])
+    return replace(image, pixels=np.ascontiguousarray(image.pixels[::-1, ::-1]), saturated=full)

@@ -256,6 +256,7 @@ PHOTO_TABLE = {
     "f_number": Key(POSITIVE),
     "iso": Key(POSITIVE),
     "bracket": Key(integer()),
+    "turned": Key(boolean),
 }
 BALL_TABLE = {"center": Key(array(3), required=True), "radius": Key(POSITIVE, required=True)}
 PATCH_TABLE = {

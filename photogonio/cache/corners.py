@@ -65,7 +65,7 @@ class KeptLooks:
         hashes = [self._hashes[file] for file in files]
         exposures = [self._reader.exposures.get(file) for file in files]
         noise = self._reader.sensor.noise if len(files) > 1 else None  # exposures are joined by it
-        roles = [photo.role for photo in view.photos]
+        roles = [(photo.role, photo.turned) for photo in view.photos]
         return key_of(self._shared, hashes, exposures, noise, roles, view.light, around)
 
 

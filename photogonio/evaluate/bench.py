@@ -70,7 +70,7 @@ class Bench:
 
 def open_bench(folder: Path, setup: Setup, table: FacetTable) -> Bench:
     """Read the photos of a run that found ``setup`` and ``table``."""
-    photoset = load_photoset(folder)
+    photoset = load_photoset(folder).turned_to(setup.turned)
     reader = prepare(photoset)
     views = {view.name: view for view in photoset.views("sample")}
     around = ReduceOptions(

@@ -180,7 +180,7 @@ class _Job:
                 raise InputError(photo.file, f"cannot be read: {error.strerror}") from error
         hashes = [self.hashes[photo.file] for photo in photos]
         exposures = [self.reader.exposures.get(photo.file) for photo in photos]
-        return key_of(hashes, exposures, light)
+        return key_of(hashes, exposures, light, [photo.turned for photo in photos])
 
 
 def _remembering(reader: RadianceReader) -> RadianceReader:

@@ -65,6 +65,8 @@ def check_place(target: Path, *, folder: bool) -> None:
         raise InputError(target, "is a file; expected a folder to write to")
     if not folder and target.is_dir():
         raise InputError(target, "is a folder; expected a file to write")
+    if not folder and target.exists() and not target.is_file():  # a device would be replaced by a file
+        raise InputError(target, "is no ordinary file; expected one to write")
     above = next((one for one in Path(os.path.realpath(target)).parents if one.exists()), None)
     if above is not None and not above.is_dir():
         raise InputError(target, "a part of this path is a file")

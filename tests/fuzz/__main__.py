@@ -1,7 +1,8 @@
 """Hours of it:  python -m tests.fuzz --long N [--only NAME ...] [--seed S]
 
 N inputs are shared out over all readers; each that is not read or refused in one line is printed with what reproduces
-it, and the exit status is 1.
+it, and the exit status is 1; so it is if the process ever took more memory than a reader may, or left a file where it
+was called.
 """
 
 from __future__ import annotations
@@ -14,8 +15,11 @@ import tempfile
 import time
 from pathlib import Path
 
+from photogonio.system.memory import peak_megabytes, reset_peak
 from tests.fuzz.harness import Fuzzed
 from tests.fuzz.targets import TARGETS
+
+MOST_MEGABYTES = 2000  # at any time, libraries and all
 
 
 def main() -> int:
@@ -27,11 +31,13 @@ def main() -> int:
     os.environ["PHOTOGONIO_CACHE"] = ""
     chosen = [one for one in TARGETS if (one.name in args.only if args.only else one.share)]
     shares = sum(max(one.share, 1) for one in chosen)
-    wrong = 0
+    wrong, most = 0, 0.0
+    before = set(os.listdir())
     with tempfile.TemporaryDirectory() as place:
         for target in chosen:
             fuzzed = Fuzzed.of(target, Path(place) / target.name)
             count, start, seen = args.long * max(target.share, 1) // shares, time.monotonic(), set()
+            reset_peak()
             for k in range(count):
                 seed = f"{args.seed} {target.name} {k}"
                 fault = fuzzed(random.Random(seed))
@@ -43,9 +49,14 @@ def main() -> int:
                     print(f"--- {target.name}, input {seed!r}:\n{fault}", flush=True)
             seconds = time.monotonic() - start
             read = f"{fuzzed.accepted} read, {fuzzed.refused} refused"
-            print(f"{target.name}: {count} inputs, {read}, {seconds:.0f} s", flush=True)
-    print(f"{wrong} inputs went wrong")
-    return 1 if wrong else 0
+            most = max(most, peak_megabytes())
+            memory = f"{peak_megabytes():.0f} MB at the most"
+            print(f"{target.name}: {count} inputs, {read}, {seconds:.0f} s, {memory}", flush=True)
+    left = sorted(set(os.listdir()) - before)
+    print(
+        f"{wrong} inputs went wrong; {most:.0f} MB at the most; files left here: {', '.join(left) or 'none'}"
+    )
+    return 1 if wrong or left or most > MOST_MEGABYTES else 0
 
 
 if __name__ == "__main__":

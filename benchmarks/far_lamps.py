@@ -1,0 +1,126 @@
+"""Built-in scenes with their lamps near, three metres away, and as far as the sun: how much the distance costs.
+
+Each scene is rendered with the lamps in the same directions, and processed with a board, its lamps found, and without
+one, its lamps and camera given (of scenes whose camera stands still). A row is one set: relative L2 of f below 70
+degrees of the worst channel, that over the near lamps', the error over half the stated interval within the valid
+angles, photos left out, whether the result calls itself not to be trusted, and what is told that the near set's is
+not::
+
+    python -m benchmarks.far_lamps [--scenes NAME ...] [--size PIXELS] [--lamps N] [--workers N] [--quick]
+
+Fewer and smaller photos than the scenes have: what is compared has the same ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from photogonio.compare.reflectances import load_known
+from photogonio.evaluate.hard_cases import error_and_interval
+from photogonio.evaluate.scenes import INNER, against, spread_over_processes
+from photogonio.evaluate.truth import TRUTH
+from photogonio.options import Options
+from photogonio.pipeline import process
+from photogonio.report.trust import faults_of
+from photogonio.synthetic.scene.hard_cases import changed
+from photogonio.synthetic.scene.model import Scene
+from photogonio.synthetic.scene.scene import built_in, load_scene
+from photogonio.synthetic.write.photoset import synthesize
+
+NEAR = {"kind": "point", "radius": 7.0, "distance": (350.0, 500.0)}
+LAMPS = {
+    "near": NEAR,
+    "3 m": {"kind": "point", "radius": 15.0, "distance": (3000.0, 3000.0)},
+    "sun": {"kind": "directional", "radius": 0.27},
+}
+MOVING = 2  # times as many photos of a moving camera, which sees each direction once
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """One set, measured."""
+
+    error: float  # relative L2 below 70 degrees
+    of_stated: float  # error over half the stated interval
+    left_out: int
+    trusted: bool
+    told: frozenset[str]  # codes
+
+
+def smaller(scene: Scene, width: int, lamps: int) -> Scene:
+    """The scene seen by a given camera of ``width`` pixels, under at most ``lamps`` lamps (twice, if it moves)."""
+    ratio, count = width / scene.camera.size[0], lamps * (MOVING if scene.camera.motion == "moving" else 1)
+    camera = {
+        "size": tuple(round(ratio * side) for side in scene.camera.size),
+        "focal": ratio * scene.camera.focal,
+        "center": tuple(ratio * place for place in scene.camera.center),
+        "calibration": 0,
+        "given": True,
+    }
+    lamp = {"count": min(scene.lamp.count, count), "attached_at": None}
+    return changed(scene, camera=camera, render={"near": 2, "edge": 4}, lamp=lamp)
+
+
+def variants(scene: Scene) -> Iterator[tuple[str, str, Scene]]:
+    """(board or not, lamps, scene)."""
+    boards = {"board": scene}
+    if scene.camera.motion == "fixed":
+        boards["none"] = changed(scene, board=None, lamp={"given": True})
+    for board, one in boards.items():
+        for name, lamp in LAMPS.items():
+            yield board, name, changed(one, lamp=lamp)
+
+
+def measured(scene: Scene) -> Found:
+    with tempfile.TemporaryDirectory() as place:
+        folder = synthesize(scene, Path(place) / scene.name)
+        result = process(folder, None, Options(workers=1))
+        truth = load_known(folder / TRUTH)
+        error, stated = error_and_interval(result, truth)
+        return Found(
+            float(against(result.brdf, truth, INNER).measures["relative_l2"].max()),
+            error / stated,
+            len(result.left_out),
+            not faults_of(result),
+            frozenset(one.code for one in result.diagnoses),
+        )
+
+
+def main(argv: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description="what the distance of lamps costs")
+    parser.add_argument("--scenes", nargs="+", default=built_in())
+    parser.add_argument("--size", type=int, default=420)
+    parser.add_argument("--lamps", type=int, default=8)
+    parser.add_argument("--seed", type=int, default=0, help="added to the scenes'")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--quick", action="store_true", help="one scene, small")
+    args = parser.parse_args(argv)
+    names, size, lamps = (["matte-ball"], 300, 4) if args.quick else (args.scenes, args.size, args.lamps)
+    plain = [smaller(load_scene(name), size, lamps) for name in names]
+    rows = [row for one in plain for row in variants(replace(one, seed=one.seed + args.seed))]
+    print(
+        f"{'scene':22} {'board':6} {'lamps':5} error %  of near  of stated  left out  trusted  told besides"
+    )
+    ratios, most = [], 0.0
+    near: Found | None = None
+    found = spread_over_processes(measured, [scene for *_, scene in rows], args.workers)
+    for (board, lamp, scene), one in zip(rows, found, strict=True):
+        near = one if near is None or lamp == "near" else near
+        ratio, most = one.error / near.error, max(most, one.of_stated)
+        ratios += [ratio] if lamp != "near" else []
+        besides = ", ".join(sorted(one.told - near.told)) or "-"
+        print(
+            f"{scene.name:22} {board:6} {lamp:5} {100 * one.error:7.2f}  {ratio:7.2f}  {one.of_stated:9.2f}  "
+            f"{one.left_out:8d}  {'yes' if one.trusted else 'NO':7}  {besides}",
+            flush=True,
+        )
+    above = sum(ratio > 1.2 for ratio in ratios)
+    print(f"{above} of {len(ratios)} above 1.2 of the near lamps' error; most of what is stated {most:.2f}")
+
+
+if __name__ == "__main__":
+    main()

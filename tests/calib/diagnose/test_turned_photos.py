@@ -1,0 +1,101 @@
+"""Photos that are stored upside down: of a fixed camera by where they show the board, of a moving one by where the
+lens's axis goes through them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from photogonio.calib.adjust.intrinsics import quick_camera
+from photogonio.calib.camera_poses import Photos, as_printed, as_read
+from photogonio.calib.detect.photo_reader import Reader, Seen
+from photogonio.calib.diagnose.photos.turned_photos import (
+    turned_against_given,
+    turned_against_lens,
+    turned_photos,
+    upright,
+)
+from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.remarks import Remarks
+from photogonio.capture.errors import InputError
+from tests.calib.test_warnings import Drawn
+from tests.drawn.setups import SIZE
+
+
+def about(corners):
+    return replace(corners, pixels=np.array(SIZE) - 1 - corners.pixels)
+
+
+def drawn_photos(turned: tuple[int, ...], *, views: int = 8, fixed: bool = True, seed: int = 3):
+    drawn = Drawn(seed, fixed=fixed, views=views)
+    return drawn, [about(one) if k in turned else one for k, one in enumerate(drawn.samples)]
+
+
+@pytest.mark.parametrize("turned", [(), (2,), (0, 5), (1, 4, 7)])
+def test_those_that_are_upside_down_are_found(turned):
+    _, corners = drawn_photos(turned)
+    assert turned_photos([(one, SIZE) for one in corners]) == list(turned)
+
+
+def test_none_is_accused_where_as_many_are_one_way_as_the_other():
+    _, corners = drawn_photos((0, 1, 2, 3))
+    assert turned_photos([(one, SIZE) for one in corners]) == []
+
+
+def unread(photoset, view):
+    raise InputError(view.name, "no picture is drawn")
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_a_still_cameras_are_turned_back_before_the_camera_is_fitted(fixed):
+    drawn, corners = drawn_photos((3,), fixed=fixed)
+    views = drawn.photoset.views("sample")
+    seen = [Seen(view, one, SIZE) for view, one in zip(views, corners, strict=True)]
+    remarks = Remarks()
+    photoset, photos = as_printed(
+        drawn.photoset, Reader(drawn.photoset, unread), Photos(seen, [], []), remarks
+    )
+    assert as_read(photoset, photos).turned == (("s3",) if fixed else ())
+    assert remarks.codes() == (["photo-turned"] if fixed else [])
+    kept = photos.samples[3].corners.pixels
+    np.testing.assert_allclose(kept, drawn.samples[3].pixels if fixed else corners[3].pixels)
+
+
+def test_a_photo_turned_twice_is_as_it_was():
+    drawn, _ = drawn_photos(())
+    one = Seen(drawn.photoset.views("sample")[0], drawn.samples[0], SIZE)
+    twice = upright(upright(one))
+    assert twice.view == one.view and upright(one).view.photos[0].turned
+    np.testing.assert_allclose(twice.corners.pixels, one.corners.pixels)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("turned", [(), (2,), (0, 3, 5)])
+def test_a_moving_cameras_are_found_by_its_lens(turned, seed):
+    """Most of them, and nobody else: all whose own corners tell."""
+    drawn, corners = drawn_photos(turned, fixed=False, seed=seed)
+    every = [*drawn.boards, *corners]
+    found = turned_against_lens(quick_camera(every, SIZE), every)
+    wanted = {len(drawn.boards) + k for k in turned}
+    assert set(found) <= wanted and len(found) >= len(wanted) - 1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_none_is_accused_whose_axis_goes_through_the_middle(seed):
+    drawn, _ = drawn_photos((), fixed=False, seed=seed)
+    camera = drawn.world.camera
+    centred = Camera(camera.matrix.copy(), camera.distortion * [1, 1, 0, 0, 0], SIZE)
+    centred.matrix[:2, 2] = 0.5 * (np.array(SIZE) - 1)
+    rng, every = np.random.default_rng(seed), []
+    for pose, one in zip(
+        [*drawn.world.boards, *drawn.world.views], [*drawn.boards, *drawn.samples], strict=False
+    ):
+        there = centred.project(pose, one.points)
+        every.append(replace(one, pixels=there + 0.03 * rng.normal(size=there.shape)))
+    assert turned_against_lens(quick_camera(every, SIZE), every) == []
+
+
+@pytest.mark.parametrize("turned", [(), (1, 4), tuple(range(8))])
+def test_a_given_camera_tells_them_each(turned):
+    drawn, corners = drawn_photos(turned, fixed=False, seed=2)
+    assert turned_against_given(drawn.world.camera, corners) == list(turned)
