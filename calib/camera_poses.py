@@ -15,6 +15,7 @@ from photogonio.calib.diagnose.board.board_shape import bad_photos
 from photogonio.calib.diagnose.board.marker_corners import listed_order, order_warning, reordered
 from photogonio.calib.diagnose.board.wrong_board import board_fault
 from photogonio.calib.diagnose.photos.turned_photos import (
+    mirrored_photos,
     tell_turned,
     turned_against_given,
     turned_against_lens,
@@ -106,6 +107,7 @@ def as_printed(
     board = photoset.board
     if board is None:
         return photoset, photos
+    photos = _not_mirrored(reader, photos, remarks)
     if photoset.camera.fixed:
         photos = _upright(photos, remarks)
     if isinstance(board, LooseMarkers):
@@ -115,6 +117,18 @@ def as_printed(
     if fault is not None:
         raise InputError(photoset.folder / MANIFEST, fault)
     return photoset, photos
+
+
+def _not_mirrored(reader: Reader, photos: Photos, remarks: Remarks) -> Photos:
+    """Without photos that are stored mirrored, in which no marker is one."""
+    names = mirrored_photos(reader, photos.every)
+    for name in names:
+        remarks.leave_out(name, "it is stored mirrored, against the other photos", "photo-mirrored")
+    kept = (
+        [one for one in part if one.view.name not in names]
+        for part in (photos.samples, photos.probes, photos.boards)
+    )
+    return Photos(*kept)
 
 
 def _upright(photos: Photos, remarks: Remarks) -> Photos:

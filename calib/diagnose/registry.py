@@ -73,6 +73,11 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
             "Nothing; or turn them back by 180 degrees without compressing them anew.",
         ),
         Entry(
+            "photo-mirrored",
+            "A photo is stored as its mirror image, against the others; it is left out.",
+            "Store it as the camera took it; a program that shows pictures has mirrored it.",
+        ),
+        Entry(
             "corners-astray",
             "A photo of the bare board fits much worse than the others; it is left out.",
             "Nothing; such a photo is shaken, or the board was bent in it.",

@@ -23,6 +23,7 @@ _FEWEST = 6  # markers that tell how they are laid out: any four fit some homogr
 _LOOKED_AT = 3  # photos
 _OFF = 0.15  # of a marker's side, that it may lie beside its place: a lens bends a board by less
 _FIT = 0.8  # share of the markers that must lie where a board has them
+_ALL = 0.97  # share of them that is all but what is misread
 _WIDER = 0.1  # relative, by which markers of a grid may be wider beside their distances
 _PHOTOS = 3  # in which markers are missing, or seen, that tell of rows
 _INSIDE = 0.75  # of a marker's side around its middle, that must be in the picture
@@ -67,6 +68,12 @@ def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
     share, wider = max(_laid(board, corners) for corners in told)
     if share < _FIT:
         return _other_layout(board, told[0])
+    if (
+        isinstance(board, CharucoBoard) and share < _ALL
+    ):  # of an odd number of columns old boards differ in one
+        other = replace(board, legacy_pattern=not board.legacy_pattern)
+        if max(_laid(other, corners)[0] for corners in told) >= _ALL:
+            return _laid_out(_legacy_words(other), told[0])
     if isinstance(board, GridBoard) and abs(wider - 1) > _WIDER:
         apart = board.marker_separation / board.marker_length
         shown = (1 + apart) / wider - 1
@@ -182,9 +189,17 @@ def _other_dictionary(board: Board, reader: Reader, seen: list[Seen]) -> str | N
 def _other_layout(board: PrintedBoard, corners: Corners) -> str | None:
     for other, what in _others(board, corners):
         if _laid(other, corners)[0] >= _FIT:
-            ids = corners.marker_ids
-            return f"board.{what}: the photos show markers {ids.min()} to {ids.max()} laid out so"
+            return _laid_out(what, corners)
     return None
+
+
+def _laid_out(what: str, corners: Corners) -> str:
+    ids = corners.marker_ids
+    return f"board.{what}: the photos show markers {ids.min()} to {ids.max()} laid out so"
+
+
+def _legacy_words(board: CharucoBoard) -> str:
+    return f"legacy_pattern = {str(board.legacy_pattern).lower()}, squares = {list(board.squares)}"
 
 
 def _others(board: PrintedBoard, corners: Corners) -> Iterator[tuple[PrintedBoard, str]]:
@@ -199,11 +214,8 @@ def _others(board: PrintedBoard, corners: Corners) -> Iterator[tuple[PrintedBoar
         yield replace(turned, first_id=first), f"{name} = {list(size[::-1])} and first_id = {first}"
     for one in (board, turned):
         if isinstance(one, CharucoBoard):
-            legacy = not one.legacy_pattern
-            yield (
-                replace(one, legacy_pattern=legacy),
-                f"legacy_pattern = {str(legacy).lower()}, {name} = {list(one.squares)}",
-            )
+            other = replace(one, legacy_pattern=not one.legacy_pattern)
+            yield other, _legacy_words(other)
     for first in firsts:
         for columns in _COLUMNS:
             count = int(ids.max()) - first + 1

@@ -1,4 +1,4 @@
-"""Photos that are stored upside down against the others.
+"""Photos that are stored upside down, or mirrored, against the others.
 
 The lens's axis does not go through the middle of the picture; in a photo stored turned by half a turn it goes through
 on the other side. A still camera's photo shows the board elsewhere. A moving camera's pose takes up nearly all of it,
@@ -14,7 +14,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from photogonio.calib.detect.photo_reader import Seen
+from photogonio.calib.detect.corners import searched_corners
+from photogonio.calib.detect.gray import detection_image, without_fireflies
+from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
@@ -25,6 +27,8 @@ _MANY, _MINORITY = 4, 0.4  # photos that tell which are turned, and the share of
 _ASIDE = (
     0.01  # of the picture's longer side, by which a still camera's photos show the board apart at the most
 )
+# share of the most markers in a photo that are seen by mistake in a mirrored one; markers that its mirror image shows
+_HARDLY, _FEWEST = 0.15, 3
 _POSE = 6  # numbers of a pose
 _EVEN, _ODD = 4, 4  # fx, fy, k1, k2; and what half a turn changes the sign of: cx, cy, p1, p2
 _COLUMNS = (
@@ -92,6 +96,24 @@ def turned_photos(seen: Sequence[tuple[Corners, tuple[int, int]]]) -> list[int]:
         if about < _ASIDE * max(size) < as_is:
             found.append(k)
     return found if len(found) < _MINORITY * len(corners) else []
+
+
+def mirrored_photos(reader: Reader, seen: Sequence[Seen]) -> list[str]:
+    """Names of the photos with hardly a marker in whose mirror image there are about as many as the others show."""
+    board = reader.photoset.board
+    counts = [0 if one.corners is None else len(one.corners.marker_ids) for one in seen]
+    usual, found = max(counts, default=0), []
+    if board is None or usual <= _FEWEST:
+        return []
+    for one, count in zip(seen, counts, strict=True):
+        shown = None if count > _HARDLY * usual else reader.level(one.view)
+        if shown is None:
+            continue
+        image = np.ascontiguousarray(detection_image(without_fireflies(shown[0]))[:, ::-1])
+        there = len(searched_corners(board, image, thorough=False).marker_ids)
+        if there > max(_FEWEST, 0.5 * usual):
+            found.append(one.view.name)
+    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,9 @@ import pytest
 
 from photogonio.calib.adjust.intrinsics import quick_camera
 from photogonio.calib.camera_poses import Photos, as_printed, as_read
-from photogonio.calib.detect.photo_reader import Reader, Seen
+from photogonio.calib.detect.photo_reader import Reader, Seen, look
 from photogonio.calib.diagnose.photos.turned_photos import (
+    mirrored_photos,
     turned_against_given,
     turned_against_lens,
     turned_photos,
@@ -18,7 +19,9 @@ from photogonio.calib.diagnose.photos.turned_photos import (
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
+from tests.calib.geometry.test_board import POSES, quiet
 from tests.calib.test_warnings import Drawn
+from tests.drawn.boards import BOARD, CAMERA, draw, radiance, reader_of, views_of
 from tests.drawn.setups import SIZE
 
 
@@ -99,3 +102,14 @@ def test_none_is_accused_whose_axis_goes_through_the_middle(seed):
 def test_a_given_camera_tells_them_each(turned):
     drawn, corners = drawn_photos(turned, fixed=False, seed=2)
     assert turned_against_given(drawn.world.camera, corners) == list(turned)
+
+
+def test_a_mirrored_photo_among_others_is_found_and_one_without_a_board_is_not():
+    shown = draw(CAMERA, POSES[0], 0.004, 0)
+    levels = {
+        "a.png": shown,
+        "b.png": np.ascontiguousarray(shown[:, ::-1]),
+        "c.png": np.full_like(shown, 0.3),
+    }
+    reader = reader_of(BOARD, {name: radiance(level, 0.004) for name, level in levels.items()})
+    assert mirrored_photos(reader, look(reader, views_of(reader), quiet, "")) == ["b.png"]

@@ -89,14 +89,19 @@ def test_loose_markers_that_are_mirrored_or_others(grid):
     assert fault(replace(loose, marker_corners=upright), grid) is None
 
 
-def test_the_squares_of_old_boards_are_told():
-    """OpenCV before 4.6 began boards of an even number of rows with a white square."""
-    made = opencv_board(replace(BOARD, legacy_pattern=True))
-    seen = made.generateImage((96 * _SCALE, 72 * _SCALE), marginSize=0)
+@pytest.mark.parametrize("squares", [(8, 6), (9, 6), (7, 8)])
+@pytest.mark.parametrize("legacy", [False, True])
+def test_the_squares_of_old_boards_are_told(squares, legacy):
+    """OpenCV before 4.6 began boards of an even number of rows with a white square; of an odd number of columns most
+    markers lie as they do today, beside one column."""
+    board = replace(BOARD, squares=squares, legacy_pattern=legacy)
+    size = [int(side * board.square_length * _SCALE) for side in squares]
+    seen = opencv_board(board).generateImage(size, marginSize=0)
     framed = cv2.copyMakeBorder(seen, *(_BORDER,) * 4, cv2.BORDER_CONSTANT, value=255)
     level = np.where(framed > 127, WHITE, BLACK).astype(np.float32)
-    assert "board.legacy_pattern = true" in fault(BOARD, level)
-    assert fault(replace(BOARD, legacy_pattern=True), level) is None
+    said = fault(replace(board, legacy_pattern=not legacy), level)
+    assert f"board.legacy_pattern = {str(legacy).lower()}" in said
+    assert fault(board, level) is None
 
 
 def test_a_photo_of_something_else_says_nothing():
