@@ -327,13 +327,20 @@ def _bounded(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndar
     """The x in [0, upper] of least x^T gram x - 2 x^T moment: the set of active bounds that meets the conditions of
     Karush, Kuhn and Tucker, fewest bounds first. There are at most a few lobe coefficients."""
     q = len(upper)
+    if q == 1:
+        return np.clip(moment / gram[0], 0.0, upper)
     choices = [(_FREE, _LOW, _HIGH) if np.isfinite(u) else (_FREE, _LOW) for u in upper]
     for pattern in sorted(itertools.product(*choices), key=lambda states: q - states.count(_FREE)):
         free = [k for k in range(q) if pattern[k] == _FREE]
         x = np.array([upper[k] if pattern[k] == _HIGH else 0.0 for k in range(q)])
-        if free:
+        if len(free) == 1:
+            (k,) = free
+            x[k] = (moment[k] - gram[k] @ x) / gram[k, k]
+        elif free:
             right = moment[free] - gram[free] @ x
             x[free] = np.linalg.solve(gram[free][:, free], right)
+        if (x < 0.0).any() or (x > upper).any():
+            continue
         uphill = gram @ x - moment
         slack = KKT_SLACK * np.abs(moment).max()
         if all(

@@ -85,7 +85,8 @@ def clean(
     light = added = np.zeros_like(seen.value)
     work = _piloted(seen, added, scales, kinds)
     many_views = len(np.unique(seen.group)) > 1
-    for _ in range(rounds if many_views or stray is not None or seen.binned else 0):
+    turns = rounds if many_views or stray is not None or seen.binned else 0
+    for _ in range(turns):
         reference = work.reference.model
         if stray is not None:
             progress("stray light")
@@ -104,7 +105,9 @@ def clean(
             keep = ~odd[seen.group]
             seen, light, added = seen.take(keep), light[keep], added[keep]
             work = _piloted(seen, added, scales, kinds)
-    work = _with_second_lobe(_piloted(seen, added, scales, kinds), lobes, absolute)
+    if turns:
+        work = _piloted(seen, added, scales, kinds)
+    work = _with_second_lobe(work, lobes, absolute)
     return replace(
         work,
         stray=light,

@@ -3,10 +3,11 @@
 Each candidate is a smooth ridge (:mod:`reconstruct.rows.smooth_ridge`) beside a free constant and the columns of at
 most one lobe of a fixed shape: the lobe is a mean from which the data may leave. All is linear, and one
 eigendecomposition of the modes' Gram matrix serves every strength of the prior and every lobe, so that the evidence
-(restricted, Harville 1977) of some thirty candidates costs milliseconds. No single one is believed: a third of the
-weight goes by evidence (Bayesian model averaging), a third by stacking of what each says of neighbourhoods left out
-(Wolpert 1992; Yao et al. 2018), and a third to the ridge alone, which knows of no lobe and so makes none up where
-nothing was measured.
+(restricted, Harville 1977) of some thirty candidates costs milliseconds. No single one is believed: half of what lobes
+have of the weight goes by evidence (Bayesian model averaging), half by stacking of what each says of neighbourhoods
+left out (Wolpert 1992; Yao et al. 2018). How much they have of it, the left-out neighbourhoods say as well: what of the
+ridge's squares they save there beyond chance. The rest is the ridge's, of the strength that predicts best, which knows
+of no lobe and so makes none up where nothing was measured.
 """
 
 from __future__ import annotations
@@ -32,6 +33,9 @@ NOISE = 10.0 ** np.arange(-6.0, 2.6, 0.25)  # variance of a row's noise over tha
 HOPELESS = 12.0  # of the logarithm of the evidence behind the best: not tried on left-out rows
 MOST = 12  # tried on left-out rows, beside none
 LEAST = 0.02  # a smaller weight is dropped
+MOST_RICH = 0.7  # of the weight, that others than the ridge may have
+CHANCE = 0.5  # standard errors, of the squares that they save, which do not count
+RIDGES = NOISE[:28:4]  # that the ridge's is chosen among, by rows left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,22 +76,25 @@ def average_of(
     evidence, ratio = rows.evidence()
     good = np.argsort(-evidence, kind="stable")[:MOST]
     tried = np.union1d(good[evidence[good] >= evidence.max() - HOPELESS], [0])
-    left_out = [rows.left_out(k, ratio[k]) for k in tried]
+    ridge, predicted = rows.ridge()
+    tried, ratio = np.append(0, tried), np.append(ridge, ratio[tried])
+    left_out = [predicted, *(rows.left_out(*one) for one in zip(tried[1:], ratio[1:], strict=True))]
     missed = np.stack([(np.sqrt(rows.weight) * (rows.value - one)).ravel() for one in left_out])
-    weight = _weights(evidence[tried], missed)
+    told = np.append(-np.inf, evidence[tried[1:]])
+    weight = _weights(told, missed, np.repeat(rows.fold, cells.value.shape[1]))
     kept = np.flatnonzero(weight > 0.0)
     size = level(cells)
     members = tuple(
         Member(
             rows.trials[tried[k]].lobes,
-            rows.prior(ratio[tried[k]]),
+            rows.prior(ratio[k]),
             float(evidence[tried[k]]),
             float(weight[k]),
             left_out[k] * size,
         )
         for k in kept
     )
-    solved = [rows.solved(tried[k], ratio[tried[k]]) for k in kept]
+    solved = [rows.solved(tried[k], ratio[k]) for k in kept]
     said = sum(weight[k] * left_out[k] for k in kept) * size
     model, covariance = _mixed(rows, tried[kept], members, solved, size)
     sigma = np.sqrt(sum(one.weight * part.variance for one, part in zip(members, solved, strict=True)))
@@ -100,10 +107,23 @@ def _grid() -> tuple[LobeSet, ...]:
     return tuple(LobeSet((kind,), (np.array([one]),)) for kind in kinds for one in ROUGHNESS)
 
 
-def _weights(evidence: np.ndarray, missed: np.ndarray) -> np.ndarray:
-    """(k,) of candidates with logarithms of ``evidence`` (k,) and residuals ``missed`` (k, n) of rows left out; the
-    first is the ridge. Small ones are dropped."""
+def _weights(evidence: np.ndarray, missed: np.ndarray, fold: np.ndarray) -> np.ndarray:
+    """(k,) of candidates with logarithms of ``evidence`` (k,) and residuals ``missed`` (k, n) of rows left out, that
+    are in ``fold`` (n,); the first is the ridge. Small ones are dropped."""
     believed = np.exp(evidence - evidence.max())
+    rich = 0.5 * (believed / believed.sum() + _stacked(missed))
+    squares = [np.bincount(fold, one**2) for one in (missed[0], rich @ missed)]
+    saved = squares[0] - squares[1]
+    sure = saved.sum() - CHANCE * np.sqrt(len(saved)) * saved.std(ddof=1) if len(saved) > 1 else 0.0
+    share = np.sqrt(max(sure, 0.0) / max(squares[0].sum(), np.finfo(float).tiny))
+    weight = min(share, MOST_RICH) * rich
+    weight[0] += 1.0 - weight.sum()
+    weight[weight < LEAST] = 0.0
+    return weight / weight.sum()
+
+
+def _stacked(missed: np.ndarray) -> np.ndarray:
+    """(k,) weights, none negative and of sum 1, of the mean whose residuals have the least squares."""
     gram = missed @ missed.T
     size = np.trace(gram) / len(gram)
     energy, turn = np.linalg.eigh(gram / max(size, np.finfo(float).tiny))
@@ -111,11 +131,8 @@ def _weights(evidence: np.ndarray, missed: np.ndarray) -> np.ndarray:
         np.sqrt(np.maximum(energy, 0.0))[:, None] * turn.T
     )  # as many equations as candidates, of the same squares
     large = 1e3
-    stacked, _ = nnls(np.vstack([root, np.full(len(root), large)]), np.append(np.zeros(len(root)), large))
-    weight = (believed / believed.sum() + stacked / stacked.sum()) / 3.0
-    weight[0] += 1.0 / 3.0
-    weight[weight < LEAST] = 0.0
-    return weight / weight.sum()
+    found, _ = nnls(np.vstack([root, np.full(len(root), large)]), np.append(np.zeros(len(root)), large))
+    return found / found.sum()
 
 
 class _Trial(NamedTuple):
@@ -159,6 +176,7 @@ class _Rows:
     size: tuple[np.ndarray, ...]  # (q,) by which they were divided
     folded: FoldedDesign
     whole: FoldedDesign
+    factors: dict[float, Factors]  # of the folds' complements, by ratio
 
     @classmethod
     def of(cls, cells: Cells, deviation: np.ndarray, order: int, lobes: tuple[LobeSet, ...]) -> _Rows:
@@ -185,6 +203,7 @@ class _Rows:
             tuple(greatest),
             folded,
             whole,
+            {},
         )
 
     def prior(self, ratio: float) -> Prior:
@@ -218,7 +237,9 @@ class _Rows:
     def left_out(self, k: int, ratio: float) -> np.ndarray:
         """(n, c) what candidate ``k`` says of each row by those of all other folds."""
         rest = self.folded.statistics(self.value, self.columns[k]).without_each()
-        modes, lobes = self._solve(rest, k, ratio)
+        if ratio not in self.factors:
+            self.factors[ratio] = self._factors(rest, ratio)
+        modes, lobes = self._solve(rest, k, self.factors[ratio])
         result = np.empty_like(self.value)
         for f, (own, lobe) in enumerate(zip(modes, lobes, strict=True)):
             here = self.fold == f
@@ -228,7 +249,7 @@ class _Rows:
     def solved(self, k: int, ratio: float) -> _Solved:
         """Candidate ``k`` by all rows."""
         sums = self.whole.statistics(self.value, self.columns[k])
-        modes, lobes = self._solve(sums, k, ratio)
+        modes, lobes = self._solve(sums, k, self._factors(sums, ratio))
         across, m = sums.across[0, 0], len(self.degree)
         gram = np.block([[sums.modes_gram[0, 0], across], [across.T, sums.lobes_gram[0, 0]]])
         penalty = self.prior(ratio).precision(self.degree, np.ones(1))[0]
@@ -242,10 +263,17 @@ class _Rows:
         variance = np.sum(self.weight * missed**2, axis=0) / freedom
         return _Solved(modes[0].T, lobes[0].T, covariance, variance)
 
-    def _solve(self, sums: Statistics, k: int, ratio: float) -> tuple[np.ndarray, np.ndarray]:
-        penalty = self.prior(ratio).precision(self.degree, np.ones(1))
+    def ridge(self) -> tuple[float, np.ndarray]:
+        """The ratio with which the ridge alone predicts rows left out best, and what (n, c) it says of them."""
+        tried = [(ratio, self.left_out(0, ratio)) for ratio in RIDGES.tolist()]
+        return min(tried, key=lambda one: float(np.sum(self.weight * (self.value - one[1]) ** 2)))
+
+    def _factors(self, sums: Statistics, ratio: float) -> Factors:
+        return Factors(sums.modes_gram, self.prior(ratio).precision(self.degree, np.ones(1)))
+
+    def _solve(self, sums: Statistics, k: int, factors: Factors) -> tuple[np.ndarray, np.ndarray]:
         upper = np.full(self.columns[k].shape[1], np.inf)
-        solution = solve(sums, Factors(sums.modes_gram, penalty), upper)
+        solution = solve(sums, factors, upper)
         modes, lobes = np.split(solution, [len(self.degree)], axis=-1)
         return modes, lobes
 
