@@ -25,6 +25,7 @@ from photogonio.reconstruct.uncertainty.in_file import in_file
 from photogonio.reconstruct.uncertainty.validity import Region, region_of
 
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
+SAID_ELSEWHERE = ("order", "lobes")  # in the file
 MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
 
 
@@ -81,7 +82,8 @@ def result_of(
     brdf = in_file(held, model, spread, misfit, KNOWN)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     diagnostics = _diagnostics(work, final, verdict, chosen, best) | {"physics": physics}
-    brdf = replace(brdf, fit=_told(diagnostics))
+    told = {key: said for key, said in diagnostics.items() if key not in SAID_ELSEWHERE}
+    brdf = replace(brdf, fit=_told(told))
     return FitResult(
         brdf,
         model,

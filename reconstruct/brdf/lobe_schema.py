@@ -15,6 +15,7 @@ FIRST = {  # what the lobes of version 1 are in version 2
     "retro-ggx": {"model": "retro", "distribution": "ggx"},
     "retro-beckmann": {"model": "retro", "distribution": "beckmann"},
 }
+DECIMALS = 11  # of an azimuth in degrees: more are those of its being turned into radians and back
 MOST_OF_TWO = 12.0  # roughness of one of two axes: what a search of their mean up to 1 may reach
 _FIRST_KEYS = {"model", "roughness", "f0", "weight"}
 _KEYS = _FIRST_KEYS | {"distribution", "masking", "fresnel", "azimuth", "ground"}
@@ -28,7 +29,7 @@ def lobe_document(lobe: Lobe) -> dict[str, object]:
         said |= {"masking": lobe.masking, "fresnel": lobe.fresnel}
     said["roughness"] = list(lobe.axes) if lobe.turning else lobe.axes[0]
     if lobe.turning:
-        said["azimuth"] = float(np.degrees(lobe.azimuth))
+        said["azimuth"] = round(float(np.degrees(lobe.azimuth)), DECIMALS)
     if lobe.model != "retro":
         said["f0"] = float(lobe.f0[0]) if lobe.fresnel == "dielectric" else _floats(lobe.f0)
     said["weight"] = _floats(lobe.weight)

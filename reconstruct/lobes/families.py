@@ -141,7 +141,8 @@ def turned_roughness(shape: np.ndarray) -> tuple[float, float, float]:
     e, k = np.log(shape[-2:])
     size = float(np.hypot(e, k))
     azimuth = float(0.5 * np.arctan2(k, e) % np.pi)
-    return float(shape[0]) * np.exp(size), float(shape[0]) * np.exp(-size), azimuth
+    mean = float(shape[0])
+    return float(mean * np.exp(size)), float(mean * np.exp(-size)), azimuth
 
 
 def _mirror_parts(family: Family, shape: np.ndarray, f0: float, theta_i, theta_r, dphi, phi_i) -> np.ndarray:

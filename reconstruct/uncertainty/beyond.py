@@ -7,7 +7,7 @@ relative to f. It is fitted on the high side, so that the file claims no more th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import nnls
@@ -46,7 +46,8 @@ class Sampled:
     value: np.ndarray  # (n, c) f
     size: np.ndarray  # (n, c) the same, at least the floor
     missed: np.ndarray  # (n, c) what all photos miss alike, and departures from the fit
-    total: np.ndarray  # (n, c) standard error without that
+    total: np.ndarray  # (n, c) standard error without that, and without the scale's
+    scale: float  # relative, of the scale that all share
     change: np.ndarray  # (n, p, c) derivatives by the file's parameters
 
     @classmethod
@@ -63,19 +64,25 @@ class Sampled:
             value,
             np.maximum(np.abs(value), misfit.floor),
             np.hypot(misfit.at(cells, said), (value - said) / known),
-            spread.standard_error(model, cells),
+            replace(spread, scale_error=0.0).standard_error(model, cells),
+            spread.scale_error,
             slopes(brdf, angles, names),
         )
 
+    @property
+    def whole(self) -> np.ndarray:
+        """(n, c) standard error of all together."""
+        return np.sqrt(self.total**2 + self.missed**2 + (self.scale * self.value) ** 2)
+
 
 def tables_of(
-    at: Sampled, covariance: np.ndarray, scale: float, wider: float
+    at: Sampled, covariance: np.ndarray, wider: float
 ) -> tuple[RelativeTable | None, RelativeTable | None]:
     """Tables of what all photos miss alike, and of what is not seen, beside the ``covariance`` (c, p, p), so
     that all together are ``wider`` by that factor than the fit's own errors."""
     own = np.einsum("npc,cpq,nqc->nc", at.change, covariance, at.change, optimize=True)
-    rest = np.maximum((wider * at.total) ** 2 - own - (scale * at.value) ** 2, 0.0)
-    whole = np.maximum(np.hypot(at.total, at.missed) / at.size, NOTHING)
+    rest = np.maximum((wider * at.total) ** 2 - own, 0.0)
+    whole = np.maximum(at.whole / at.size, NOTHING)
     missed, unseen = (np.minimum(one / at.size, MOST) for one in (wider * at.missed, np.sqrt(rest)))
     return _table(at.cells, missed, whole), _table(at.cells, unseen, whole)
 

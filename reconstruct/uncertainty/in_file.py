@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
-from photogonio.reconstruct.brdf.parameters import mode_names
+from photogonio.reconstruct.brdf.parameters import lobe_numbers, mode_names, number_of, with_number
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
 from photogonio.reconstruct.represent.as_found import lobe_jacobian, lobe_parameters
@@ -19,10 +19,8 @@ from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
 
 CONDITION = 1e-6  # of the directions in which listed parameters are told apart
 LEAST = 1e-4  # relative error of f: a smaller one weighs no more
-DIGITS, FULL = (
-    6,
-    12,
-)  # significant digits of errors; of what is found, and of covariances, which may all but cancel
+DIGITS, FULL = 4, 12  # significant digits of errors; of covariances, which may all but cancel
+FEWEST, UNTOLD = 5, 1e-3  # digits of what is found; of f's standard error, what more of them would change
 
 
 def in_file(brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, known: float) -> Brdf:
@@ -39,15 +37,16 @@ def in_file(brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, known
         brdf,
         order=max(model.basis.order, int(orders.max(initial=0))),
         modes=brdf.modes[rows],
-        coefficients=rounded(brdf.coefficients[rows], FULL),
+        coefficients=brdf.coefficients[rows],
         standard_errors=np.zeros_like(brdf.coefficients[rows]),
     )
     names = (*mode_names(brdf.symmetry, found.modes), *lobe_parameters(model))
     at = Sampled.of(found, names, model, spread, misfit, known)
+    found = _shortest(found, at)
     wider = float(spread.half_width(np.ones(1))[0]) / float(ndtri(0.975))
     covariance = wider**2 * _covariance(model, spread, rows, at)
     errors = rounded(np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)).T)
-    missed, unseen = tables_of(at, covariance, spread.scale_error, wider)
+    missed, unseen = tables_of(at, covariance, wider)
     scale = rounded(np.array(spread.scale_error)).item()
     uncertain = Uncertain(names, errors, rounded(covariance, FULL), scale, missed, unseen)
     return replace(found, standard_errors=errors[: len(rows)], uncertainty=uncertain)
@@ -74,6 +73,25 @@ def _covariance(model: Model, spread: Uncertainty, rows: np.ndarray, at: Sampled
             nearest = np.linalg.lstsq(slopes / scale, weight * design, rcond=CONDITION)[0]
             change[c][:, other] = nearest / scale[:, None]
     return change @ spread.covariance @ np.swapaxes(change, 1, 2)
+
+
+def _shortest(brdf: Brdf, at: Sampled) -> Brdf:
+    """``brdf`` with no more digits than mean something, beside its error."""
+    angles = at.cells.theta_i, at.cells.phi_i, at.cells.theta_r, at.cells.phi_r
+    for digits in range(FEWEST, FULL):
+        said = _written(brdf, digits)
+        if (np.abs(said.evaluate(*angles) - at.value) <= UNTOLD * at.whole).all():
+            return said
+    return _written(brdf, FULL)
+
+
+def _written(brdf: Brdf, digits: int) -> Brdf:
+    lobes = []
+    for lobe in brdf.lobes:
+        for what in lobe_numbers(lobe):
+            lobe = with_number(lobe, what, rounded(number_of(lobe, what), digits))
+        lobes.append(lobe)
+    return replace(brdf, coefficients=rounded(brdf.coefficients, digits), lobes=tuple(lobes))
 
 
 def rounded(values: np.ndarray, digits: int = DIGITS) -> np.ndarray:
