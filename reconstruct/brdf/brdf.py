@@ -56,9 +56,10 @@ class Brdf:
         An isotropic BRDF depends on ``phi_r - phi_i`` alone: give 0 and dphi. Where ``quantity`` names a
         cosine, f at grazing angles is as unbounded as the division makes it. Below the horizon f is 0.
         """
-        angles = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)])
-        shape = angles[0].shape
-        flat = modes.flat(*angles)
+        given = [np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)]
+        shape = np.broadcast_shapes(*(a.shape for a in given))
+        # those of the whole shape as they are: compiled code takes no broadcast views, and each would be copied
+        flat = [(a if a.shape == shape else np.broadcast_to(a, shape)).reshape(-1) for a in given]
         terms = [lobe.terms() for lobe in self.lobes]
         base = self._constant()
         if base is None:
