@@ -76,6 +76,7 @@ class Report:
     coefficients_text: str
     leading_modes: Table
     all_modes: Table
+    budget: Sequence[Section]  # of uncertainty; empty where no errors are known
     calibration: Sequence[Section]  # empty for tabulated measurements
     warnings: Sequence[tuple[str, str]]  # code, as in docs/diagnoses.md, and words
     left_out: Sequence[tuple[str, str]]  # photo, reason

@@ -12,6 +12,7 @@ from photogonio import __version__
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.words import described, lobe_details, lobe_in_words
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
+from photogonio.report.budget import budget_sections
 from photogonio.report.calibration_page import calibration_sections
 from photogonio.report.html import (
     Card,
@@ -112,6 +113,7 @@ def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
             coefficients_text=_coefficients_text(result.brdf),
             leading_modes=_modes(result.brdf, _LEADING),
             all_modes=_modes(result.brdf, None),
+            budget=budget_sections(result.brdf),
             calibration=(
                 _corrections(result.fit, result.beside),
                 *calibration_sections(result.setup, result.table),

@@ -30,6 +30,14 @@ def albedo_error(brdf: Brdf) -> np.ndarray:
     known = brdf.uncertainty
     if known is None:
         return np.full(len(brdf.channels), np.nan)
+    change = albedo_slopes(brdf, known)
+    own = np.einsum("pc,cpq,qc->c", change, known.spread(), change)
+    beyond = np.sum(np.square(list(albedo_beyond(brdf, known).values())), axis=0)
+    return np.sqrt(np.maximum(own, 0.0) + beyond * brdf.bihemispherical_albedo() ** 2)
+
+
+def albedo_slopes(brdf: Brdf, known: Uncertain) -> np.ndarray:
+    """(p, c) derivatives of the albedo under even light by the parameters."""
     change = np.zeros((len(known.parameters), len(brdf.channels)))
     modes, bare = len(brdf.modes), replace(brdf, modes=brdf.modes[:0], coefficients=brdf.coefficients[:0])
     unit = bihemispherical_albedo(brdf.symmetry, brdf.modes, np.eye(modes), brdf.quantity)
@@ -41,12 +49,12 @@ def albedo_error(brdf: Brdf) -> np.ndarray:
         less, more, between = either_side(brdf.lobes[found[0]], found[1])
         ends = [replace(bare, lobes=(one,)).bihemispherical_albedo() for one in (less, more)]
         change[p] = (ends[1] - ends[0]) / between
-    own = np.einsum("pc,cpq,qc->c", change, known.spread(), change)
-    return np.sqrt(np.maximum(own, 0.0) + (_beyond(brdf, known) * brdf.bihemispherical_albedo()) ** 2)
+    return change
 
 
-def _beyond(brdf: Brdf, known: Uncertain) -> np.ndarray:
-    """(c,) relative errors that no parameter says: their mean, weighed by the light that goes each way."""
+def albedo_beyond(brdf: Brdf, known: Uncertain) -> dict[str, np.ndarray]:
+    """(c,) relative errors that no parameter says, each by its name in the file: their means, weighed by the light
+    that goes each way."""
     middle = (np.arange(NODES) + 0.5) / NODES
     theta_i, theta_r, dphi = (
         grid.ravel()
@@ -54,9 +62,12 @@ def _beyond(brdf: Brdf, known: Uncertain) -> np.ndarray:
     )
     weight = (np.sin(2.0 * theta_i) * np.sin(2.0 * theta_r))[:, None]
     f = weight * np.abs(brdf.evaluate(theta_i, 0.0, theta_r, dphi))
-    tables = (table for table in (known.misfit, known.unseen) if table is not None)
-    means = [table.at(theta_i, theta_r, dphi) @ f / f.sum(0) for table in tables]
-    return np.sqrt(known.scale**2 + sum((mean**2 for mean in means), np.zeros(f.shape[1])))
+    means = {"scale": np.full(f.shape[1], known.scale)}
+    for name, table in (("misfit", known.misfit), ("unseen", known.unseen)):
+        means[name] = np.zeros(f.shape[1])
+        if table is not None:
+            means[name] = table.at(theta_i, theta_r, dphi) @ f / f.sum(0)
+    return means
 
 
 def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
