@@ -1,11 +1,16 @@
-"""Do the 95 % intervals of f hold the truth 95 times in a hundred, where the photos looked?
+"""Do the 95 % intervals of f, of the albedo and of the roughness hold the truth 95 times in a hundred?
 
 Facet tables of random surfaces under random plans, without pictures, each fitted with everything automatic; at
-directions near data, below 70 degrees, it is counted how often the stated interval holds the true f::
+directions near data, below 70 degrees, it is counted how often the stated interval holds the true f: that of the fit,
+and that computed from the coefficient file alone; and, from the file, at peaks (where f is three times its median and
+more), of the albedo under even light, and of the roughness where the lobe is of the true kind::
 
     python -m benchmarks.intervals [--sets 200] [--workers 2] [--quick]
+    python -m benchmarks.intervals --results RESULT TRUTH RESULT TRUTH ...
 
-A set's directions share their errors, so that a set counts once: the figure is the mean over the sets.
+The second form judges the files of results that exist, within the angles that they say are valid; a truth is a rendered
+set's truth.json or a table (.npz) of ``grid`` and ``brdf``. A set's directions share their errors, so that a set counts
+once: the figure is the mean over the sets.
 """
 
 from __future__ import annotations
@@ -18,7 +23,10 @@ from pathlib import Path
 
 import numpy as np
 
+from photogonio.compare.reflectances import Known, find_brdf, load_known
+from photogonio.face.known import KnownBrdf
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
+from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.reconstruct.fit import fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import seen_at
@@ -28,6 +36,7 @@ from tests.drawn.tables import Plan, simulate
 
 LIMIT = np.radians(70.0)
 WIDE = 1.959964  # standard errors on either side
+PEAK = 3.0  # times the median of f
 KINDS = (
     "lambert",
     "oren-nayar",
@@ -41,13 +50,16 @@ KINDS = (
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """How one set's intervals did."""
+    """How one set's intervals did; NaN: does not apply."""
 
     kind: str
     held: float  # share of the directions near data whose interval holds the truth
     from_file: float  # the same of intervals computed from the coefficient file alone
+    at_peaks: float  # the same where f is much above its median
+    albedo: float  # share of the channels
+    roughness: float
     error: float  # relative error near data, mean of the channels
-    stated: float  # the same as the standard errors have it
+    stated: float  # the same as the standard errors of the file have it
 
 
 def drawn(seed: int) -> tuple[str, Reflectance, Plan]:
@@ -86,27 +98,94 @@ def score(seed: int) -> Score:
     angles = angles[(angles[:, :2] < LIMIT).all(1)]
     grid = Cells.of_angles(*angles.T)
     seen = seen_at(fit.cells, grid)
-    grid, true = grid.take(seen), on_grid(truth, angles[seen])
+    angles, grid = angles[seen], grid.take(seen)
+    true = on_grid(truth, angles)
     found = fit.brdf.evaluate(grid.theta_i, 0.0, grid.theta_r, grid.dphi)
-    error = fit.standard_error(grid)
-    weight = (np.sin(2 * grid.theta_i) * np.sin(2 * grid.theta_r))[:, None]
+    own = np.abs(found - true) <= fit.uncertainty.half_width(fit.standard_error(grid))
+    albedo = KnownBrdf(Known(kind, fit.brdf.channels, isotropic=True, evaluate=truth)).albedo().value
+    rough = getattr(truth, "roughness", np.nan) if kind in ("plastic", "ggx-conductor") else np.nan
+    return judged(kind, of_file(fit.brdf), angles, true, albedo, rough, float(own.mean()))
+
+
+def judged(
+    kind: str, brdf: Brdf, angles: np.ndarray, true: np.ndarray, albedo: np.ndarray, rough: float, own: float
+) -> Score:
+    """What a file says against f ``true`` (n, c) at ``angles`` (n, 3), the albedo (c,) and the roughness."""
+    theta_i, theta_r, dphi = angles.T
+    found = brdf.evaluate(theta_i, 0.0, theta_r, dphi)
+    error = brdf.standard_error(theta_i, 0.0, theta_r, dphi)
+    holds = np.abs(found - true) <= WIDE * error
+    peak = true > PEAK * np.median(true, axis=0)
+    weight = (np.sin(2 * theta_i) * np.sin(2 * theta_r))[:, None]
     size = np.sum(weight * true**2)
+    off = np.abs(brdf.bihemispherical_albedo() - albedo)
     return Score(
         kind,
-        float(np.mean(np.abs(found - true) <= fit.uncertainty.half_width(error))),
-        float(np.mean(np.abs(found - true) <= WIDE * of_file(fit.brdf, grid))),
+        own,
+        float(holds.mean()),
+        float(holds[peak].mean()) if peak.any() else np.nan,
+        float(np.mean(off <= WIDE * albedo_error(brdf))),
+        _roughness(brdf, rough),
         float(np.sqrt(np.sum(weight * (found - true) ** 2) / size)),
         float(np.sqrt(np.sum(weight * error**2) / size)),
     )
 
 
-def of_file(brdf: Brdf, grid: Cells) -> np.ndarray:
-    """Standard errors (n, c) of f of what is read again from the file."""
+def _roughness(brdf: Brdf, true: float) -> float:
+    """1 if the first lobe's roughness holds the ``true`` one, NaN where there is none of that kind."""
+    known, name = brdf.uncertainty, "lobe 0 roughness"
+    if not np.isfinite(true) or known is None or name not in known.parameters:
+        return np.nan
+    if brdf.lobes[0].distribution != "ggx" or brdf.lobes[0].model == "retro":
+        return np.nan
+    error = float(known.standard_errors[known.parameters.index(name)].max())
+    return float(abs(brdf.lobes[0].axes[0] - true) <= WIDE * error)
+
+
+def of_file(brdf: Brdf) -> Brdf:
+    """What is read again from the file."""
     with tempfile.TemporaryDirectory() as folder:
         brdf.save(Path(folder) / "coefficients.json")
-        return load_brdf(Path(folder) / "coefficients.json").standard_error(
-            grid.theta_i, 0.0, grid.theta_r, grid.dphi
+        return load_brdf(Path(folder) / "coefficients.json")
+
+
+def of_result(path: Path, truth: Path) -> Score:
+    """The file of a result that exists."""
+    brdf = load_brdf(find_brdf(path))
+    if truth.suffix == ".npz":
+        with np.load(truth) as file:
+            angles, true = file["grid"], file["brdf"]
+        albedo = np.full(len(brdf.channels), np.nan)
+    else:
+        known = KnownBrdf(load_known(truth))
+        angles = angle_grid()
+        true, albedo = known.angles(*angles.T), known.albedo().value
+    most = min(LIMIT, *np.radians([brdf.valid["theta_i_max"], brdf.valid["theta_r_max"]]))
+    inside = (angles[:, :2] < most).all(1) & (true > 0.0).any(1)
+    return judged(path.name, brdf, angles[inside], true[inside], albedo, np.nan, np.nan)
+
+
+def table_of(scores: list[Score], names: tuple[str, ...]) -> str:
+    """Means over the sets of each kind, medians of the errors."""
+    lines = [
+        "share of the truths within 95 % intervals, per cent; medians of error and stated, per cent of f",
+        "surface           sets    fit    file   peaks  albedo  roughness   error  stated",
+    ]
+    for kind in names:
+        some = [one for one in scores if kind in (one.kind, "all")]
+        if not some:
+            continue
+        columns = [
+            np.array([getattr(one, name) for one in some])
+            for name in ("held", "from_file", "at_peaks", "albedo", "roughness")
+        ]
+        means = [100 * np.nanmean(c) if np.isfinite(c).any() else np.nan for c in columns]
+        medians = [100 * np.median([getattr(one, name) for one in some]) for name in ("error", "stated")]
+        lines.append(
+            f"{kind:16s}  {len(some):4d} {means[0]:6.1f}  {means[1]:6.1f}  {means[2]:6.1f}  {means[3]:6.1f}"
+            f"  {means[4]:9.1f}  {medians[0]:6.2f}  {medians[1]:6.2f}"
         )
+    return "\n".join(lines)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -116,22 +195,19 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--sets", type=int, default=200)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--quick", action="store_true", help="two sets only")
+    parser.add_argument("--results", nargs="+", type=Path, default=[], metavar=("RESULT TRUTH", ""))
     asked = parser.parse_args(arguments)
+    if asked.results:
+        scores = [of_result(*pair) for pair in zip(asked.results[::2], asked.results[1::2], strict=True)]
+        print(table_of(scores, (*dict.fromkeys(one.kind for one in scores), "all")))
+        return
     seeds = range(2 if asked.quick else asked.sets)
     if asked.workers > 1:
         with get_context("spawn").Pool(asked.workers) as pool:
-            scores = list(pool.map(score, seeds))
+            scores = list(pool.imap(score, seeds))
     else:
         scores = [score(seed) for seed in seeds]
-    print("surface           sets   held  from the file  median error  median stated")
-    for kind in (*KINDS, "all"):
-        some = [one for one in scores if kind in (one.kind, "all")]
-        if some:
-            held, filed, error, stated = np.array([[s.held, s.from_file, s.error, s.stated] for s in some]).T
-            print(
-                f"{kind:16s}  {len(some):4d} {100 * held.mean():6.1f} %  {100 * filed.mean():11.1f} %"
-                f"  {100 * np.median(error):8.2f} %  {100 * np.median(stated):10.2f} %"
-            )
+    print(table_of(scores, (*KINDS, "all")))
 
 
 if __name__ == "__main__":
