@@ -47,13 +47,6 @@ class Basis:
         n, m = (rows[:, 0], rows[:, 1]) if self.symmetry == "isotropic" else (rows[:, 0], rows[:, 2])
         return (n * (n + 2) + m * (m + 2)) / 8.0
 
-    def turns(self) -> np.ndarray:
-        """(m,) whether a mode changes when the sample alone is turned about its normal."""
-        if self.symmetry == "isotropic":
-            return np.zeros(len(self.modes), bool)
-        rows = self.modes
-        return rows[:, 1] != rows[:, 3]
-
 
 _LISTS = {
     "isotropic": modes.isotropic_modes,

@@ -8,7 +8,8 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.merl import CHANNELS, write_merl
+from photogonio.reconstruct.brdf.merl import write_merl
+from photogonio.reconstruct.export.rgb import rgb_order
 
 
 def write_merl_table(brdf: Brdf, path: Path) -> None:
@@ -22,7 +23,7 @@ def write_merl_table(brdf: Brdf, path: Path) -> None:
     count = len(brdf.channels)
     if count not in (1, 3):
         raise InputError("--format merl", f"holds three channels; this BRDF has {', '.join(brdf.channels)}")
-    order = [brdf.channels.index(name) for name in CHANNELS] if set(CHANNELS) == set(brdf.channels) else None
+    order = rgb_order(brdf.channels)
 
     def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         f = brdf(incident, exit)
