@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.represent.anisotropic import typical
-from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.represent.developed import developed
 from photogonio.reconstruct.table.cells import Cells
+from tests.drawn.fits import as_found
 
 JUDGED = np.radians(70.0)
 
@@ -25,19 +24,6 @@ def model_of(symmetry="reciprocal", name="anisotropic correlated-schlick", order
     shape = {"roughness": 0.35, "f0": 0.05, "stretch": 1.2, "skew": 1.1}
     lobes = LobeSet((family,), (np.array([shape[n] for n in family.shape_names]),))
     return Model(basis, coefficients, lobes, np.full((len(family.coefficient_names), 2), 0.3))
-
-
-def as_found(model):
-    """The BRDF that a fit of ``model`` writes."""
-    return Brdf(
-        order=model.basis.order,
-        channels=("R", "G"),
-        modes=model.basis.modes,
-        coefficients=model.coefficients,
-        standard_errors=np.zeros_like(model.coefficients),
-        symmetry=model.basis.symmetry,
-        lobes=lobes_of(model),
-    )
 
 
 def in_file(model, order):

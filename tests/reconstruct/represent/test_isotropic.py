@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
 from photogonio.reconstruct.represent.anisotropic import typical
-from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.represent.developed import developed
 from photogonio.reconstruct.table.cells import Cells
+from tests.drawn.fits import as_found
 
 JUDGED = np.radians(70.0)
 
@@ -27,20 +26,6 @@ def model_of(family, order=2, roughness=0.25, seed=0):
         coefficients,
         LobeSet((family,), (np.array([roughness, 0.05][: len(family.shape_names)]),)),
         own,
-    )
-
-
-def as_found(model):
-    """The BRDF that a fit of ``model`` writes."""
-    channels = tuple("RG"[: model.coefficients.shape[1]])
-    return Brdf(
-        order=model.basis.order,
-        channels=channels,
-        modes=model.basis.modes,
-        coefficients=model.coefficients,
-        standard_errors=np.zeros_like(model.coefficients),
-        symmetry=model.basis.symmetry,
-        lobes=lobes_of(model),
     )
 
 
