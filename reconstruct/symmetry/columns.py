@@ -69,7 +69,8 @@ def swapped_modes(cells: Cells) -> Columns:
     columns = []
     for n, m, l in SWAPPED:
         first, second = zernike_index(n, l), zernike_index(m, l)
-        wave = np.cos(l * cells.dphi) * (1.0 if l else np.sqrt(0.5))
+        # Z at azimuth 0 is sqrt(2) times the elevation, but for l = 0
+        wave = np.cos(l * cells.dphi) * (0.5 if l else np.sqrt(0.5))
         columns.append((zi[first] * zr[second] - zi[second] * zr[first]) * wave)
     degree = [(n * (n + 2) + m * (m + 2)) / 8.0 for n, m, _ in SWAPPED]
     return Columns(np.stack(columns, axis=1), np.array(degree))
