@@ -1,0 +1,84 @@
+"""An average of models of measured rows: a model again, whose weights add up and whose errors are those of its rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.weights import error_model
+from photogonio.reconstruct.lobes.families import second_lobe
+from photogonio.reconstruct.rows.row_average import Average, average_of
+from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.reconstruct.table.goniometer_csv import samples_table
+from tests.drawn.goniometer import SATIN, matte, measured, scattered
+from tests.drawn.goniometer import glossy as glossy_surface
+
+LOBES = [LobeSet((second_lobe(absolute=False),), (np.array([one]),)) for one in (0.2, 0.4, 0.7)]
+NOISE = 0.02
+ROWS = 300
+
+
+def cells(surface, noise: float = NOISE) -> Cells:
+    return cells_of(samples_table(measured(surface, scattered(ROWS), noise=noise)))
+
+
+def average(given: Cells, order: int = 4) -> Average:
+    return average_of(given, error_model(given), order, LOBES)
+
+
+@pytest.fixture(scope="module")
+def glossy() -> tuple[Cells, Average]:
+    given = cells(SATIN)
+    return given, average(given)
+
+
+def test_weights_add_up_and_the_ridge_is_always_there(glossy):
+    _, found = glossy
+    weights = [one.weight for one in found.members]
+    assert sum(weights) == pytest.approx(1.0, rel=1e-12) and min(weights) > 0.0
+    (ridge,) = [one for one in found.members if not one.lobes.families]
+    assert ridge.weight >= 1.0 / 3.0
+    assert found.name.count("%") == len(found.members)
+
+
+def test_rows_left_out_are_the_mean_of_what_members_say(glossy):
+    _, found = glossy
+    mean = sum(one.weight * one.left_out for one in found.members)
+    np.testing.assert_allclose(found.left_out, mean, rtol=1e-12)
+
+
+def test_a_matte_surface_stays_one():
+    """Lobes that may not take light away and modes that are pulled to nothing leave the free constant."""
+    given = cells(matte(0.5), noise=0.0)
+    found = average(given)
+    np.testing.assert_allclose(found.model.evaluate(given), 0.5 / np.pi, rtol=1e-4)
+    assert (found.model.lobe_coefficients >= -1e-9).all()
+
+
+def test_the_noise_of_a_row_is_found():
+    """Of rows whose error is the same everywhere: a standard deviation of n rows is known to 1 / sqrt(2 n), and some
+    of the rows' freedom is the modes'."""
+    given = cells(matte(0.5), noise=NOISE)
+    found = average(given)
+    said = found.noise * error_model(given)[0]
+    np.testing.assert_allclose(said, NOISE * 0.5 / np.pi, rtol=5.0 / np.sqrt(2.0 * ROWS))
+
+
+def test_the_covariance_is_one_and_says_how_far_the_average_is_off():
+    """Of a broad gloss that the modes can say, and noise that is the same everywhere."""
+    broad, sigma = glossy_surface(0.3, 0.1, 3.0), 0.003
+    given, exact = (
+        cells_of(samples_table(measured(broad, scattered(ROWS), noise=0.0, constant=constant)))
+        for constant in (sigma, 0.0)
+    )
+    found = average(given, order=8)
+    for one in found.covariance:
+        np.testing.assert_allclose(one, one.T, atol=1e-12 * np.abs(one).max())
+        assert np.linalg.eigvalsh(one).min() > -1e-9 * np.abs(one).max()
+    design = np.hstack([found.model.basis.design(given), found.model.lobes.columns(given)[1]])
+    error = np.sqrt(np.einsum("np,pq,nq->n", design, found.covariance[0], design))
+    off = np.abs(found.model.evaluate(given) - exact.value)[:, 0]
+    # at the rows themselves three standard errors hold nearly all, and most are less than the noise of a row
+    assert np.mean(off < 3.0 * error) > 0.95
+    assert np.median(error) < sigma
