@@ -17,9 +17,11 @@ from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.adjust.bundle import pose_block
 from photogonio.calib.adjust.lamps import block_name
 from photogonio.calib.adjust.state import State
-from photogonio.calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
+from photogonio.calib.camera_poses import find_poses, scale_corners
+from photogonio.calib.detect.first_look import Photos
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader, Seen
+from photogonio.calib.first_camera import fitted_camera
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.radiometry.readings import read_view
 from photogonio.calib.radiometry.scale import tie

@@ -2,44 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import CameraModel
-from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from photogonio.calib.adjust.state import State
+from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.observation import FIXED_POSE, POSE, Observation, Posed, light_id
-from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look, look_closer
-from photogonio.calib.diagnose.board.board_shape import bad_photos
-from photogonio.calib.diagnose.board.marker_corners import listed_order, order_warning, reordered
-from photogonio.calib.diagnose.board.wrong_board import board_fault
-from photogonio.calib.diagnose.photos.turned_photos import (
-    mirrored_photos,
-    tell_turned,
-    turned_against_given,
-    turned_against_lens,
-    turned_photos,
-    upright,
-)
-from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners, board_points
+from photogonio.calib.detect.photo_reader import Progress, Reader, Seen, look
+from photogonio.calib.diagnose.procedure import ask
+from photogonio.calib.diagnose.registry import Stage, looked_at
+from photogonio.calib.first_camera import find_camera
+from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import fit_pose, joined
 from photogonio.calib.remarks import Remarks
 from photogonio.capture import robust
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import copies
-from photogonio.capture.photoset import MANIFEST, LooseMarkers, PhotoSet, View
+from photogonio.capture.photoset import MANIFEST, PhotoSet, View
 
 _ASTRAY = 1.0  # pixels that a fixed camera's corner may miss by
-_ORDINARY = (
-    (0, 0.15),
-    (1, 0.1),
-    (2, 5e-4),
-    (3, 5e-4),
-)  # distortion terms of a lens, by OpenCV's number, and size
-_ASPECT = 5e-4  # how square pixels are
-_CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
 _POSE_VALUES = 7  # that each photo's corners fix: its pose, and its share of the camera
 _MOVED = 0.5  # share of a photo's corners astray that means the camera moved
 _MOST_PIXELS, _MOST_SHARE = (
@@ -48,30 +31,12 @@ _MOST_PIXELS, _MOST_SHARE = (
 )  # rms in pixels, or of the picture's width, that no print misses its places by
 
 
-@dataclass(frozen=True, slots=True)
-class Photos:
-    """All photos with their corners, by role."""
-
-    samples: list[Seen]
-    probes: list[Seen]
-    boards: list[Seen]  # calibration photos
-
-    @property
-    def every(self) -> list[Seen]:
-        return self.boards + self.samples + self.probes
-
-    def replaced(self, every: list[Seen]) -> Photos:
-        """The same with other corners; inverse of ``every``."""
-        first, second = len(self.boards), len(self.boards) + len(self.samples)
-        return Photos(every[first:second], every[second:], every[:first])
-
-
 def first_state(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Remarks) -> State:
     """Where the camera stood in every photo; InputError if nothing can be made of the set."""
-    photos = look_at_all(photoset, reader, tell, remarks)
-    photoset, photos = as_printed(photoset, reader, photos, remarks)
-    camera, model, photos = find_camera(photoset, reader, photos, tell, remarks)
-    photoset = reader.photoset = as_read(photoset, photos)
+    first = FirstLook(photoset, reader, look_at_all(photoset, reader, tell, remarks), remarks)
+    first = ask(first, looked_at(Stage.LOOK))
+    camera, model, photos = find_camera(first, tell)
+    photoset = reader.photoset = photos.as_read(first.photoset)
     boards, observations = find_poses(photoset, camera, photos, remarks)
     return State(photoset, reader, camera, model, tuple(boards), tuple(observations), remarks, tell)
 
@@ -97,162 +62,6 @@ def _originals(photoset: PhotoSet, remarks: Remarks) -> tuple[View, ...]:
     for name, original in copied.items():
         remarks.leave_out(name, f"it is the same file as {original}", "copied-photo")
     return tuple(v for v in views if v.name not in copied)
-
-
-def as_printed(
-    photoset: PhotoSet, reader: Reader, photos: Photos, remarks: Remarks
-) -> tuple[PhotoSet, Photos]:
-    """The set with the board as the photos show it, where that is no guess, and the photos with its corners there;
-    InputError if its markers are others, or lie otherwise."""
-    board = photoset.board
-    if board is None:
-        return photoset, photos
-    photos = _not_mirrored(reader, photos, remarks)
-    if photoset.camera.fixed:
-        photos = _upright(photos, remarks)
-    if isinstance(board, LooseMarkers):
-        board, photos = _relisted(board, photos, remarks)
-        photoset = reader.photoset = replace(photoset, board=board)
-    fault = board_fault(board, reader, [one for one in photos.every if one.corners is not None])
-    if fault is not None:
-        raise InputError(photoset.folder / MANIFEST, fault)
-    return photoset, photos
-
-
-def _not_mirrored(reader: Reader, photos: Photos, remarks: Remarks) -> Photos:
-    """Without photos that are stored mirrored, in which no marker is one."""
-    names = mirrored_photos(reader, photos.every)
-    for name in names:
-        remarks.leave_out(name, "it is stored mirrored, against the other photos", "photo-mirrored")
-    kept = (
-        [one for one in part if one.view.name not in names]
-        for part in (photos.samples, photos.probes, photos.boards)
-    )
-    return Photos(*kept)
-
-
-def _upright(photos: Photos, remarks: Remarks) -> Photos:
-    """A fixed camera's photos, those that are stored upside down turned back: their lens has its axis elsewhere."""
-    still = [one for one in photos.samples + photos.probes if one.corners is not None]
-    turned = turned_photos([(one.corners, one.size) for one in still if one.corners is not None])
-    return _turned_back(photos, {still[k].view.name for k in turned}, remarks)
-
-
-def _turned_back(photos: Photos, names: set[str], remarks: Remarks) -> Photos:
-    tell_turned(sorted(names), remarks)
-    return photos.replaced([upright(one) if one.view.name in names else one for one in photos.every])
-
-
-def _lens_upright(photoset: PhotoSet, photos: Photos, camera: Camera, remarks: Remarks) -> Photos:
-    """All photos with the lens's axis on the same side of the middle, the given camera's, if one is."""
-    shown = [one for one in photos.every if one.corners is not None and one.size == camera.size]
-    corners = [one.corners for one in shown if one.corners is not None]
-    find = turned_against_lens if photoset.camera.matrix is None else turned_against_given
-    names = {shown[k].view.name for k in find(camera, corners)}
-    if photoset.camera.fixed:  # one and the same side, and those that are not were found before
-        still = {one.view.name for one in photos.samples + photos.probes}
-        told = [one.view.name for one in shown if one.view.name in still]
-        most = 2 * sum(name in names for name in told) > len(told)
-        names = names - still | (still if most else set())
-    return _turned_back(photos, names, remarks)
-
-
-def as_read(photoset: PhotoSet, photos: Photos) -> PhotoSet:
-    """The set whose photos are turned as those of ``photos`` are."""
-    seen = {photo.file: photo.turned for one in photos.every for photo in one.view.photos}
-    return photoset.turned_to(p.file for p in photoset.photos if seen.get(p.file, p.turned))
-
-
-def _relisted(board: LooseMarkers, photos: Photos, remarks: Remarks) -> tuple[LooseMarkers, Photos]:
-    """Loose markers with their corners in the order that the photos show."""
-    orders = listed_order(board, [one.corners for one in photos.every if one.corners is not None])
-    if not orders:
-        return board, photos
-    board = reordered(board, orders)
-    remarks.tell("marker-corner-order", order_warning(board, orders), amount=len(orders), allowed=True)
-    points, every = board_points(board), []
-    for one in photos.every:
-        corners = one.corners
-        every.append(
-            one if corners is None else replace(one, corners=replace(corners, points=points[corners.ids]))
-        )
-    return board, photos.replaced(every)
-
-
-def find_camera(
-    photoset: PhotoSet, reader: Reader, photos: Photos, tell: Progress, remarks: Remarks
-) -> tuple[Camera, CameraModel, Photos]:
-    """The camera, given or fitted, and all corners placed as well as they can be with it."""
-    size = photos.samples[0].size
-    entry = photoset.camera
-    if entry.matrix is not None:
-        distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
-        camera = Camera(np.asarray(entry.matrix, float), distortion, size)
-        closer = photos.replaced(look_closer(reader, camera, photos.every, tell, remarks))
-        closer = _lens_upright(photoset, closer, camera, remarks)
-        return camera, CameraModel(size, distortion, ()), closer
-    start = quick_camera(_useful(photos.every, size), size)
-    if start is None:
-        raise InputError(
-            photoset.folder / MANIFEST,
-            "too few board corners in every photo to find the camera: give [camera] or calibration photos",
-        )
-    closer = photos.replaced(look_closer(reader, start, photos.every, tell, remarks))
-    closer = _lens_upright(photoset, closer, start, remarks)
-    return fitted_camera(closer, size, remarks, reader.workers)
-
-
-def _useful(seen: list[Seen], size: tuple[int, int]) -> list[Corners]:
-    return [s.corners for s in seen if s.corners is not None and s.size == size]
-
-
-def fitted_camera(
-    photos: Photos, size: tuple[int, int], remarks: Remarks, workers: int = 1
-) -> tuple[Camera, CameraModel, Photos]:
-    """The camera from all corners, once more without the photos that do not fit."""
-    seen = [s for s in photos.boards + photos.samples if s.corners is not None and s.size == size]
-    fit = fit_camera([s.corners for s in seen if s.corners is not None], size, workers)
-    if fit is None:
-        raise InputError(MANIFEST, "too few board corners in every photo to find the camera")
-    posed = [
-        (s, p) for s in seen if s.corners is not None and (p := fit_pose(fit.camera, s.corners)) is not None
-    ]
-    boards: list[Posed] = [
-        (s.view.name, s.corners.keep(p.inlier), p.pose) for s, p in posed if s.corners is not None
-    ]
-    bad = dict(bad_photos(fit.camera, boards))
-    if bad:
-        names = {boards[k][0] for k in bad}
-        for k, reason in bad.items():
-            if posed[k][0].view.photos[0].role == "calibration":
-                remarks.leave_out(boards[k][0], reason, "corners-astray")
-        photos = replace(photos, boards=[s for s in photos.boards if s.view.name not in names])
-        better = fit_camera([c for n, c, _ in boards if n not in names], size, workers)
-        fit = better if better is not None else fit
-    model = model_of(fit)
-    remarks.residuals["camera"] = {
-        "model": fit.model,
-        "rms_px": fit.rms,
-        "held_out_rms_px": fit.scores,
-        "photos": sum(bool(u) for u in fit.used),
-    }
-    return fit.camera, model, photos
-
-
-def model_of(fit: CameraFit) -> CameraModel:
-    """What is adjusted later: the chosen terms, and those of an ordinary lens that the photos did not ask for, which
-    are expected to be small. A term left out for good would make all others look surer than they are.
-    """
-    chosen = free_terms(MODELS[fit.model])
-    held = tuple((k, sigma) for k, sigma in _ORDINARY if k not in chosen)
-    return CameraModel(
-        fit.camera.size,
-        fit.camera.distortion,
-        tuple(sorted({*chosen, *(k for k, _ in held)})),
-        _ASPECT if fit.square else 0.0,
-        _CENTRE * fit.camera.size[0] if fit.centred else 0.0,
-        held,
-    )
 
 
 def find_poses(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Protocol, TypedDict, Unpack
@@ -20,7 +20,6 @@ from photogonio.calib.detect.gray import (
     halved,
     without_fireflies,
 )
-from photogonio.calib.detect.marker_placement import judging_photos, misplaced_markers, misprint_warning
 from photogonio.calib.detect.masks import things_mask
 from photogonio.calib.detect.observation import Keep, in_memory
 from photogonio.calib.detect.subpixel import KEPT_BYTES, Around, Template, refined_corners
@@ -29,7 +28,6 @@ from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.geometry.print_map import Print, draw_print
 from photogonio.calib.parallel import Found, Item, abreast
-from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.linear.signal import Region, Windows, cut
 from photogonio.capture.photoset import Board, CharucoBoard, PhotoSet, View
@@ -40,12 +38,14 @@ ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
 ReadLevel = Callable[[View, Region | None], tuple[np.ndarray, np.ndarray]]
 ReadPart = Callable[[View, Region | Windows], RadianceImage]
 Progress = Callable[[str, int, int], None]
+BothWays = tuple[Corners | None, Corners | None]  # one photo's, placed with the board's markers, and without
 
 _CACHE_BYTES = 250_000_000  # a few small photos; large ones are read again
 _GROW = 3  # pixels kept clear around whatever stands on the board
 _LARGE = 6_000_000  # pixels of a photo whose markers are large enough in one of half the size, mostly
 # photos of a role of which the pixels about the corners are kept for the second look, and bytes of all of them
 _KEPT, _MOST_BYTES = 40, 40_000_000
+JUDGING, _JUDGES = 12, 4  # corners of a photo that tells of the print, and photos that are asked
 _ABOUT = 16  # pixels around a corner that placing it takes: its window, and two for what moves it
 
 
@@ -222,37 +222,50 @@ def _has_print(board: Board) -> bool:
     return isinstance(board, CharucoBoard) and draw_print(board) is not None
 
 
+def placed_both_ways(reader: Reader, camera: Camera, seen: Sequence[Seen]) -> dict[int, BothWays]:
+    """A few photos, by number, with their corners placed with the board's markers and without: they tell whether the
+    markers are where its numbers put them."""
+    pattern = _pattern(reader)
+    if pattern is None:
+        return {}
+    many = [k for k, one in enumerate(seen) if one.corners is not None and len(one.corners) >= JUDGING]
+    judges = [many[k] for k in np.unique(np.linspace(0, len(many) - 1, _JUDGES).astype(int))] if many else []
+    found = reader.abreast(
+        lambda k: _closer(reader, pattern, camera, seen[k], (False, True)), [int(k) for k in judges]
+    )
+    return {k: (one[0], one[1]) for k, one in zip(judges, found, strict=True)}
+
+
 def look_closer(
     reader: Reader,
     camera: Camera,
-    seen: list[Seen],
+    seen: Sequence[Seen],
     progress: Progress,
-    remarks: Remarks | None = None,
+    both_ways: Mapping[int, BothWays] | None = None,
+    *,
+    bare: bool = False,
 ) -> list[Seen]:
     """The corners of each view again, placed by the whole print around them, those that do not fit left out.
 
-    Where a few photos show that the markers are not where the board's numbers put them, they take no part, which is
-    told.
+    ``bare``: the markers take no part. What is known ``both_ways`` is not worked out again.
     """
+    pattern = _pattern(reader)
+    if pattern is None:
+        return list(seen)
+    placed = {k: known[bare] for k, known in (both_ways or {}).items()}
+    left = [k for k in range(len(seen)) if k not in placed]
+    for k, one in zip(
+        left, reader.abreast(lambda k: _closer(reader, pattern, camera, seen[k], (bare,)), left), strict=True
+    ):
+        placed[k] = one[0]
+        progress("placing the corners", len(placed), len(seen))
+    return [replace(one, corners=placed[k], around=None) for k, one in enumerate(seen)]
+
+
+def _pattern(reader: Reader) -> Print | None:
+    """What the set's board looks like, where it is one whose print tells corners."""
     board = reader.photoset.board
-    pattern = draw_print(board) if isinstance(board, CharucoBoard) else None
-    if not isinstance(board, CharucoBoard) or pattern is None:
-        return seen
-    judges = judging_photos([0 if one.corners is None else len(one.corners) for one in seen])
-    both = [(False, True) if k in judges else (False,) for k in range(len(seen))]
-    tasks = list(zip(seen, both, strict=True))
-    found = []
-    for k, one in enumerate(reader.abreast(lambda t: _closer(reader, pattern, camera, *t), tasks)):
-        found.append(one)
-        progress("placing the corners", k + 1, len(seen))
-    pairs = [(found[k][0], found[k][-1]) for k in judges]
-    off = misplaced_markers(board, [(a, b) for a, b in pairs if a is not None and b is not None])
-    if off is None:
-        return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, found, strict=True)]
-    if remarks is not None:
-        remarks.tell("markers-misplaced", misprint_warning(off), allowed=True)
-    again = reader.abreast(lambda one: _closer(reader, pattern, camera, one, (True,)), seen)
-    return [replace(one, corners=placed[0], around=None) for one, placed in zip(seen, again, strict=True)]
+    return draw_print(board) if isinstance(board, CharucoBoard) else None
 
 
 def _closer(

@@ -1,33 +1,40 @@
-"""Departures: what may not be as the manifest says, or as the model has it. One file and one line of the "
-"registry each."""
+"""Departures: what may not be as the manifest says, or as the model has it. One file and one line of the registry
+each."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum, auto
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, TypeVar
 
 from photogonio.calib.adjust.state import State
+from photogonio.calib.detect.first_look import FirstLook
 from photogonio.capture.diagnosis import Diagnosis, Entry
+
+Known = TypeVar("Known", FirstLook, State)
 
 
 class Stage(Enum):
     """When a departure is asked for."""
 
+    LOOK = auto()  # of all photos at first sight
+    PLACED = auto()  # with a few photos' corners placed by a rough camera
+    CLOSER = auto()  # with all of them placed
     MANIFEST = auto()  # once it is known where the camera stood
     CAMERA = auto()  # once corners have the errors that they show
     PHOTO = auto()  # with what each photo shows of lamp, sample and paper, before anything settles
     LIGHT = auto()  # by what settled, and allowed for by settling again
+    LAMP = auto()  # once all has settled, before lamps' strengths are read
     STRENGTH = auto()  # at the end
 
 
-class Departure(Protocol):
-    """One thing that may not be as it is taken to be."""
+class Assumption(Protocol[Known]):
+    """One thing that may not be as it is taken to be, by what is ``Known`` when it is asked for."""
 
     stage: ClassVar[Stage]
     entries: ClassVar[tuple[Entry, ...]]  # what it may tell; thresholds say where they are from
 
-    def evidence(self, state: State) -> Sequence[Diagnosis]:
+    def evidence(self, known: Known, /) -> Sequence[Diagnosis]:
         """What the photos show of it, in words where a person is to be told; nothing if nothing tells.
 
         Raises:
@@ -35,13 +42,21 @@ class Departure(Protocol):
         """
         ...
 
-    def remedy(self, state: State, found: Sequence[Diagnosis]) -> State | None:
-        """The state in which it is allowed for; None if that turns out to be no better, and nothing is to be told.
+    def remedy(self, known: Known, found: Sequence[Diagnosis], /) -> Known | None:
+        """What is known once it is allowed for; None if that turns out to be no better, and nothing is to be told.
 
         Raises:
-            InputError: nothing of the set is left.
+            InputError: nothing of the set is left, or is to be made of it.
         """
-        return state
+        return known
+
+
+class LookDeparture(Assumption[FirstLook], Protocol):
+    """One that photos show before there is a camera."""
+
+
+class Departure(Assumption[State], Protocol):
+    """One that is seen with the camera."""
 
 
 class LightDeparture(Departure, Protocol):

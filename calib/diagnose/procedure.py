@@ -7,18 +7,18 @@ from dataclasses import replace
 
 from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.adjust.state import Settled, State
-from photogonio.calib.diagnose.base import Departure, LightDeparture
+from photogonio.calib.diagnose.base import Assumption, Known, LightDeparture
 
 
-def ask(state: State, departures: Iterable[Departure]) -> State:
+def ask(known: Known, departures: Iterable[Assumption[Known]]) -> Known:
     """One after the other, each on the state that the one before has left; what is found goes to the remarks."""
     for departure in departures:
-        found = departure.evidence(state)
-        after = departure.remedy(state, found) if found else state
+        found = departure.evidence(known)
+        after = departure.remedy(known, found) if found else known
         if after is not None:
-            state.remarks.diagnoses += [one for one in found if one.message]
-            state = after
-    return state
+            known.remarks.diagnoses += [one for one in found if one.message]
+            known = after
+    return known
 
 
 def settle_allowing(state: State, departures: Sequence[LightDeparture]) -> State:

@@ -5,9 +5,12 @@ To add one is to write its file and to name it here (docs/diagnoses.md is made o
 
 from __future__ import annotations
 
-from photogonio.calib.diagnose.base import Departure, LightDeparture, Stage
+from photogonio.calib.diagnose.base import Departure, LightDeparture, LookDeparture, Stage
+from photogonio.calib.diagnose.board.board_rows import BoardRows
 from photogonio.calib.diagnose.board.board_shape import BoardPrint, CameraPhotos
-from photogonio.calib.diagnose.board.wrong_board import BoardRows
+from photogonio.calib.diagnose.board.marker_corners import MarkerCornerOrder
+from photogonio.calib.diagnose.board.misplaced_markers import MisplacedMarkers
+from photogonio.calib.diagnose.board.wrong_board import WrongBoard
 from photogonio.calib.diagnose.lights.ambient_light import AmbientLight
 from photogonio.calib.diagnose.lights.lamp_beam import LampBeam
 from photogonio.calib.diagnose.lights.thick_sample import ThickSample
@@ -18,11 +21,20 @@ from photogonio.calib.diagnose.photos.glossy_print import GlossyPrint
 from photogonio.calib.diagnose.photos.moved_lamp import MovedLamp
 from photogonio.calib.diagnose.photos.outline_off_sample import OutlineOffSample
 from photogonio.calib.diagnose.photos.outside_picture import SampleOutsidePicture
+from photogonio.calib.diagnose.photos.stored_otherwise import MirroredPhotos, TurnedLens, TurnedPhotos
 from photogonio.calib.diagnose.photos.tone_curve import WrongToneCurve
 from photogonio.calib.diagnose.photos.unusable_photos import UnusablePhotos
 from photogonio.calib.diagnose.photos.veiling_glare import VeilingGlare
 from photogonio.capture.diagnosis import Entry
 
+LOOKS: tuple[LookDeparture, ...] = (
+    MirroredPhotos(),
+    TurnedPhotos(),
+    MarkerCornerOrder(),
+    WrongBoard(),
+    MisplacedMarkers(),
+    TurnedLens(),
+)
 LIGHT: tuple[LightDeparture, ...] = (ThickSample(), Vignetting(), LampBeam(), AmbientLight())
 DEPARTURES: tuple[Departure, ...] = (
     SampleOutsidePicture(),
@@ -51,31 +63,6 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
             "unreadable-photo",
             "A photo cannot be read, is of another size than the others, or lacks what they have; it is left out.",
             "Nothing, if there are enough others.",
-        ),
-        Entry(
-            "markers-misplaced",
-            "The markers lie beside where the board's numbers put them, by the same in several photos: "
-            "corners are placed "
-            "by the squares alone.",
-            "Print the board anew with its markers in the middle of their squares, or correct `marker_length`.",
-        ),
-        Entry(
-            "marker-corner-order",
-            "The corners of loose markers are listed in another order than that of OpenCV's drawing; they "
-            "are taken as the "
-            "photos show them. AprilTags as their makers print them stand half a turn from OpenCV's.",
-            "Nothing, or list them clockwise from the drawing's top left.",
-        ),
-        Entry(
-            "photo-turned",
-            "Photos are stored upside down against the others, or against the given camera: their lens has its axis "
-            "elsewhere in the picture. They are read turned back.",
-            "Nothing; or turn them back by 180 degrees without compressing them anew.",
-        ),
-        Entry(
-            "photo-mirrored",
-            "A photo is stored as its mirror image, against the others; it is left out.",
-            "Store it as the camera took it; a program that shows pictures has mirrored it.",
         ),
         Entry(
             "corners-astray",
@@ -220,12 +207,21 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
 }
 
 
+def looked_at(stage: Stage) -> tuple[LookDeparture, ...]:
+    """The departures of one stage before there is a camera, in order."""
+    return tuple(one for one in LOOKS if one.stage is stage)
+
+
 def asked_at(stage: Stage) -> tuple[Departure, ...]:
     """The departures of one stage, in order."""
     return tuple(one for one in DEPARTURES if one.stage is stage)
 
 
-def entries(stage: Stage) -> tuple[Entry, ...]:
-    """All that may be told at one stage."""
-    own = [entry for one in asked_at(stage) for entry in one.entries]
-    return (*own, *TOLD.get(stage, ()))
+def entries(*stages: Stage) -> tuple[Entry, ...]:
+    """All that may be told at some stages."""
+    found: list[Entry] = []
+    for stage in stages:
+        found += [entry for look in looked_at(stage) for entry in look.entries]
+        found += [entry for one in asked_at(stage) for entry in one.entries]
+        found += TOLD.get(stage, ())
+    return tuple(found)

@@ -79,11 +79,11 @@ FIT = (
 ROOMS = (
     ("Photos as they are read", codes.ENTRIES),
     ("Tables of measurements", tables.ENTRIES),
-    ("The manifest and the photos", entries(Stage.MANIFEST)),
+    ("The manifest and the photos", entries(Stage.LOOK, Stage.PLACED, Stage.CLOSER, Stage.MANIFEST)),
     ("The camera and the board", entries(Stage.CAMERA)),
     ("What single photos show", entries(Stage.PHOTO)),
     ("Lamps and lens", entries(Stage.LIGHT)),
-    ("Strengths, places, and what is left", entries(Stage.STRENGTH)),
+    ("Strengths, places, and what is left", entries(Stage.LAMP, Stage.STRENGTH)),
     ("The fit", FIT),
 )
 ENTRIES = tuple(entry for _, entries in ROOMS for entry in entries)

@@ -12,7 +12,8 @@ from benchmarks.coverage import deviations
 from photogonio.calib.adjust.alternate import _Round, _shade, settle
 from photogonio.calib.adjust.lamps import Lamp, block_name
 from photogonio.calib.adjust.state import State
-from photogonio.calib.camera_poses import Photos, find_poses, fitted_camera, scale_corners
+from photogonio.calib.camera_poses import find_poses, scale_corners
+from photogonio.calib.detect.first_look import Photos
 from photogonio.calib.detect.highlights import find_highlight
 from photogonio.calib.detect.observation import FIXED_POSE
 from photogonio.calib.detect.photo_reader import Reader, Seen
@@ -23,6 +24,7 @@ from photogonio.calib.diagnose.lights.vignetting import Vignetting, corrected, f
 from photogonio.calib.diagnose.photos.unusable_photos import contradiction
 from photogonio.calib.diagnose.procedure import ask, settle_allowing, tell_lights
 from photogonio.calib.diagnose.registry import LIGHT, Stage, asked_at
+from photogonio.calib.first_camera import fitted_camera
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.remarks import Remarks

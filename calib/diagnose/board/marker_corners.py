@@ -14,7 +14,10 @@ from itertools import permutations
 import cv2
 import numpy as np
 
-from photogonio.calib.geometry.board import Corners
+from photogonio.calib.detect.first_look import FirstLook
+from photogonio.calib.diagnose.base import LookDeparture, Stage
+from photogonio.calib.geometry.board import Corners, board_points
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import LooseMarkers
 
 ORDERS = np.array(list(permutations(range(4))))  # (24, 4): the first is the order as it is listed
@@ -29,6 +32,42 @@ _TURNS: dict[tuple[int, ...], str] = {
     (2, 3, 0, 1): "half a turn",
     (3, 0, 1, 2): "a quarter turn",
 }
+
+
+class MarkerCornerOrder(LookDeparture):
+    """Corners of loose markers that are listed in another order than OpenCV's are taken as the photos show them."""
+
+    stage = Stage.LOOK
+    entries = (
+        Entry(
+            "marker-corner-order",
+            "The corners of loose markers are listed in another order than that of OpenCV's drawing; they are taken as "
+            "the photos show them. AprilTags as their makers print them stand half a turn from OpenCV's.",
+            "Nothing, or list them clockwise from the drawing's top left.",
+        ),
+    )
+
+    def evidence(self, look: FirstLook) -> Sequence[Diagnosis]:
+        board = look.photoset.board
+        if not isinstance(board, LooseMarkers):
+            return []
+        orders = listed_order(board, [one.corners for one in look.photos.every if one.corners is not None])
+        if not orders:
+            return []
+        message = order_warning(board, orders)
+        return [Diagnosis("marker-corner-order", message, len(orders), allowed=True, grounds=orders)]
+
+    def remedy(self, look: FirstLook, found: Sequence[Diagnosis]) -> FirstLook:
+        board = look.photoset.board
+        assert isinstance(board, LooseMarkers)
+        board = reordered(board, found[0].grounds)
+        photoset = look.reader.photoset = replace(look.photoset, board=board)
+        points, every = board_points(board), []
+        for one in look.photos.every:
+            corners = one.corners
+            here = None if corners is None else replace(corners, points=points[corners.ids])
+            every.append(replace(one, corners=here))
+        return replace(look, photoset=photoset, photos=look.photos.replaced(every))
 
 
 def listed_order(board: LooseMarkers, views: Sequence[Corners]) -> dict[int, np.ndarray]:

@@ -8,16 +8,14 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from photogonio.calib.adjust.state import State
+from photogonio.calib.detect.first_look import FirstLook
 from photogonio.calib.detect.gray import detection_image, without_fireflies
-from photogonio.calib.detect.observation import Posed
 from photogonio.calib.detect.photo_reader import Reader, Seen
-from photogonio.calib.diagnose.base import Departure, Stage
-from photogonio.calib.geometry.board import Corners, dictionary, marker_middles, opencv_board
-from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.diagnose.base import LookDeparture, Stage
+from photogonio.calib.geometry.board import Corners, dictionary, opencv_board
 from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers, PrintedBoard
+from photogonio.capture.photoset import MANIFEST, Board, CharucoBoard, GridBoard, LooseMarkers, PrintedBoard
 
 _FEWEST = 6  # markers that tell how they are laid out: any four fit some homography
 _LOOKED_AT = 3  # photos
@@ -25,8 +23,6 @@ _OFF = 0.15  # of a marker's side, that it may lie beside its place: a lens bend
 _FIT = 0.8  # share of the markers that must lie where a board has them
 _ALL = 0.97  # share of them that is all but what is misread
 _WIDER = 0.1  # relative, by which markers of a grid may be wider beside their distances
-_PHOTOS = 3  # in which markers are missing, or seen, that tell of rows
-_INSIDE = 0.75  # of a marker's side around its middle, that must be in the picture
 _COLUMNS = range(2, 31)
 _UPRIGHT = 5  # loose markers that tell which way up they are: any four fit a homography
 _MIRRORED = (
@@ -47,6 +43,32 @@ _LARGEST = (
     *(f"DICT_APRILTAG_{name}" for name in ("16H5", "25H9", "36H10", "36H11")),
     "DICT_ARUCO_MIP_36H12",
 )
+
+
+class WrongBoard(LookDeparture):
+    """Nothing is made of a set whose photos show another board than its manifest says."""
+
+    stage = Stage.LOOK
+    entries = (
+        Entry(
+            "wrong-board",
+            "The photos show markers of another dictionary than the manifest's, or laid out otherwise, mirrored or "
+            "white on black. Nothing is calibrated.",
+            "Correct `[board]` as it is said, or print the board as it is drawn.",
+            least=1 - _FIT,
+            source="share of the markers that lie beside their places by 0.15 of their side",
+        ),
+    )
+
+    def evidence(self, look: FirstLook) -> Sequence[Diagnosis]:
+        board = look.photoset.board
+        if board is None:
+            return []
+        fault = board_fault(board, look.reader, [one for one in look.photos.every if one.corners is not None])
+        return [] if fault is None else [Diagnosis("wrong-board", fault)]
+
+    def remedy(self, look: FirstLook, found: Sequence[Diagnosis]) -> FirstLook:
+        raise InputError(look.photoset.folder / MANIFEST, found[0].message)
 
 
 def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
@@ -82,39 +104,6 @@ def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
             f"and marker_length say {apart:.2g}"
         )
     return None
-
-
-def board_doubts(board: Board, camera: Camera, boards: Sequence[Posed], others: set[int]) -> list[str]:
-    """A board of more or fewer rows than the manifest says, which puts its origin elsewhere: markers that no photo
-    shows where it should, or that it has not; ``others`` are on lamps."""
-    if isinstance(board, LooseMarkers) or not boards:
-        return []
-    ids, places = marker_middles(board)
-    every = np.concatenate([corners.marker_ids for _, corners, _ in boards])
-    if not np.isin(every, ids).any():
-        return []
-    size = "squares" if isinstance(board, CharucoBoard) else "markers"
-    unseen = ids > every[np.isin(every, ids)].max(initial=-1)
-    said = []
-    if unseen.any():
-        around = _INSIDE * board.marker_length * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-        reach = (places[unseen][:, None] + around).reshape(-1, 3)
-        shown = [camera.project(pose, reach) for _, _, pose in boards]
-        inside = [bool(((p > 0) & (p < np.array(camera.size) - 1)).all()) for p in shown]
-        if sum(inside) >= _PHOTOS:
-            said.append(
-                f"markers {ids[unseen].min()} to {ids.max()} of the board are seen in none of {sum(inside)} photos "
-                f"that reach so far: if it has fewer rows than board.{size} says, all places are off by as much"
-            )
-    more = [
-        k for k in np.unique(every[every > ids.max()]) if k not in others and (every == k).sum() >= _PHOTOS
-    ]
-    if more:
-        said.append(
-            f"markers {more[0]} to {more[-1]} are seen, which the board has not: if it has more rows than board.{size} "
-            "says, all places are off by as much"
-        )
-    return said
 
 
 def _markers(corners: Corners | None) -> int:
@@ -265,25 +254,3 @@ def _sides(quads: np.ndarray) -> np.ndarray:
 def _mapped(homography: np.ndarray, flat: np.ndarray) -> np.ndarray:
     lifted = np.column_stack([flat, np.ones(len(flat))]) @ homography.T
     return lifted[:, :2] / lifted[:, 2:]
-
-
-class BoardRows(Departure):
-    """A board of more or fewer rows than the manifest says."""
-
-    stage = Stage.CAMERA
-    entries = (
-        Entry(
-            "board-rows",
-            "Markers are missing in all photos, or seen, as of a board of fewer or more rows than the manifest's: its "
-            "origin lies elsewhere then, and all places are off by as much.",
-            "Correct `board.squares`, or `board.markers`.",
-        ),
-    )
-
-    def evidence(self, state: State) -> Sequence[Diagnosis]:
-        board = state.photoset.board
-        if board is None:
-            return []
-        lamps = {number for entry in state.photoset.lights for number in entry.marker_ids}
-        said = board_doubts(board, state.camera, state.boards, lamps)
-        return [Diagnosis("board-rows", words) for words in said]

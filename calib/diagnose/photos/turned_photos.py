@@ -20,7 +20,6 @@ from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
-from photogonio.calib.remarks import Remarks, listed
 from photogonio.capture.photoset import View
 
 _MANY, _MINORITY = 4, 0.4  # photos that tell which are turned, and the share of a still camera's that may be
@@ -62,20 +61,6 @@ def upright(one: Seen) -> Seen:
     last = np.array(one.size) - 1.0
     about = replace(corners, pixels=last - corners.pixels, marker_pixels=last - corners.marker_pixels)
     return replace(one, view=view, corners=about, around=None)
-
-
-def tell_turned(names: Sequence[str], remarks: Remarks) -> None:
-    """That photos are read half a turn about, against how they are stored."""
-    if names:
-        few = len(names) == 1
-        remarks.tell(
-            "photo-turned",
-            f"{listed(names)}: {'is' if few else 'are'} stored turned by 180 degrees against the others, and read "
-            "turned back",
-            views=tuple(names),
-            amount=len(names),
-            allowed=True,
-        )
 
 
 def turned_photos(seen: Sequence[tuple[Corners, tuple[int, int]]]) -> list[int]:

@@ -5,14 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.calib.camera_poses import Photos, as_printed
+from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.photo_reader import Reader, Seen
 from photogonio.calib.diagnose.board.marker_corners import ORDERS, listed_order, order_warning, reordered
+from photogonio.calib.diagnose.procedure import ask
+from photogonio.calib.diagnose.registry import Stage, looked_at
 from photogonio.calib.geometry.board import Corners, board_points
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import LooseMarkers
+from photogonio.capture.photoset import LooseMarkers, PhotoSet
 from tests.drawn.boards import CAMERA, SIZE, looking_at, reader_of, views_of
 
 SIDE = 12.0
@@ -88,6 +90,14 @@ def test_few_markers_and_markers_in_a_row_tell_it_too(middles):
 def photos_of(board: LooseMarkers, views: list[Corners]) -> tuple[Reader, Photos]:
     reader = reader_of(board, {f"{k}.png": None for k in range(len(views))})
     return reader, Photos([], [], [Seen(v, c, SIZE) for v, c in zip(views_of(reader), views, strict=True)])
+
+
+def as_printed(
+    photoset: PhotoSet, reader: Reader, photos: Photos, remarks: Remarks
+) -> tuple[PhotoSet, Photos]:
+    """The set, and the corners of its photos, once its board has been looked at."""
+    look = ask(FirstLook(photoset, reader, photos, remarks), looked_at(Stage.LOOK))
+    return look.photoset, look.photos
 
 
 def test_a_board_in_page_order_is_put_right_and_told():

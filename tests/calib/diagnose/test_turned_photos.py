@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from photogonio.calib.adjust.intrinsics import quick_camera
-from photogonio.calib.camera_poses import Photos, as_printed, as_read
+from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.photo_reader import Reader, Seen, look
 from photogonio.calib.diagnose.photos.turned_photos import (
     mirrored_photos,
@@ -16,6 +16,8 @@ from photogonio.calib.diagnose.photos.turned_photos import (
     turned_photos,
     upright,
 )
+from photogonio.calib.diagnose.procedure import ask
+from photogonio.calib.diagnose.registry import Stage, looked_at
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
@@ -55,10 +57,9 @@ def test_a_still_cameras_are_turned_back_before_the_camera_is_fitted(fixed):
     views = drawn.photoset.views("sample")
     seen = [Seen(view, one, SIZE) for view, one in zip(views, corners, strict=True)]
     remarks = Remarks()
-    photoset, photos = as_printed(
-        drawn.photoset, Reader(drawn.photoset, unread), Photos(seen, [], []), remarks
-    )
-    assert as_read(photoset, photos).turned == (("s3",) if fixed else ())
+    first = FirstLook(drawn.photoset, Reader(drawn.photoset, unread), Photos(seen, [], []), remarks)
+    photos = ask(first, looked_at(Stage.LOOK)).photos
+    assert photos.as_read(drawn.photoset).turned == (("s3",) if fixed else ())
     assert remarks.codes() == (["photo-turned"] if fixed else [])
     kept = photos.samples[3].corners.pixels
     np.testing.assert_allclose(kept, drawn.samples[3].pixels if fixed else corners[3].pixels)

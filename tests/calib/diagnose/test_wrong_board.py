@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from photogonio.calib.detect.photo_reader import look
-from photogonio.calib.diagnose.board.wrong_board import board_doubts, board_fault
+from photogonio.calib.diagnose.board.board_rows import board_doubts
+from photogonio.calib.diagnose.board.wrong_board import board_fault
 from photogonio.calib.geometry.board import opencv_board
 from photogonio.capture.photoset import Board, GridBoard, LooseMarkers
 from tests.calib.geometry.test_board import POSES, quiet

@@ -10,9 +10,11 @@ import pytest
 from photogonio.calib.adjust.intrinsics import fit_camera, quick_camera
 from photogonio.calib.detect import photo_reader as looking
 from photogonio.calib.detect.corners import corners_of_half, find_corners
+from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.gray import detection_image, halved
 from photogonio.calib.detect.photo_reader import look, look_closer
 from photogonio.calib.detect.subpixel import Around
+from photogonio.calib.first_camera import placed
 from photogonio.calib.geometry.board import board_points, board_size, dictionary, opencv_board
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
@@ -94,7 +96,8 @@ def test_markers_printed_off_their_places_do_not_pull_the_corners():
     reader, remarks = reader_of(BOARD, images), Remarks()
     seen = look(reader, views_of(reader), quiet, "")
     start = quick_camera([s.corners for s in seen], SIZE)
-    closer = look_closer(reader, start, seen, quiet, remarks)
+    first = FirstLook(reader.photoset, reader, Photos(seen, [], []), remarks)
+    closer = placed(first, start, quiet).samples
     assert remarks.codes() == ["markers-misplaced"]
     miss = misses(closer)
     assert np.abs(miss.mean(0)).max() < 0.01
@@ -165,8 +168,12 @@ def test_markers_that_are_small_in_half_the_size_are_not_looked_for_there(first)
 
 def test_a_true_print_is_used_whole(reader, first):
     remarks = Remarks()
-    look_closer(reader, quick_camera([s.corners for s in first], SIZE), first, quiet, remarks)
+    seen = FirstLook(reader.photoset, reader, Photos(first, [], []), remarks)
+    camera = quick_camera([s.corners for s in first], SIZE)
+    found = placed(seen, camera, quiet).samples
     assert remarks.codes() == []
+    for one, other in zip(found, look_closer(reader, camera, first, quiet), strict=True):
+        np.testing.assert_array_equal(one.corners.pixels, other.corners.pixels)
 
 
 def test_a_picture_shifted_by_whole_pixels_shifts_its_corners(reader):

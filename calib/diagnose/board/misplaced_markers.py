@@ -2,30 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
+from photogonio.calib.detect.first_look import FirstLook
+from photogonio.calib.detect.photo_reader import JUDGING
+from photogonio.calib.diagnose.base import LookDeparture, Stage
 from photogonio.calib.geometry.board import Corners, board_size
 from photogonio.capture import robust
+from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import CharucoBoard
 
-_MANY = 12  # corners of a photo that tells of the print
-_JUDGES = 4  # photos that are asked
 _SURE = 5.0  # standard errors
+_SOURCE = "of a square"
 _MATTERS = 0.0007  # of a square, by which markers may pull the corners
 
 
-def judging_photos(counts: list[int]) -> list[int]:
-    """Which photos, by how many corners each shows, are to be looked at with and without the markers."""
-    many = [k for k, count in enumerate(counts) if count >= _MANY]
-    return [many[k] for k in np.unique(np.linspace(0, len(many) - 1, _JUDGES).astype(int))] if many else []
+class MisplacedMarkers(LookDeparture):
+    """Markers that are printed beside where the board's numbers put them."""
 
-
-def misprint_warning(off: float) -> str:
-    return (
-        f"the board's markers are printed {off:.2g} of a square off their places: corners are placed by the "
-        "squares alone; check marker_length, or print the board from a drawing of higher resolution"
+    stage = Stage.PLACED
+    entries = (
+        Entry(
+            "markers-misplaced",
+            "The markers lie beside where the board's numbers put them, by the same in several photos: corners are "
+            "placed by the squares alone.",
+            "Print the board anew with its markers in the middle of their squares, or correct `marker_length`.",
+            least=_MATTERS,
+            sigmas=_SURE,
+            source=_SOURCE,
+        ),
     )
+
+    def evidence(self, look: FirstLook) -> Sequence[Diagnosis]:
+        board = look.photoset.board
+        pairs = [(a, b) for a, b in look.both_ways.values() if a is not None and b is not None]
+        off = misplaced_markers(board, pairs) if isinstance(board, CharucoBoard) else None
+        if off is None:
+            return []
+        message = (
+            f"the board's markers are printed {off:.2g} of a square off their places: corners are placed by the "
+            "squares alone; check marker_length, or print the board from a drawing of higher resolution"
+        )
+        return [Diagnosis("markers-misplaced", message, off, least=_MATTERS, allowed=True)]
+
+    def remedy(self, look: FirstLook, found: Sequence[Diagnosis]) -> FirstLook:
+        return replace(look, bare=True)
 
 
 def misplaced_markers(board: CharucoBoard, pairs: list[tuple[Corners, Corners]]) -> float | None:
@@ -38,7 +63,7 @@ def misplaced_markers(board: CharucoBoard, pairs: list[tuple[Corners, Corners]])
     middle = board_size(board) / 2
     for whole, bare in pairs:
         _, here, there = np.intersect1d(whole.ids, bare.ids, return_indices=True)
-        if len(here) < _MANY or np.array_equal(whole.pixels[here], bare.pixels[there]):
+        if len(here) < JUDGING or np.array_equal(whole.pixels[here], bare.pixels[there]):
             continue
         flat = whole.points[here, :2]
         back, _ = cv2.findHomography(bare.pixels[there], flat)
