@@ -1,0 +1,122 @@
+"""Covariance of a penalised fit: against closed forms, and against noise that is drawn again and again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from photogonio.reconstruct.uncertainty.covariance import SHAPE_SPREAD, Alternative, Problem, covariance
+
+MODES, UNITS, ROWS = 3, 60, 600
+SIGMA = 0.05
+
+
+def problem(seed: int = 0, *, lobes: int = 0, shapes: int = 0, channels: int = 1) -> Problem:
+    rng = np.random.default_rng(seed)
+    design = rng.normal(size=(ROWS, MODES))
+    columns = np.abs(rng.normal(size=(ROWS, lobes)))
+    slopes = rng.normal(size=(ROWS, shapes, channels))
+    center = np.hstack(
+        [
+            rng.normal(size=(channels, MODES)),
+            rng.uniform(1, 2, (channels, lobes)),
+            np.zeros((channels, shapes)),
+        ]
+    )
+    target = design @ center[:, :MODES].T + columns @ center[:, MODES : MODES + lobes].T
+    return Problem(
+        design=design,
+        columns=columns,
+        slopes=slopes,
+        target=target,
+        weight=np.full((ROWS, channels), SIGMA**-2),
+        unit=np.arange(ROWS) % UNITS,
+        common=None,
+        center=center,
+        fixed=np.zeros((channels, lobes), bool),
+    )
+
+
+def free(modes: int = MODES, weight: float = 1.0, channels: int = 1) -> Alternative:
+    return Alternative(np.full((channels, modes), 1e-9), weight)
+
+
+def noisy(given: Problem, seed: int) -> Problem:
+    rng = np.random.default_rng(seed)
+    return replace(given, target=given.target + SIGMA * rng.normal(size=given.target.shape))
+
+
+def solved(given: Problem) -> np.ndarray:
+    return np.linalg.lstsq(np.hstack([given.design, given.columns]), given.target[:, 0], rcond=None)[0]
+
+
+def test_of_plain_least_squares_it_is_the_noise_over_the_gram_matrix():
+    """The jackknife of u units scatters by sqrt(2 / u) of itself about it."""
+    given = problem(lobes=1)
+    both = np.hstack([given.design, given.columns])
+    exact = SIGMA**2 * np.linalg.inv(both.T @ both)
+    size = np.sqrt(np.diag(exact))
+    several = []
+    for seed in range(8):
+        one = noisy(given, seed)
+        several.append(covariance(replace(one, center=solved(one)[None]), [free()])[0])
+    off = (np.mean(several, axis=0) - exact) / np.outer(size, size)
+    assert np.abs(off).max() < 5.0 * np.sqrt(2.0 / (8 * UNITS))
+
+
+def test_what_a_unit_shares_counts_once_a_unit():
+    """Errors that all rows of a unit share: rows say no more together than one of them."""
+    given, rng = problem(), np.random.default_rng(5)
+    given = replace(given, design=np.ones((ROWS, 1)), target=np.ones((ROWS, 1)), center=np.ones((1, 1)))
+    shared = SIGMA * rng.normal(size=UNITS)
+    one = replace(given, target=given.target + shared[given.unit][:, None])
+    one = replace(one, center=np.array([[one.target.mean()]]))
+    found = covariance(one, [free(1)])[0, 0, 0]
+    assert found == pytest.approx(SIGMA**2 / UNITS, rel=5.0 * np.sqrt(2.0 / UNITS))
+
+
+def test_without_data_it_is_the_prior():
+    given = problem()
+    blind = replace(given, weight=1e-12 * given.weight, target=0.0 * given.target, center=0.0 * given.center)
+    prior = Alternative(np.array([[4.0, 25.0, 100.0]]), 1.0)
+    np.testing.assert_allclose(
+        covariance(blind, [prior])[0], np.diag([0.25, 0.04, 0.01]), rtol=1e-4, atol=1e-8
+    )
+
+
+def test_shapes_without_data_are_as_unsure_as_they_are_held_to_be():
+    given = problem(shapes=1)
+    still = replace(given, slopes=1e-9 * given.slopes)
+    assert covariance(still, [free()])[0, -1, -1] == pytest.approx(SHAPE_SPREAD**2, rel=1e-3)
+
+
+def test_models_that_predict_as_well_and_say_otherwise_are_in_it():
+    """Without noise two models, of three modes and of two, are both certain; what they differ by is not."""
+    given = problem()
+    fewer = np.linalg.lstsq(given.design[:, :2], given.target[:, 0], rcond=None)[0]
+    apart = given.center[0] - np.append(fewer, 0.0)
+    whole = covariance(given, [free(weight=0.7), free(2, weight=0.3)])[0]
+    alone = (
+        covariance(given, [free()])[0],
+        covariance(replace(given, center=np.append(fewer, 0.0)[None]), [free(2)])[0],
+    )
+    expected = 0.3 * np.outer(apart, apart) + 0.7 * alone[0] + 0.3 * alone[1]
+    np.testing.assert_allclose(whole, expected, rtol=1e-6, atol=1e-12)
+
+
+def test_coefficients_at_a_bound_stay_there():
+    given = noisy(problem(lobes=2), 3)
+    held = replace(given, fixed=np.array([[True, False]]))
+    found = covariance(held, [free()])[0]
+    assert not found[MODES].any() and not found[:, MODES].any()
+    assert found[MODES + 1, MODES + 1] > 0.0
+
+
+def test_channels_that_share_shapes_have_one_variance_of_them_and_all_is_positive():
+    given = noisy(problem(lobes=1, shapes=1, channels=2), 4)
+    found = covariance(given, [free(channels=2)])
+    assert found[0, -1, -1] == pytest.approx(found[1, -1, -1], rel=1e-9)
+    for one in found:
+        assert np.linalg.eigvalsh(one).min() > -1e-12
