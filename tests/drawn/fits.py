@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.estimate.lobe_search import search_lobes
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned
+from photogonio.reconstruct.estimate.weights import ViewScales, error_model
 from photogonio.reconstruct.lobes.families import Family, families, retro_lobe
 from photogonio.reconstruct.represent.as_found import lobes_of
+from photogonio.reconstruct.table.cells import Cells
 
 SHAPE = {"roughness": 0.3, "f0": 0.05, "stretch": 1.2, "skew": 1.1}
 
@@ -44,3 +48,14 @@ def as_found(model: Model) -> Brdf:
         symmetry=model.basis.symmetry,
         lobes=lobes_of(model),
     )
+
+
+def cleaned(given: Cells, *lobes: LobeSet, order: int = 2) -> Cleaned:
+    """Rows that nothing was removed from, with a pilot of each set of ``lobes``, whose shapes stay."""
+    deviation = error_model(given)
+    basis, errors = Basis("isotropic", order), np.zeros(len(given.groups))
+    pilots = tuple(
+        search_lobes(given, deviation, basis, PILOT_PRIOR, one, free=0, refine=False)
+        for one in lobes or (LobeSet(),)
+    )
+    return Cleaned(given, deviation, np.zeros_like(given.value), ViewScales.none(errors), pilots)
