@@ -8,7 +8,7 @@ import pytest
 
 from tests.places import ROOT
 
-ROOMS = ("capture",)
+ROOMS = ("capture", "reconstruct")
 # modules without, at most eight, and why
 WITHOUT: dict[str, str] = {}
 

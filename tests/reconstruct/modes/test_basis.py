@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import tracemalloc
-
 import numpy as np
 import pytest
 
 from photogonio.reconstruct.modes import basis as m
-from photogonio.reconstruct.modes.parallel import CHUNK
 from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule
 from tests import oracles
 
@@ -303,34 +300,6 @@ def test_not_a_number_stays_where_it_is(place):
         ]
         for result in results:
             assert np.array_equal(np.isnan(result).all(1), lost) and np.isfinite(result[~lost]).all()
-
-
-def test_same_bytes_for_any_number_of_threads():
-    rng = np.random.default_rng(4)
-    theta_i, theta_r, dphi = rng.uniform(0, 1.5, (3, 3 * CHUNK + 77))
-    modes = m.isotropic_modes(8)
-    values = coefficients(modes, 3)
-    alone = m.evaluate_isotropic(modes, values, theta_i, theta_r, dphi, threads=1)
-    for threads in (2, 5, None):
-        assert np.array_equal(
-            m.evaluate_isotropic(modes, values, theta_i, theta_r, dphi, threads=threads), alone
-        )
-    # nor does it matter which pairs stand beside one another
-    assert np.array_equal(m.evaluate_isotropic(modes, values, theta_i[5:], theta_r[5:], dphi[5:]), alone[5:])
-
-
-def test_ten_million_pairs_in_bounded_memory():
-    count = 10_000_000
-    theta = np.linspace(0, np.pi / 2, count, dtype=np.float32)
-    modes = m.isotropic_modes(2)
-    values = coefficients(modes, 1)
-    tracemalloc.start()
-    result = m.evaluate_isotropic(modes, values, theta, 0.5, 1.0)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < result.nbytes + 20e6
-    some = np.arange(0, count, 999_983)
-    assert np.array_equal(result[some], m.evaluate_isotropic(modes, values, theta[some], 0.5, 1.0))
 
 
 def test_shapes_that_do_not_fit_are_refused():
