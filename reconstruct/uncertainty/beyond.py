@@ -24,13 +24,12 @@ from photogonio.reconstruct.uncertainty.budget import Uncertainty
 # nodes in degrees: of both polar angles, and of the difference of azimuths; the first that do are taken
 GRIDS = (
     ((45.0,), (90.0,)),
-    ((20.0, 60.0), (45.0, 135.0)),
-    ((15.0, 45.0, 75.0), (30.0, 90.0, 150.0)),
-    ((10.0, 30.0, 50.0, 70.0), (15.0, 45.0, 75.0, 105.0, 135.0, 165.0)),
+    ((20.0, 60.0, 85.0), (45.0, 135.0)),
+    ((15.0, 45.0, 75.0, 87.0), (30.0, 90.0, 150.0)),
 )
 ENOUGH = 0.2  # of the whole variance: what a finer table must mend in the mean
 PAIRS = 2048  # at which errors are known
-HIGHEST = 80.0  # degrees
+HIGHEST = 88.0  # degrees: an albedo has a tenth of its light from beyond 70
 HIGH = 4.0
 ROUNDS = 6
 MOST = 5.0  # relative: where f is all but nothing

@@ -174,13 +174,25 @@ def doubted(
 
 
 def _unknown(falloff: Falloff) -> np.ndarray:
-    """Mean squares (2, 2) of what the terms may differ from those that are allowed for."""
+    """Mean squares (2, 2) of what the terms may differ from those that are allowed for.
+
+    A lens that darkens its pictures as usual and one that does not (which stands in the middle of its circle, or whose
+    camera makes up for it) are as likely before the paper tells.
+    """
     if falloff.allowed:
         return falloff.covariance
-    known = np.linalg.inv(falloff.covariance)
-    covariance = np.linalg.inv(known + np.eye(2) * _USUAL**-2.0)
-    mean = covariance @ known @ falloff.terms
-    return covariance + np.outer(mean, mean)
+    usual = np.eye(2) * _USUAL**2
+    gain = usual @ np.linalg.inv(usual + falloff.covariance)
+    mean = gain @ falloff.terms
+    odds = _log_density(falloff.terms, falloff.covariance + usual) - _log_density(
+        falloff.terms, falloff.covariance
+    )
+    return (usual - gain @ usual + np.outer(mean, mean)) / (1.0 + np.exp(-odds))
+
+
+def _log_density(value: np.ndarray, covariance: np.ndarray) -> float:
+    """Of a normal distribution about 0, up to a constant."""
+    return float(-0.5 * (value @ np.linalg.solve(covariance, value) + np.linalg.slogdet(covariance)[1]))
 
 
 def _apart(photoset: PhotoSet, camera: Camera, view: ViewSetup) -> np.ndarray:
