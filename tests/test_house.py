@@ -8,9 +8,11 @@ import pytest
 
 from tests.places import ROOT
 
-ROOMS = ("capture", "reconstruct")
+ROOMS = ("capture", "calib", "reconstruct")
 # modules without, at most eight, and why
-WITHOUT: dict[str, str] = {}
+WITHOUT = {
+    "calib/diagnose/base.py": "protocols, which test_registry holds every departure to",
+}
 
 
 def mirrored(module: Path) -> Path:
@@ -23,7 +25,7 @@ def modules(room: str) -> list[Path]:
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_each_module_has_a_mirrored_its_name(room):
+def test_each_module_has_a_test_file_of_its_name(room):
     found = modules(room)
     missing = [str(path.relative_to(ROOT)) for path in found if not mirrored(path).is_file()]
     assert len(found) > 10

@@ -54,6 +54,8 @@ class Camera:
 
     def project(self, pose: Pose, points: np.ndarray) -> np.ndarray:
         """Pixels (n, 2) of world points (n, 3). Inverse (up to depth) of :meth:`rays`."""
+        if len(points) == 0:
+            return np.zeros((0, 2))  # of which OpenCV makes nothing
         points = np.ascontiguousarray(points, float).reshape(-1, 1, 3)
         pixels, _ = cv2.projectPoints(
             points, pose.rodrigues(), pose.translation, self.matrix, self.distortion
@@ -69,6 +71,8 @@ class Camera:
 
     def rays(self, pixels: np.ndarray) -> np.ndarray:
         """Unit directions (n, 3) in the camera frame of pixels (n, 2). Inverse of :meth:`project`."""
+        if len(pixels) == 0:
+            return np.zeros((0, 3))
         pixels = np.ascontiguousarray(pixels, float).reshape(-1, 1, 2)
         criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-12)
         plane = cv2.undistortPoints(pixels, self.matrix, self.distortion, criteria=criteria).reshape(-1, 2)

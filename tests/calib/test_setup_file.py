@@ -128,16 +128,3 @@ def test_a_number_that_is_a_word_is_refused(tmp_path):
     path.write_text(json.dumps(data), encoding="utf-8")
     with pytest.raises(InputError, match="bright"):
         load_setup(path)
-
-
-def test_light_falls_off_with_the_square_only_when_near():
-    points = np.array([[0.0, 0, 0], [0, 0, 1.0], [3.0, 0, 0]])
-    near = Light("a", "point", np.array([0, 0, 4.0]), np.zeros((3, 3)), "given")
-    toward, falloff = near.toward(points)
-    np.testing.assert_allclose(falloff, [1 / 16, 1 / 9, 1 / 25], rtol=1e-14)
-    reached = points + toward / np.sqrt(falloff)[:, None]
-    np.testing.assert_allclose(reached, near.place[None].repeat(3, 0), atol=1e-14)
-    far = Light("b", "directional", np.array([0.6, 0, 0.8]), np.zeros((3, 3)), "given")
-    toward, falloff = far.toward(points)
-    np.testing.assert_array_equal(falloff, 1.0)
-    np.testing.assert_array_equal(toward, far.place[None].repeat(3, 0))

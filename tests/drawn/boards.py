@@ -94,3 +94,7 @@ def reader_of(board: Board, images: dict[str, RadianceImage]) -> Reader:
 
 def views_of(reader: Reader) -> tuple[View, ...]:
     return reader.photoset.views("calibration")
+
+
+def quiet(label: str, done: int, total: int) -> None:
+    """Nobody is told of progress."""

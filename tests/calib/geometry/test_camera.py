@@ -45,6 +45,11 @@ def test_world_rays_start_at_the_camera_and_pass_through_what_the_pixel_shows(ca
     np.testing.assert_allclose(stand.apply(stand.center), 0.0, atol=1e-12)
 
 
+def test_of_no_points_there_are_no_pixels_and_no_rays(camera):
+    assert camera.project(pose(1), np.zeros((0, 3))).shape == (0, 2)
+    assert camera.rays(np.zeros((0, 2))).shape == camera.world_rays(pose(1), np.zeros((0, 2))).shape == (0, 3)
+
+
 def test_distortion_follows_the_stated_polynomial():
     k1, k2, p1, p2, k3 = LENSES["k1 k2 p1 p2 k3"]
     x, y = 0.21, -0.14

@@ -1,28 +1,19 @@
 """A lamp by how it lights the paper: of two places the one that explains the photo."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from photogonio.calib.detect.paper_reading import local_noise
-from photogonio.calib.diagnose.lights.ambient_light import AmbientLight, ambient_irradiance
 from photogonio.calib.geometry.camera import Pose
-from photogonio.calib.setup import Light, ViewSetup
 from photogonio.calib.shading.fit import fit_shading, fits_better
-from photogonio.capture.diagnosis import Diagnosis
-from tests.drawn.setups import draw_paper, draw_world, scene_of
+from photogonio.calib.shading.model import Ball, ShadingScene
+from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
+from tests.drawn.setups import scene_of
+from tests.drawn.shadows import BALLS, LAMP_RADIUS, LAMPS, paper_about
 
 BOUNCE = slice(4, 6)
 POSE = Pose(np.eye(3), np.zeros(3))
-
-
-@pytest.fixture(scope="module")
-def drawn():
-    rng = np.random.default_rng(5)
-    world = draw_world(rng, fixed=True, views=4)
-    return world, [draw_paper(world, k, rng) for k in range(4)]
 
 
 @pytest.mark.parametrize("k", range(4))
@@ -38,19 +29,6 @@ def test_a_wrong_place_is_no_better_for_supposing_much_bounce(drawn, k):
     assert fits_better(readings[k], scene, right, wrong)
     assert not fits_better(readings[k], scene, wrong, right)
     assert not fits_better(readings[k], scene, right, right)
-
-
-def test_noise_is_told_apart_by_tone(drawn):
-    """White with noise of 1 %, black with 4 %: each to the error of a median of so many differences."""
-    _, readings = drawn
-    samples, rng = readings[0].samples, np.random.default_rng(0)
-    true = np.where(samples.white, 0.01, 0.04)
-    level = np.where(samples.white, 0.5, 0.02) * (1.0 + true * rng.normal(size=len(true)))
-    found = local_noise(samples, level)
-    for white in (True, False):
-        own = samples.white == white
-        assert len(set(found[own])) == 1
-        assert found[own][0] == pytest.approx(0.01 if white else 0.04, rel=5 * 1.2 / np.sqrt(own.sum()))
 
 
 @pytest.mark.parametrize("k", range(2))
@@ -69,28 +47,35 @@ def test_a_room_that_is_known_leaves_the_lamp_where_it_is(drawn, k):
     assert known.local[6] * known.level == pytest.approx(room, rel=0.05)
 
 
-def test_the_room_is_as_bright_as_its_share_of_a_lamp(drawn):
-    """E = share E_lamp in the middle of the paper that is seen, whatever the lamp's strength."""
-    world, readings = drawn
-    views, observations = [], []
-    for k, reading in enumerate(readings):
-        points = reading.samples.points
-        light = Light(f"L{k}", "point", world.lamps[k], np.zeros((3, 3)), "refined")
-        toward, falloff = light.toward(points)
-        middle = np.median(toward[:, 2] * falloff)
-        strength = np.array([2.0, 4.0]) * (k + 1)
-        views.append(ViewSetup(f"v{k}", light, POSE, strength, 0.01 * strength, "white patch"))
-        local = np.zeros(9)
-        local[6] = 0.5 / (strength[0] * middle)
-        view = SimpleNamespace(name=f"v{k}")
-        observations.append(SimpleNamespace(view=view, reading=reading, has_paper=True, shading=local))
-    np.testing.assert_allclose(ambient_irradiance(views, observations), [0.5, 1.0], rtol=1e-9)
-    other = [replace(view, strength_source="intensity") for view in views]
-    assert ambient_irradiance(other, observations) is None
+@pytest.mark.parametrize("mirror", [0.0, 0.85])
+@pytest.mark.parametrize("lamp", LAMPS)
+def test_shadows_of_small_balls_tell_where_a_lamp_is(lamp, mirror):
+    """Several times better than falloff alone, and as well as is stated, whatever light the balls throw."""
+    reading = paper_about(np.random.default_rng(3), lamp, mirror)
+    scene = ShadingScene(BALLS, None, LAMP_RADIUS, 0.05, 0.0)
+    start = lamp + np.array([6.0, -8.0, 5.0])
+    found = fit_shading(reading, scene, start, 30)
+    alone = fit_shading(replace(reading, close=None), scene, start, 30)
+    across = np.cross(lamp, [0, 0, 1.0]) / np.linalg.norm(lamp[:2])
+    error, without = (float(np.sqrt(across @ fit.covariance() @ across)) for fit in (found, alone))
+    assert error < without / 2
+    off = found.place - lamp
+    assert off @ np.linalg.solve(found.covariance(), off) < 16.3  # chi square of 3, one in a thousand
+    assert found.local[-1] == pytest.approx(mirror, abs=0.1)
 
 
-@pytest.mark.parametrize(("ambient", "said"), [(np.ones(1), "allowed for"), (None, "left in")])
-def test_it_is_said_whether_the_room_is_allowed_for(ambient, said):
-    room = Diagnosis("ambient-light", "", 0.08, 0.001, 0.015, 5.0)
-    warning = AmbientLight().message(room, allowed=ambient is not None)
-    assert "by 8%" in warning and said in warning
+def test_a_shadow_beside_its_ball_moves_the_ball():
+    """With the lamp held where it is, steps on a ball's values take it back to where it stands."""
+    lamp = LAMPS[0]
+    reading = paper_about(np.random.default_rng(4), lamp, 0.0)
+    local = fit_shading(reading, ShadingScene(BALLS, None, LAMP_RADIUS, 0.05, 0.0), lamp, 30).local
+    one, center = LOCAL + SHARED + BALL + np.arange(2), BALLS[1].center + np.array([0.3, -0.2, 0.0])
+    for _ in range(6):
+        scene = ShadingScene((BALLS[0], Ball(center, 8.0)), None, LAMP_RADIUS, 0.05, 0.0)
+        held = fit_shading(reading, scene, np.append(lamp, local[3:]), 0)
+        assert len(held.normal) == LOCAL + SHARED + 2 * BALL
+        inverse = np.linalg.inv(held.normal[np.ix_(one, one)])
+        center = center - np.append(inverse @ held.gradient[one], 0.0)
+    error = np.sqrt(np.diag(inverse))
+    assert (error < 0.1).all()
+    assert (np.abs(center - BALLS[1].center)[:2] < 2 * error).all()

@@ -7,7 +7,7 @@ import pytest
 
 from photogonio.calib.diagnose.photos.moved_lamp import MovedLamp
 from photogonio.calib.diagnose.procedure import ask
-from tests.calib.test_warnings import Drawn
+from tests.drawn.calibrations import Drawn
 from tests.drawn.setups import observe
 
 

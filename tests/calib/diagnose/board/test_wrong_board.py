@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from photogonio.calib.detect.photo_reader import look
-from photogonio.calib.diagnose.board.board_rows import board_doubts
 from photogonio.calib.diagnose.board.wrong_board import board_fault
 from photogonio.calib.geometry.board import opencv_board
 from photogonio.capture.photoset import Board, GridBoard, LooseMarkers
-from tests.calib.geometry.test_board import POSES, quiet
-from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, radiance, reader_of, views_of
+from tests.drawn.board_photos import POSES
+from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, quiet, radiance, reader_of, views_of
 
 GRID = GridBoard("DICT_4X4_50", markers=(6, 4), marker_length=12.0, marker_separation=4.0)
 _SCALE = 5  # pixels a length unit
@@ -107,20 +106,3 @@ def test_the_squares_of_old_boards_are_told(squares, legacy):
 
 def test_a_photo_of_something_else_says_nothing():
     assert fault(BOARD, np.full((360, 480), 0.3, np.float32)) is None
-
-
-def test_rows_that_the_board_has_not_or_has_besides_are_told():
-    images = {f"{k}.png": radiance(draw(CAMERA, pose, 0.004, k), 0.004) for k, pose in enumerate(POSES)}
-    reader = reader_of(BOARD, images)
-    seen = look(reader, views_of(reader), quiet, "")
-    boards = [(s.view.name, s.corners, pose) for s, pose in zip(seen, POSES, strict=True)]
-    assert board_doubts(BOARD, CAMERA, boards, set()) == []
-    fewer = replace(BOARD, squares=(8, 5))
-    assert any(
-        "20 to 23 are seen, which the board has not" in w for w in board_doubts(fewer, CAMERA, boards, set())
-    )
-    assert board_doubts(fewer, CAMERA, boards, {20, 21, 22, 23}) == []
-    more = replace(BOARD, squares=(8, 7))
-    assert any(
-        "24 to 27 of the board are seen in none" in w for w in board_doubts(more, CAMERA, boards, set())
-    )

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from photogonio.calib.detect.paper_reading import PaperReading, local_noise
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.diagnose.photos.glossy_print import shining
 from photogonio.calib.diagnose.photos.veiling_glare import correction_of, find_veils, lifted
 from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.shading.initial import square_ratios
-from tests.calib.test_warnings import Drawn
 from tests.drawn.boards import radiance
+from tests.drawn.calibrations import Drawn
 from tests.drawn.setups import MIDDLE, draw_paper, draw_world, observe
 
 VIEWS = 6
@@ -194,11 +194,3 @@ def test_a_veil_is_not_taken_for_a_print_that_shines(share):
         assert found.offset is not None and not observation.reading.samples.white.all()
         off = np.abs(found.offset - share * white).max()
         assert off < WIDEST * np.hypot(found.offset_error, LEAST * white).max()
-
-
-def test_paper_whose_black_reads_below_nothing_has_a_noise():
-    drawn = Drawn(3)
-    reading = draw_paper(drawn.world, 0, drawn.rng)
-    level = np.where(reading.samples.white, reading.level, -reading.level)
-    noise = local_noise(reading.samples, level)
-    assert np.isfinite(noise).all() and noise.max() < 0.1

@@ -13,8 +13,8 @@ from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Photo, PhotoSet, Plane
-from tests.calib.geometry.test_board import MIDDLE, NOISE, quiet
-from tests.drawn.boards import BOARD, CAMERA, draw, looking_at, plane_points, radiance
+from tests.drawn.board_photos import MIDDLE, NOISE
+from tests.drawn.boards import BOARD, CAMERA, draw, looking_at, plane_points, quiet, radiance
 
 LOW, HIGH = np.array([30.0, 20.0]), np.array([66.0, 52.0])
 POSE = looking_at(MIDDLE + np.array([10.0, -50.0, 190.0]), MIDDLE)

@@ -14,7 +14,7 @@ from photogonio.capture.linear.encoding import (
     linear_to_srgb,
     srgb_to_linear,
 )
-from tests.calib.test_warnings import Drawn
+from tests.drawn.calibrations import Drawn
 from tests.drawn.setups import observe
 
 VIEWS = 6

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from photogonio.calib.adjust.intrinsics import quick_camera
-from photogonio.calib.detect.first_look import FirstLook, Photos
-from photogonio.calib.detect.photo_reader import Reader, Seen, look
+from photogonio.calib.detect.photo_reader import Seen, look
 from photogonio.calib.diagnose.photos.turned_photos import (
     mirrored_photos,
     turned_against_given,
@@ -16,14 +15,10 @@ from photogonio.calib.diagnose.photos.turned_photos import (
     turned_photos,
     upright,
 )
-from photogonio.calib.diagnose.procedure import ask
-from photogonio.calib.diagnose.registry import Stage, looked_at
 from photogonio.calib.geometry.camera import Camera
-from photogonio.calib.remarks import Remarks
-from photogonio.capture.errors import InputError
-from tests.calib.geometry.test_board import POSES, quiet
-from tests.calib.test_warnings import Drawn
-from tests.drawn.boards import BOARD, CAMERA, draw, radiance, reader_of, views_of
+from tests.drawn.board_photos import POSES
+from tests.drawn.boards import BOARD, CAMERA, draw, quiet, radiance, reader_of, views_of
+from tests.drawn.calibrations import Drawn
 from tests.drawn.setups import SIZE
 
 
@@ -45,24 +40,6 @@ def test_those_that_are_upside_down_are_found(turned):
 def test_none_is_accused_where_as_many_are_one_way_as_the_other():
     _, corners = drawn_photos((0, 1, 2, 3))
     assert turned_photos([(one, SIZE) for one in corners]) == []
-
-
-def unread(photoset, view):
-    raise InputError(view.name, "no picture is drawn")
-
-
-@pytest.mark.parametrize("fixed", [True, False])
-def test_a_still_cameras_are_turned_back_before_the_camera_is_fitted(fixed):
-    drawn, corners = drawn_photos((3,), fixed=fixed)
-    views = drawn.photoset.views("sample")
-    seen = [Seen(view, one, SIZE) for view, one in zip(views, corners, strict=True)]
-    remarks = Remarks()
-    first = FirstLook(drawn.photoset, Reader(drawn.photoset, unread), Photos(seen, [], []), remarks)
-    photos = ask(first, looked_at(Stage.LOOK)).photos
-    assert photos.as_read(drawn.photoset).turned == (("s3",) if fixed else ())
-    assert remarks.codes() == (["photo-turned"] if fixed else [])
-    kept = photos.samples[3].corners.pixels
-    np.testing.assert_allclose(kept, drawn.samples[3].pixels if fixed else corners[3].pixels)
 
 
 def test_a_photo_turned_twice_is_as_it_was():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.calib.adjust.alternate import _by_highlights, _Round, settle
+from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.detect.paper_near_balls import Close
 from photogonio.calib.diagnose.photos.glossy_print import shining, white_alone
 from photogonio.calib.diagnose.photos.unusable_photos import washed_out
@@ -15,7 +15,7 @@ from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.shading.initial import square_ratios
 from photogonio.calib.views import light_of
-from tests.calib.test_warnings import Drawn
+from tests.drawn.calibrations import Drawn
 from tests.drawn.setups import BLACK, PAPER, draw_paper, observe
 
 ROUGHNESS = 0.2  # of toner
@@ -146,19 +146,3 @@ def test_lamps_over_a_shining_print_are_found_by_its_white(f0):
     off = [(light.place - lamp, light.covariance) for light, lamp in lights]
     # squares of standard errors of three numbers: a mean of 18 is beyond 4 once in 10^8
     assert np.mean([d @ np.linalg.solve(cov, d) / 3 for d, cov in off]) < 4
-
-
-def test_highlights_that_were_dropped_still_show_a_lamp():
-    """A lamp that went astray drops the right highlights of its photo, and has nothing else to lead it back."""
-    drawn = Drawn(13)
-    state = drawn.settled(paper=True)
-    found, observations = state.settled, state.copied()
-    now = _Round(state, observations, found.lamps, found.values, found.scene)
-    first = {s.view.name: tuple(s.highlights) for s in observations}
-    none, name = dict.fromkeys(first, ()), observations[2].view.name
-    kept = _by_highlights(now, none)
-    observations[2].highlights = []
-    shown = _by_highlights(now, first)
-    assert len(kept) == len(observations)
-    np.testing.assert_array_equal([shown[k] for k in kept], list(kept.values()))
-    assert name not in _by_highlights(now, none)

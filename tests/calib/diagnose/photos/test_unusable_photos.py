@@ -1,46 +1,34 @@
-"""Photos that tell nothing: without light, or with a print that is not sharp."""
+"""Photos that tell nothing: without light, with a print that is not sharp, with something else for a lamp."""
+
+from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from photogonio.calib.detect.observe import is_dark
-from photogonio.calib.detect.paper_reading import PaperReading
-from photogonio.calib.diagnose.photos.unusable_photos import UnusablePhotos, washed_out
+from photogonio.calib.adjust.alternate import settle
+from photogonio.calib.diagnose.photos.unusable_photos import UnusablePhotos, contradiction, washed_out
 from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.shading.initial import square_ratios, white_level
 from photogonio.capture.errors import InputError
-from tests.calib.test_warnings import Drawn
-from tests.drawn.setups import draw_paper
+from tests.drawn.calibrations import Drawn
+from tests.drawn.setups import (
+    draw_paper,
+)
 
 
-@pytest.mark.parametrize(("brightness", "dark"), [(0.0, True), (20.0, False)])
-def test_a_photo_in_which_no_lamp_was_on(brightness, dark):
-    """In units of the camera's noise; what lies below black is cut off by the file, so that darkness is not 0."""
-    drawn = Drawn(3)
-    reading = draw_paper(drawn.world, 0, drawn.rng)
-    level = brightness * reading.level / np.quantile(reading.level, 0.9)
-    level = np.maximum(level + drawn.rng.normal(size=len(level)), 0)
-    assert is_dark(replace(reading, level=level, noise=np.ones_like(level))) == dark
-
-
-@pytest.mark.parametrize("white", [1.0, 20.0])
-def test_a_lit_photo_of_little_white_is_not_dark(white):
-    """Black print at 1 standard error of a sample; of 30 samples one is white: it alone tells."""
-    drawn = Drawn(3)
-    samples = draw_paper(drawn.world, 0, drawn.rng).samples
-    samples = replace(samples, white=np.arange(len(samples)) % 30 == 0)
-    level = np.where(samples.white, white, 1.0) + drawn.rng.normal(size=len(samples))
-    assert is_dark(PaperReading(samples, level, np.ones(len(samples)))) == (white < 3)
-
-
-def test_a_lit_photo_whose_white_lies_in_shadow_is_not_dark():
-    drawn = Drawn(3)
-    samples = draw_paper(drawn.world, 0, drawn.rng).samples
-    samples = replace(samples, white=np.arange(len(samples)) < 6)
-    level = np.where(samples.white, 0.0, 20.0) + drawn.rng.normal(size=len(samples))
-    assert not is_dark(PaperReading(samples, level, np.ones(len(samples))))
+def test_highlights_of_two_things_are_not_one_lamp():
+    drawn = Drawn(13)
+    state = drawn.watched()
+    observations = state.observations
+    wrong = observations[3].highlights[1]
+    observations[3].highlights[1] = replace(wrong, pixel=wrong.pixel + np.array([6.0, -6.0]))
+    state = settle(state)
+    found, observations = state.settled, state.observations
+    said = {s.light: contradiction(found, [s]) for s in observations}
+    assert said.pop("s3") is not None
+    assert set(said.values()) == {None}
 
 
 def test_dark_photos_are_left_out_by_name_and_a_set_of_them_refused():

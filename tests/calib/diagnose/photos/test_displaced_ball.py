@@ -16,8 +16,8 @@ from photogonio.calib.diagnose.photos.displaced_ball import ball_elsewhere
 from photogonio.calib.geometry.camera import Camera, focal
 from photogonio.calib.geometry.cones import outline
 from photogonio.capture.photoset import Photo, PhotoSet, Sphere
-from tests.calib.geometry.test_board import MIDDLE, NOISE, quiet
-from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, radiance
+from tests.drawn.board_photos import MIDDLE, NOISE
+from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, looking_at, quiet, radiance
 
 BALL = Sphere(np.array([50.0, 33.0, 12.0]), 12.0)
 POSE = looking_at(MIDDLE + np.array([5.0, -60.0, 190.0]), MIDDLE)
