@@ -26,8 +26,8 @@ class Basis:
         """(n, m) values of the modes at the cells' mean directions, 1/sr."""
         if self.symmetry == "isotropic":
             return modes.isotropic_design(self.order, cells.theta_i, cells.theta_r, cells.dphi)
-        make = modes.reciprocal_design if self.symmetry == "reciprocal" else modes.general_design
-        return make(self.order, cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+        around = cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r
+        return modes.pair_design(self.symmetry, self.order, around)
 
     def evaluate(self, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
         """(n, c) sum of the modes with ``coefficients`` (m, c), without a design matrix."""

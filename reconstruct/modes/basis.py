@@ -142,47 +142,21 @@ def evaluate_isotropic(
     return result
 
 
-def general_design(
-    order: int,
-    theta_i: ArrayLike,
-    phi_i: ArrayLike,
-    theta_r: ArrayLike,
-    phi_r: ArrayLike,
-    quantity: str = "brdf",
-) -> np.ndarray:
-    """(k, m) values of the general modes at k pairs; other arguments as for :func:`isotropic_design`."""
-    j, k = pair_indices(general_modes(order))
-    return _pair_design(
-        order, lambda zi, zr: zi[j] * zr[k], len(j), (theta_i, phi_i, theta_r, phi_r), quantity
-    )
-
-
-def reciprocal_design(
-    order: int,
-    theta_i: ArrayLike,
-    phi_i: ArrayLike,
-    theta_r: ArrayLike,
-    phi_r: ArrayLike,
-    quantity: str = "brdf",
-) -> np.ndarray:
-    """(k, m) values of the reciprocal modes at k pairs; other arguments as for :func:`isotropic_design`."""
-    j, k = pair_indices(reciprocal_modes(order))
+def pair_design(symmetry: str, order: int, angles: Sequence[ArrayLike], quantity: str = "brdf") -> np.ndarray:
+    """(k, m) values of the ``reciprocal`` or ``general`` modes at ``angles`` theta_i, phi_i, theta_r, phi_r, radians;
+    ``quantity`` as for :func:`isotropic_design`."""
+    general = symmetry == "general"
+    j, k = pair_indices((general_modes if general else reciprocal_modes)(order))
     norm = np.where(j == k, 0.5, np.sqrt(0.5))[:, None]
-    angles = (theta_i, phi_i, theta_r, phi_r)
-    return _pair_design(
-        order, lambda zi, zr: norm * (zi[j] * zr[k] + zi[k] * zr[j]), len(j), angles, quantity
-    )
-
-
-def _pair_design(order, product, count, angles, quantity) -> np.ndarray:
     theta_i, phi_i, theta_r, phi_r = flat(*angles)
-    design = np.empty((len(theta_i), count))
+    design = np.empty((len(theta_i), len(j)))
 
     def task(start: int, stop: int) -> None:
         part = slice(start, stop)
         zi = zernike_sequence(order, theta_i[part], phi_i[part])
         zr = zernike_sequence(order, theta_r[part], phi_r[part])
-        design[part] = (product(zi, zr) / cosines(quantity, theta_i[part], theta_r[part])).T
+        product = zi[j] * zr[k] if general else norm * (zi[j] * zr[k] + zi[k] * zr[j])
+        design[part] = (product / cosines(quantity, theta_i[part], theta_r[part])).T
 
     over_rows(task, len(design), threads=1)
     return design

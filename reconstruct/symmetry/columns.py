@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import null_space
 
-from photogonio.reconstruct.modes.basis import isotropic_modes, reciprocal_design, reciprocal_modes
+from photogonio.reconstruct.modes.basis import isotropic_modes, pair_design, reciprocal_modes
 from photogonio.reconstruct.modes.transform import pair_coefficients, pair_matrix
 from photogonio.reconstruct.modes.zernike import zernike_index, zernike_sequence
 from photogonio.reconstruct.table.cells import Cells
@@ -40,7 +40,8 @@ def turning_modes(cells: Cells, order: int) -> Columns:
     What half a turn changes is left out: a plane whose normal is not quite where it is thought shows the like.
     """
     weights, degree = _turning(order)
-    design = reciprocal_design(order, cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+    around = cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r
+    design = pair_design("reciprocal", order, around)
     return Columns(design @ weights, degree)
 
 

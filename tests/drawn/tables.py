@@ -44,6 +44,19 @@ class Plan:
     texture: float = 0.0  # relative rms of a plane's pattern, the same in all views
 
 
+# a plane under a moving camera and lamps that are a little off: what a test of isotropy is made for
+TURNED_PLANE = Plan(
+    shape="plane",
+    camera="moving",
+    isotropic=False,
+    views=24,
+    pixels=600,
+    level=3,
+    view_error=0.007,
+    lamp_error=0.15,
+)
+
+
 def simulate(brdf: Reflectance, plan: Plan = Plan(), *, seed: int = 0) -> FacetTable:
     """The facet table of a set; the same seed gives the same table."""
     rng = np.random.default_rng(seed)

@@ -7,22 +7,11 @@ import numpy as np
 from photogonio.reconstruct.symmetry.trials import shuffled
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-from tests.drawn.tables import Plan, simulate
-
-PLANE = Plan(
-    shape="plane",
-    camera="moving",
-    isotropic=False,
-    views=24,
-    pixels=600,
-    level=3,
-    view_error=0.007,
-    lamp_error=0.15,
-)
+from tests.drawn.tables import TURNED_PLANE, simulate
 
 
 def test_shuffled_views_are_the_same_of_an_isotropic_surface():
-    cells = cells_of(simulate(make_brdf("plastic"), replace(PLANE, views=8)))
+    cells = cells_of(simulate(make_brdf("plastic"), replace(TURNED_PLANE, views=8)))
     other = shuffled(cells, np.random.default_rng(3))
     np.testing.assert_array_equal(other.theta_r, cells.theta_r)
     wave = np.exp(1j * (cells.phi_r - cells.phi_i))

@@ -12,23 +12,13 @@ from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.symmetry.verdict import asked, judge, one_rotation, twins
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.synthetic.brdf.library import make_brdf
-from tests.drawn.tables import Plan, simulate
+from tests.drawn.tables import TURNED_PLANE, Plan, simulate
 
-PLANE = Plan(
-    shape="plane",
-    camera="moving",
-    isotropic=False,
-    views=24,
-    pixels=600,
-    level=3,
-    view_error=0.007,
-    lamp_error=0.15,
-)
 BRUSHED = {"f0": (0.8,), "roughness_x": 0.3, "roughness_y": 0.2}
 LIMIT = np.radians(70.0)
 
 
-def verdict_on(surface, plan=PLANE, seed=1):
+def verdict_on(surface, plan=TURNED_PLANE, seed=1):
     return judged(cells_of(simulate(surface, plan, seed=seed)))
 
 
@@ -58,7 +48,7 @@ def test_a_peak_that_no_lobe_follows_is_not_taken_for_brushing():
 
 @pytest.mark.parametrize("surface", [make_brdf("anisotropic-ggx", BRUSHED), make_brdf("plastic")])
 def test_one_rotation_proves_nothing_and_the_report_says_so(surface):
-    plan = replace(PLANE, camera="fixed", views=8)
+    plan = replace(TURNED_PLANE, camera="fixed", views=8)
     verdict = verdict_on(surface, plan)
     assert verdict.symmetry == "isotropic" and verdict.log_odds is None
     assert "one rotation only, which cannot prove it" in verdict.reason
@@ -111,7 +101,7 @@ def test_what_cannot_be_obeyed_is_refused():
     with pytest.raises(InputError, match="no azimuths"):
         asked("reciprocal", ball)
     assert asked("auto", ball).symmetry == "isotropic"
-    plane = simulate(make_brdf("lambert"), replace(PLANE, views=4, pixels=300, level=2))
+    plane = simulate(make_brdf("lambert"), replace(TURNED_PLANE, views=4, pixels=300, level=2))
     with pytest.raises(InputError, match="general modes to that order"):
         fit_table(plane, FitOptions(symmetry="general", order=12, lobes=0))
 
@@ -131,7 +121,7 @@ def relative_error(brdf, truth):
 
 def test_brushed_metal_is_fitted_and_said_in_the_files_terms():
     truth = make_brdf("anisotropic-ggx", {"f0": (0.8,), "roughness_x": 0.5, "roughness_y": 0.3})
-    fit = fit_table(simulate(truth, replace(PLANE, level=2, lamp_error=0.0)), FitOptions())
+    fit = fit_table(simulate(truth, replace(TURNED_PLANE, level=2, lamp_error=0.0)), FitOptions())
     assert fit.brdf.symmetry == "reciprocal"
     assert relative_error(fit.brdf, truth) <= 0.05
     assert fit.diagnostics["symmetry"]["chosen"] == "reciprocal"
@@ -139,7 +129,7 @@ def test_brushed_metal_is_fitted_and_said_in_the_files_terms():
 
 @pytest.mark.parametrize("symmetry", ["reciprocal", "general"])
 def test_a_symmetry_that_is_asked_for_is_obeyed(symmetry):
-    table = simulate(make_brdf("oren-nayar", {"albedo": (0.4,)}), replace(PLANE, views=12, level=2))
+    table = simulate(make_brdf("oren-nayar", {"albedo": (0.4,)}), replace(TURNED_PLANE, views=12, level=2))
     fit = fit_table(table, FitOptions(symmetry=symmetry, lobes=0, order=2))
     assert fit.brdf.symmetry == symmetry and fit.brdf.order == 2
     assert fit.symmetry.reason == "asked for"
