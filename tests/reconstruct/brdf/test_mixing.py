@@ -40,3 +40,18 @@ def test_channels_are_mixed_as_their_values_and_errors_are():
     rest = np.sqrt(np.maximum(known.standard_error(0.4, 0.0, 0.7, 2.5) ** 2 - only**2, 0.0))
     assert (error >= own * 0.999).all()
     assert (error**2 <= own**2 * 1.001 + (rest @ matrix.T) ** 2 * 1.01).all()
+
+
+def test_mixing_by_nothing_changes_nothing_and_twice_is_once_by_the_product():
+    brdf = uncertain(brdf_of(coat(0.3), mirror(0.4), order=1))
+    same = mixed(brdf, np.eye(3), brdf.channels)
+    np.testing.assert_allclose(same.coefficients, brdf.coefficients, rtol=1e-14)
+    for one, other in zip(same.lobes, brdf.lobes, strict=True):
+        np.testing.assert_allclose(one.f0, other.f0, rtol=1e-12)
+        np.testing.assert_allclose(one.weight, other.weight, rtol=1e-12)
+    first, second = np.array([[0.7, 0.2, 0.1], [0.0, 0.5, 0.5]]), np.array([[0.3, 0.7]])
+    plain = brdf_of(coat(0.3), mirror(0.4), order=1)
+    twice = mixed(mixed(plain, first, ("A", "B")), second, ("Y",))
+    once = mixed(plain, second @ first, ("Y",))
+    incident, exit = directions(50)
+    np.testing.assert_allclose(twice(incident, exit), once(incident, exit), rtol=1e-12)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.words import described
+from photogonio.reconstruct.brdf.words import described, lobe_details
 from photogonio.reconstruct.lobes.lobe import Lobe
 
 
@@ -24,3 +24,18 @@ def test_words_are_those_of_the_page():
     assert said(coated, Lobe(0.1, one, one, "retro")).endswith(
         "ground and a retro-reflective peak of roughness 0.1"
     )
+
+
+def test_details_name_what_a_lobe_is_of():
+    one = np.ones(1)
+    coat = Lobe(
+        0.25, 0.04 * one, one, "coat", fresnel="dielectric", distribution="beckmann", ground=0.3 * one
+    )
+    said = lobe_details(coat)
+    # the base reflectance 0.04 is ((n - 1) / (n + 1))^2 of n = 1.5
+    assert "Beckmann slopes" in said and "index 1.500" in said and said.endswith("ground 0.3")
+    assert "Schlick's Fresnel, base reflectance 0.5 · 0.7" in lobe_details(
+        Lobe(0.2, np.array([0.5, 0.7]), np.ones(2))
+    )
+    retro = lobe_details(Lobe(0.2, one, one, "retro"))
+    assert "masking" not in retro and "Fresnel" not in retro

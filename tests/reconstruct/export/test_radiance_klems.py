@@ -3,9 +3,11 @@
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Lobe
+from photogonio.reconstruct.brdf.radiance_matrix import LATITUDES, AngleBasis
 from photogonio.reconstruct.export.formats import find_format
-from photogonio.reconstruct.export.radiance_klems import matrix
+from photogonio.reconstruct.export.radiance_klems import PATCHES, matrix, patch_samples
 from photogonio.reconstruct.export.radiance_xml import LUMINANCE
+from photogonio.reconstruct.modes.angles import unit_vectors
 from tests.drawn.exports import plain
 
 
@@ -26,3 +28,21 @@ def test_a_gloss_narrower_than_a_patch_adds_no_light():
     # of the outermost ring's farthest incidence, a smooth dielectric's at 90 degrees
     assert albedo.max() <= float(LUMINANCE @ brdf.directional_albedo(np.radians(89.9))) + 1e-9
     assert albedo[:100].max() < 0.4
+
+
+def test_patches_are_sampled_within_themselves():
+    theta, phi = patch_samples()
+    basis = AngleBasis.of(LATITUDES["LBNL/Klems Full"])
+    number = basis.index(unit_vectors(theta.ravel(), phi.ravel()))
+    np.testing.assert_array_equal(
+        number.reshape(theta.shape), np.arange(PATCHES)[:, None] + 0 * number.reshape(theta.shape)
+    )
+
+
+def test_samples_stand_for_equal_projected_solid_angles():
+    """Means over a patch of what is linear in cos^2 theta are exact, by a midpoint rule that is even in it."""
+    theta, _ = patch_samples()
+    edges = np.radians([low for low, _ in LATITUDES["LBNL/Klems Full"]] + [90.0])
+    middle = 0.5 * (np.cos(edges[:-1]) ** 2 + np.cos(edges[1:]) ** 2)
+    expected = np.repeat(middle, [count for _, count in LATITUDES["LBNL/Klems Full"]])
+    np.testing.assert_allclose((np.cos(theta) ** 2).mean(1), expected, rtol=1e-12)

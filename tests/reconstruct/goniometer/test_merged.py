@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from photogonio.reconstruct.goniometer.merged import MOST, merged
 from tests.drawn.goniometer import SATIN, measured, satin, scattered
@@ -18,3 +21,15 @@ def test_very_many_rows_are_joined():
     assert abs(np.mean(ratio) - 1.0) < 0.002 and np.std(ratio) < 0.02
     few = measured(SATIN, scattered(1000))
     assert merged(few) is few
+
+
+def test_a_mean_of_rows_is_as_sure_as_means_are():
+    """Of equal errors s, that of n rows is s / sqrt(n); and rows' sums are kept."""
+    table = measured(SATIN, scattered(30000), noise=0.0)
+    table = replace(table, sigma=np.full_like(table.value, 0.01))
+    joined = merged(table)
+    count = (0.01 / joined.sigma) ** 2
+    np.testing.assert_allclose(count, np.round(count), rtol=1e-9)
+    assert count.sum() == 30000 and count.min() >= 1.0
+    assert (count * joined.value).sum() == pytest.approx(table.value.sum(), rel=1e-9)
+    assert joined.line is None

@@ -5,8 +5,9 @@ import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lobes.families import retro_lobe
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty
+from photogonio.reconstruct.uncertainty.budget import STEP, Rival, Uncertainty, shape_slopes
 
 
 def test_the_stated_error_holds_the_spread_of_the_rivals():
@@ -23,3 +24,31 @@ def test_the_stated_error_holds_the_spread_of_the_rivals():
     both = Uncertainty(basis, sure.covariance, 0, 10.0, rivals=(Rival(other, 0.5, unsure),))
     expected = np.sqrt(0.5 * (0.01 + 0.03)) * value
     np.testing.assert_allclose(both.standard_error(model, cells), expected, rtol=1e-9)
+
+
+def test_an_interval_of_few_degrees_of_freedom_is_students():
+    basis = Basis("isotropic", 0)
+    for freedom, quantile in ((1.0, 12.706), (10.0, 2.228), (1e9, 1.960)):
+        spread = Uncertainty(basis, np.zeros((1, 1, 1)), 0, freedom)
+        np.testing.assert_allclose(spread.half_width(np.array([2.0])), 2.0 * quantile, rtol=1e-3)
+    assert spread.half_width(np.ones(1), 0.5) == pytest.approx(0.6745, rel=1e-3)
+
+
+def test_modes_alone_are_as_sure_as_with_the_lobes_known():
+    """The covariance of modes given all else is the inverse of their part of the precision."""
+    basis = Basis("isotropic", 2)
+    m, rng = len(basis.modes), np.random.default_rng(0)
+    root = rng.normal(size=(2, m + 3, m + 3))
+    whole = root @ np.swapaxes(root, 1, 2) + np.eye(m + 3)
+    spread = Uncertainty(basis, whole, 3, 10.0)
+    for found, one in zip(spread.of_modes_alone(), whole, strict=True):
+        np.testing.assert_allclose(found, np.linalg.inv(np.linalg.inv(one)[:m, :m]), rtol=1e-9)
+
+
+def test_slopes_by_the_logarithm_of_a_roughness_in_closed_form():
+    """Seen along the light a retro-reflective peak is weight / (4 pi roughness^2): its slope is -2 of itself."""
+    lobes = LobeSet((retro_lobe(absolute=True),), (np.array([0.2]),))
+    model = Model(Basis("isotropic", 0), np.zeros((1, 1)), lobes, np.full((1, 1), 0.6))
+    along = Cells.of_angles(np.array([0.0, 0.5]), np.array([0.0, 0.5]), np.zeros(2))
+    # differences of exp(-2 x) over steps h are off by 2 h^2 / 3
+    np.testing.assert_allclose(shape_slopes(model, along)[:, 0], -2.0 * model.evaluate(along), rtol=STEP**2)
