@@ -10,7 +10,7 @@ import numpy as np
 from photogonio.calib.adjust.lamps import block_name, place_in_world
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.detect.observation import Observation
-from photogonio.calib.diagnose.photos.unusable_photos import contradiction, denied_by_patch
+from photogonio.calib.diagnose.photos.unusable_photos import denied_by_patch
 from photogonio.calib.radiometry.patch import patches_box
 from photogonio.calib.radiometry.readings import StrengthReadings, read_view
 from photogonio.calib.radiometry.scale import Tied, tie
@@ -35,7 +35,7 @@ def views_of(state: State) -> tuple[list[ViewSetup], str]:
     Raises:
         InputError: none can.
     """
-    lit = _with_lamp(state)
+    lit = [one for one in state.observations if not one.probe]
     found: dict[str, _Read] = {}
     for observation, one in zip(lit, state.reader.abreast(lambda one: _read(state, one), lit), strict=True):
         name = observation.view.name
@@ -83,26 +83,6 @@ def _view(state: State, one: Observation, light: Light, tied: Tied) -> ViewSetup
         correction.offset,
         correction.offset_error,
     )
-
-
-def _with_lamp(state: State) -> list[Observation]:
-    """The sample's observations whose lamp was found and may be believed."""
-    settled, kept = state.settled, []
-    doubts = {
-        name: contradiction(settled, [s for s in state.observations if s.light == name])
-        for name in settled.lamps
-    }
-    for observation in state.observations:
-        if observation.probe:
-            continue
-        why = doubts.get(
-            observation.light, f"light {observation.light!r} is seen in no mirror ball and on no paper"
-        )
-        if why is None:
-            kept.append(observation)
-        else:
-            state.remarks.leave_out(observation.view.name, why, "lamp-not-believed")
-    return kept
 
 
 def _read(state: State, observation: Observation) -> _Read | None:

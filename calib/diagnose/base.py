@@ -4,11 +4,15 @@ each."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum, auto
 from typing import ClassVar, Protocol, TypeVar
 
+import numpy as np
+
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.first_look import FirstLook
+from photogonio.calib.setup import ViewSetup
 from photogonio.capture.diagnosis import Diagnosis, Entry
 
 Known = TypeVar("Known", FirstLook, State)
@@ -25,7 +29,8 @@ class Stage(Enum):
     PHOTO = auto()  # with what each photo shows of lamp, sample and paper, before anything settles
     LIGHT = auto()  # by what settled, and allowed for by settling again
     LAMP = auto()  # once all has settled, before lamps' strengths are read
-    STRENGTH = auto()  # at the end
+    PLACES = auto()  # and where all stands is told
+    STRENGTH = auto()  # at the end, of the photos that are kept
 
 
 class Assumption(Protocol[Known]):
@@ -59,6 +64,17 @@ class Departure(Assumption[State], Protocol):
     """One that is seen with the camera."""
 
 
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """Relative errors of lamps' strengths that a departure leaves behind."""
+
+    own: np.ndarray | float  # (n,) of each view's strength
+    common: float  # that all share
+
+
+NO_DOUBT = Doubt(0.0, 0.0)
+
+
 class LightDeparture(Departure, Protocol):
     """One of lamps and lens: the surest that is told is allowed for first, and the others are asked again."""
 
@@ -75,6 +91,10 @@ class LightDeparture(Departure, Protocol):
     def remedy(self, state: State, found: Sequence[Diagnosis]) -> State:
         """The state to be settled again."""
         ...
+
+    def doubt(self, state: State, views: Sequence[ViewSetup]) -> Doubt:
+        """What is left, allowed for or not, in the lamps' strengths once all has settled."""
+        return NO_DOUBT
 
     def as_settled(self, state: State, found: Diagnosis) -> Diagnosis:
         """The same as it is once all has settled."""

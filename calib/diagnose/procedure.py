@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.diagnose.base import Assumption, Known, LightDeparture
+from photogonio.calib.setup import ViewSetup
 
 
 def ask(known: Known, departures: Iterable[Assumption[Known]]) -> Known:
@@ -74,3 +77,17 @@ def tell_lights(
         if message:
             told = replace(found, code=one.told_as(found), message=message, allowed=kept)
             state.remarks.diagnoses.append(told)
+
+
+def doubted(
+    state: State, departures: Sequence[LightDeparture], views: Sequence[ViewSetup]
+) -> tuple[tuple[ViewSetup, ...], float]:
+    """The views with what departures leave behind in their strengths' errors, and what of it all of them share,
+    relative."""
+    doubts = [one.doubt(state, views) for one in departures]
+    own = np.linalg.norm([np.broadcast_to(one.own, len(views)) for one in doubts], axis=0)
+    wider = [
+        replace(view, strength_error=np.hypot(view.strength_error, error * view.strength))
+        for view, error in zip(views, own, strict=True)
+    ]
+    return tuple(wider), float(np.linalg.norm([one.common for one in doubts]))

@@ -25,6 +25,10 @@ from photogonio.calib.diagnose.photos.stored_otherwise import MirroredPhotos, Tu
 from photogonio.calib.diagnose.photos.tone_curve import WrongToneCurve
 from photogonio.calib.diagnose.photos.unusable_photos import UnusablePhotos
 from photogonio.calib.diagnose.photos.veiling_glare import VeilingGlare
+from photogonio.calib.diagnose.places.flat_sample import FlatSample
+from photogonio.calib.diagnose.places.lamp_places import LampNotBelieved, LonelyHighlights, SharedLight
+from photogonio.calib.diagnose.places.mirror_balls import MirrorBalls
+from photogonio.calib.diagnose.places.sample_ball import SampleBall
 from photogonio.capture.diagnosis import Entry
 
 LOOKS: tuple[LookDeparture, ...] = (
@@ -49,6 +53,12 @@ DEPARTURES: tuple[Departure, ...] = (
     GlossyPrint(),
     MovedLamp(),
     *LIGHT,
+    LampNotBelieved(),
+    SampleBall(),
+    MirrorBalls(),
+    LonelyHighlights(),
+    SharedLight(),
+    FlatSample(),
     MovedInBracket(),
 )
 # what is told on the way, of which nothing follows but what is said
@@ -84,15 +94,6 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
             "Nothing.",
             least=1.0,
             source="pixels; a judgement",
-        ),
-    ),
-    Stage.LIGHT: (
-        Entry(
-            "lamp-not-believed",
-            "A photo's lamp was not found, or its mirror balls contradict one another, or the white patch "
-            "shows another "
-            "falloff than that lamp's. It is left out.",
-            "See that the balls are not cut off, in shadow, or elsewhere than the manifest says.",
         ),
     ),
     Stage.STRENGTH: (
@@ -144,64 +145,6 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
             "lamp-taken-as-others",
             "Neither patch nor paper can be read in one photo: its lamp is taken to be as strong as the others.",
             "Nothing, if one lamp was used.",
-        ),
-        Entry(
-            "one-mirror-ball",
-            "Lamps are seen in one mirror ball only, so put as far away as the others.",
-            "Let two polished balls show every lamp.",
-        ),
-        Entry(
-            "sample-moved",
-            "The sample ball stands a little off the manifest's centre; this is allowed for.",
-            "Correct `sample.center`.",
-            least=0.03,
-            source="of its radius; a judgement",
-        ),
-        Entry(
-            "sample-not-believed",
-            "The sample ball seems to stand farther off than anybody can mistake; the manifest's place is kept.",
-            "Check `sample.center` and `sample.radius`, and with a ruler whether the board's squares are "
-            "as long as the "
-            "manifest says.",
-        ),
-        Entry(
-            "flat-sample-not-believed",
-            "The flat sample's edges are not where the manifest puts them, by too much to be believed.",
-            "Check `sample.outline` and `sample.height`.",
-        ),
-        Entry(
-            "flat-sample-tilted",
-            "The flat sample is tilted against the board, and taken as level.",
-            "Lay it flat.",
-            least=0.0122,
-            sigmas=5.0,
-            source="radians; a judgement",
-        ),
-        Entry(
-            "flat-sample-moved",
-            "The flat sample lies beside its outline; this is allowed for.",
-            "Correct `outline`.",
-        ),
-        Entry(
-            "flat-sample-size",
-            "The flat sample is larger or smaller than its outline; this is allowed for.",
-            "Correct `sample.outline`.",
-        ),
-        Entry(
-            "mirror-ball-moved", "A mirror ball seems to stand elsewhere.", "Check its `center` and `radius`."
-        ),
-        Entry(
-            "mirror-ball-contradicts",
-            "A mirror ball's highlights miss the lamps that the others show.",
-            "Check its `center` and `radius`, and whether it moved between photos.",
-        ),
-        Entry(
-            "balls-and-paper-contradict",
-            "What the mirror balls show and how the paper is lit contradict each other: lights are uncertain.",
-            'The lens darkens its corners: stop down, or take `flat` photos and say `vignetting = "flat"`. Or a '
-            "polished ball is not where the manifest says.",
-            least=3.0,
-            source="times their errors; path-traced sets have 0.4 to 1.2",
         ),
     ),
 }

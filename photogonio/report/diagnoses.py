@@ -83,7 +83,7 @@ ROOMS = (
     ("The camera and the board", entries(Stage.CAMERA)),
     ("What single photos show", entries(Stage.PHOTO)),
     ("Lamps and lens", entries(Stage.LIGHT)),
-    ("Strengths, places, and what is left", entries(Stage.LAMP, Stage.STRENGTH)),
+    ("Strengths, places, and what is left", entries(Stage.LAMP, Stage.STRENGTH, Stage.PLACES)),
     ("The fit", FIT),
 )
 ENTRIES = tuple(entry for _, entries in ROOMS for entry in entries)

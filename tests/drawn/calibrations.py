@@ -69,6 +69,7 @@ class Drawn:
     def settled(self, *, balls: tuple[int, ...] = (0, 1), paper: bool = False) -> State:
         state = settle(self.watched(balls=balls, paper=paper))
         account(state)
+        ask(state, asked_at(Stage.PLACES))
         return state
 
     def said(self, text: str) -> bool:

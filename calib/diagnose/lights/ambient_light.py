@@ -9,7 +9,7 @@ import numpy as np
 
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import Observation
-from photogonio.calib.diagnose.base import LightDeparture
+from photogonio.calib.diagnose.base import Doubt, LightDeparture
 from photogonio.calib.setup import ViewSetup
 from photogonio.calib.shading.correction import NO_FALLOFF
 from photogonio.calib.shading.fit import ShadingFit
@@ -78,6 +78,9 @@ class AmbientLight(LightDeparture):
 
     def numbers(self, found: Diagnosis) -> dict[str, object]:
         return {"light_beside_lamps": {"share": found.amount, "error": found.error}}
+
+    def doubt(self, state: State, views: Sequence[ViewSetup]) -> Doubt:
+        return Doubt(0.0, room_doubt(state))
 
     def message(self, found: Diagnosis, *, allowed: bool) -> str:
         if not found.told:

@@ -14,7 +14,7 @@ import numpy as np
 
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.adjust.terms import FALLOFF, FALLOFF_HELD
-from photogonio.calib.diagnose.base import LightDeparture
+from photogonio.calib.diagnose.base import NO_DOUBT, Doubt, LightDeparture
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.setup import Falloff, ViewSetup
 from photogonio.calib.shading.correction import PhotometricCorrection
@@ -91,6 +91,9 @@ class Vignetting(LightDeparture):
             }
         }
 
+    def doubt(self, state: State, views: Sequence[ViewSetup]) -> Doubt:
+        return lens_doubt(state.photoset, state.settled.camera, views, falloff_known(state))
+
     def message(self, found: Diagnosis, *, allowed: bool) -> str:
         how = f"by {found.amount:.1%} (+- {found.detail['corner_error']:.1%})"
         if allowed:
@@ -155,22 +158,18 @@ def sureness(falloff: Falloff) -> float:
     return float(np.sqrt(falloff.terms @ np.linalg.solve(falloff.covariance, falloff.terms)))
 
 
-def doubted(
+def lens_doubt(
     photoset: PhotoSet, camera: Camera, views: Sequence[ViewSetup], falloff: Falloff | None
-) -> tuple[tuple[ViewSetup, ...], float]:
-    """The views with what is not known of the lens in their strengths' errors, and what of it all of them share,
-    relative: the sample's light was read off patches, or paper, at another place of the picture."""
+) -> Doubt:
+    """What is not known of the lens in the views' strengths: the sample's light was read off patches, or paper, at
+    another place of the picture."""
     if falloff is None:
-        return tuple(views), 0.0
+        return NO_DOUBT
     spread = _unknown(falloff)
     apart = np.array([_apart(photoset, camera, view) for view in views])
     middle = apart.mean(0)
     own = np.sqrt(np.einsum("ni,ij,nj->n", apart - middle, spread, apart - middle))
-    wider = [
-        replace(view, strength_error=np.hypot(view.strength_error, error * view.strength))
-        for view, error in zip(views, own, strict=True)
-    ]
-    return tuple(wider), float(np.sqrt(middle @ spread @ middle))
+    return Doubt(own, float(np.sqrt(middle @ spread @ middle)))
 
 
 def _unknown(falloff: Falloff) -> np.ndarray:

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from photogonio.calib.adjust.flat_sample import PlaneMove, lying, place_plane
+from photogonio.calib.adjust.flat_sample import PlaneMove, flat_move, lying, place_plane
 from photogonio.calib.detect.edges import plane_edges
 from photogonio.calib.detect.gray import GrayPart
-from photogonio.calib.remarks import Remarks
-from photogonio.calib.report.summary import account_plane
-from photogonio.capture.photoset import PhotoSet
+from photogonio.calib.diagnose.places.flat_sample import told
 from tests.drawn.flat_samples import CAMERA, MOVE, PLANE, POSES, SIZE, seen
 from tests.drawn.patches import SET
 
@@ -35,27 +33,13 @@ def test_what_is_sure_is_applied_but_the_tilt(move):
     np.testing.assert_allclose(np.ptp(plane.outline, axis=0), [70 * 0.96 + 0.34, 56 * 1.03 + 0.42], atol=0.25)
 
 
-def test_a_tilt_is_told(move):
-    remarks = Remarks()
-    account_plane(SET, move, remarks)
-    assert "flat-sample-tilted" in remarks.codes()
-    np.testing.assert_allclose(remarks.residuals["sample"]["tilt"], move.values[4:6])
-
-
-def test_an_outline_of_the_wrong_size_is_told(move):
-    remarks = Remarks()
-    account_plane(SET, move, remarks)
-    assert "flat-sample-size" in remarks.codes() and any("-4." in w and "+3." in w for w in remarks.warnings)
-
-
 def test_a_true_manifest_is_left_alone():
     found = lying(CAMERA, seen(np.zeros(8)), PLANE, False)
     assert found is not None
-    plane, remarks = found.applied(PLANE), Remarks()
+    plane = found.applied(PLANE)
     np.testing.assert_array_equal(plane.outline, PLANE.outline)
     assert plane.height == PLANE.height
-    account_plane(SET, found, remarks)
-    assert remarks.codes() == []
+    assert told(found, "mm") == []
 
 
 def test_one_photo_does_not_tell_height_from_place():
@@ -67,9 +51,7 @@ def test_one_photo_does_not_tell_height_from_place():
 
 def test_what_cannot_be_is_not_believed():
     wild = PlaneMove(np.array([9.0, 0, 0, 0, 0, 0, 0, 0]), np.full(8, 0.01), 35.0)
-    remarks = Remarks()
-    account_plane(SET, wild, remarks)
-    assert "flat-sample-not-believed" in remarks.codes()
+    assert [one.code for one in told(wild, "mm")] == ["flat-sample-not-believed"]
     assert wild.applied(PLANE) is PLANE
 
 
@@ -77,7 +59,4 @@ def test_no_edges_no_move():
     assert place_plane(CAMERA, [], [], PLANE) is None
     usable, dark = np.ones(SIZE[::-1], bool), np.full(SIZE[::-1], 0.1, np.float32)
     assert plane_edges(GrayPart(dark, usable), CAMERA, POSES[0], PLANE, 8.0) is None
-    remarks = Remarks()
-    account_plane(SET, None, remarks)
-    assert remarks.residuals == {}
-    assert isinstance(SET, PhotoSet)
+    assert flat_move(SET, CAMERA, []) is None

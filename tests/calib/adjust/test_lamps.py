@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from photogonio.calib.adjust.alternate import settle
-from photogonio.calib.report.summary import account
+from photogonio.calib.diagnose.procedure import ask
+from photogonio.calib.diagnose.registry import Stage, asked_at
 from tests.drawn.calibrations import Drawn
 
 
@@ -14,7 +15,7 @@ def test_a_lamp_seen_in_one_ball_only():
     state = drawn.watched()
     state.observations[2].highlights = state.observations[2].highlights[:1]
     state = settle(state)
-    account(state)
+    ask(state, asked_at(Stage.PLACES))
     found = state.settled
     assert drawn.said("seen in one mirror ball only, so put as far away as the other lights: s2")
     # its distance is as unknown as is said

@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from photogonio.calib.diagnose import procedure
-from photogonio.calib.diagnose.procedure import ask, fits_closer, settle_allowing, tell_lights
+from photogonio.calib.diagnose.base import NO_DOUBT, Doubt, LightDeparture
+from photogonio.calib.diagnose.procedure import ask, doubted, fits_closer, settle_allowing, tell_lights
+from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.remarks import Remarks
+from photogonio.calib.setup import ViewSetup
 from photogonio.capture.diagnosis import Diagnosis
 
 
@@ -163,3 +167,22 @@ def test_what_was_found_of_the_lights_is_told_as_it_settled(denied):
     assert told.amount == 3.0 and told.allowed == (not denied)
     assert told.message == f"room {'left' if denied else 'allowed'}"
     assert state.remarks.residuals == {"room": 3.0}
+
+
+class Leaves(LightDeparture):
+    """A departure that leaves a doubt."""
+
+    def __init__(self, left: Doubt):
+        self.left = left
+
+    def doubt(self, state, views):
+        return self.left
+
+
+def test_doubts_that_departures_leave_add_in_squares():
+    pose = Pose(np.eye(3), np.zeros(3))
+    view = ViewSetup("v", None, pose, np.full(1, 2.0), np.full(1, 0.06), "board", 0.1, None, None)
+    doubts = [Leaves(Doubt(np.array([0.04]), 0.3)), Leaves(NO_DOUBT), Leaves(Doubt(0.0, 0.4))]
+    (wider,), common = doubted(None, doubts, [view])
+    assert common == pytest.approx(0.5)
+    np.testing.assert_allclose(wider.strength_error, [0.1])  # 0.06, and 0.04 of 2

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from photogonio.calib.adjust.state import State
+from photogonio.calib.diagnose.base import NO_DOUBT
 from photogonio.calib.diagnose.lights.vignetting import (
     Vignetting,
     _unknown,
     corrected,
-    doubted,
     falloff_known,
+    lens_doubt,
 )
 from photogonio.calib.diagnose.procedure import settle_allowing, tell_lights
 from photogonio.calib.diagnose.registry import LIGHT
@@ -54,8 +55,9 @@ def found(*sheets: WhitePatch) -> tuple[np.ndarray, float]:
         for k, pose in enumerate(POSES)
     ]
     photoset = PhotoSet(Path("."), "x", "mm", SAMPLE, "auto", (), None, (), sheets)
-    views, common = doubted(photoset, CAMERA, views, FALLOFF)
-    return np.array([view.strength_error[0] for view in views]), common
+    doubt = lens_doubt(photoset, CAMERA, views, FALLOFF)
+    own = np.hypot(ERROR, np.broadcast_to(doubt.own, len(views)))
+    return own, doubt.common
 
 
 def test_a_doubtful_falloff_makes_strengths_doubtful_by_how_far_apart_patch_and_sample_are_in_the_picture():
@@ -81,8 +83,7 @@ def test_patches_that_a_photo_does_not_show_tell_nothing_of_its_doubt(more):
 
 
 def test_no_falloff_that_any_photo_tells_of_is_no_doubt():
-    views = [object()]
-    assert doubted(None, None, views, None) == (tuple(views), 0.0)
+    assert lens_doubt(None, None, [object()], None) is NO_DOUBT
 
 
 def dimmed(drawn: Drawn, corner: float) -> State:

@@ -1,0 +1,40 @@
+"""Lamps that stood in several places under one name, and photos whose lamp nobody found."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from photogonio.calib.adjust.lamps import Lamp
+from photogonio.calib.diagnose.places.lamp_places import LampNotBelieved, apart
+from tests.drawn.calibrations import Drawn
+
+
+@pytest.mark.parametrize(
+    ("angle", "error", "said"), [(0.0, 0.1, False), (15.0, 0.1, True), (15.0, 5.0, False)]
+)
+def test_one_light_in_two_places_is_told(angle, error, said):
+    """If the photos' paper is sure of it: one that shows a corner of the board has directions off by degrees."""
+    turn = np.radians(angle)
+    places = [430.0 * np.array([np.sin(t), 0.1, np.cos(t)]) for t in (0.3, 0.3 + turn)]
+    spread = np.eye(3) * (np.radians(error) * np.linalg.norm(places[0])) ** 2
+    shading = {
+        n: SimpleNamespace(place=p, covariance=lambda: spread) for n, p in zip("ab", places, strict=True)
+    }
+    observations = [SimpleNamespace(view=SimpleNamespace(name=name), light="one") for name in "ab"]
+    settled = SimpleNamespace(lamps={"one": Lamp("one", None, "point", places[0], "board")}, shading=shading)
+    assert [one.code for one in apart(settled, observations)] == ["lamp-in-several-places"] * said
+
+
+def test_photos_of_a_lamp_that_is_not_found_are_left_out_and_the_others_kept():
+    drawn = Drawn(12)
+    state, departure = drawn.settled(), LampNotBelieved()
+    assert departure.evidence(state) == []
+    lamps = {name: lamp for name, lamp in state.settled.lamps.items() if name != "s2"}
+    state = replace(state, settled_or_none=replace(state.settled, lamps=lamps))
+    found = departure.evidence(state)
+    assert [one.views for one in found] == [("s2",)]
+    kept = departure.remedy(state, found).observations
+    assert [s.view.name for s in kept] == [s.view.name for s in state.observations if s.view.name != "s2"]
+    assert [one.name for one in drawn.remarks.left_out] == ["s2"] and drawn.told("lamp-not-believed")
