@@ -1,10 +1,15 @@
 """What calibration finds, as it is asked for light and falloff."""
 
 import numpy as np
+import pytest
 
+from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.setup import (
+    Falloff,
     Light,
+    Setup,
 )
+from photogonio.capture.photoset import Plane, Sphere
 
 
 def test_light_falls_off_with_the_square_only_when_near():
@@ -18,3 +23,21 @@ def test_light_falls_off_with_the_square_only_when_near():
     toward, falloff = far.toward(points)
     np.testing.assert_array_equal(falloff, 1.0)
     np.testing.assert_array_equal(toward, far.place[None].repeat(3, 0))
+
+
+def test_the_light_in_the_corner_is_known_as_well_as_the_terms():
+    """Both terms count whole there; many draws of them scatter as is said."""
+    rng = np.random.default_rng(0)
+    terms, covariance = np.array([-0.15, 0.04]), np.array([[4e-4, -3e-4], [-3e-4, 4e-4]])
+    change, error = Falloff(terms, covariance).corner
+    assert change == pytest.approx(np.exp(-0.11) - 1)
+    drawn = np.exp(rng.multivariate_normal(terms, covariance, 20_000).sum(1)) - 1
+    assert error == pytest.approx(drawn.std(), rel=5 / np.sqrt(2 * 20_000) + 0.01)
+
+
+def test_a_flat_sample_is_no_ball():
+    camera = Camera(np.eye(3), np.zeros(0), (8, 6))
+    ball = Sphere(np.zeros(3), 1.0)
+    assert Setup(camera, ball, (), "relative", ("Y",)).ball is ball
+    with pytest.raises(TypeError, match="flat"):
+        _ = Setup(camera, Plane(np.zeros((3, 2))), (), "relative", ("Y",)).ball

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from photogonio.calib.adjust.lamps import Lamp
+from photogonio.calib.diagnose.procedure import ask
+from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.views import light_of, views_of
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import LightEntry
@@ -42,7 +44,7 @@ def test_each_view_has_its_own_lamp_and_place(resting, drawn):
 def test_photos_whose_lamp_was_not_found_are_left_out_by_name(drawn):
     state = at_rest(*drawn)
     del state.settled.lamps["s2"]
-    views, _ = views_of(state)
+    views, _ = views_of(ask(state, asked_at(Stage.LAMP)))
     assert [view.name for view in views] == ["s0", "s1", "s3"]
     assert [one.name for one in state.remarks.left_out] == ["s2"]
     assert "seen in no mirror ball and on no paper" in state.remarks.left_out[0].reason

@@ -4,9 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from photogonio.calib.adjust.intrinsics import fit_camera, quick_camera
+from photogonio.calib.adjust.intrinsics import MODELS, _beats, fit_camera, free_terms, quick_camera
 from photogonio.calib.detect.photo_reader import look, look_closer
 from photogonio.capture.photoset import CharucoBoard
+from tests.calib.geometry.test_pose import corners
+from tests.drawn.board_photos import POSES
 from tests.drawn.boards import CAMERA, SIZE, quiet, radiance, reader_of, views_of
 from tests.places import DATA
 
@@ -43,3 +45,43 @@ def test_real_photos_give_the_published_camera():
     off = (fit.camera.matrix[[0, 1], [0, 1]] - focal) / fit.standard_errors[:2]
     assert np.abs(off).max() <= 3.0, (fit.camera.matrix, fit.standard_errors)
     assert (fit.standard_errors[:2] < 0.1 * focal).all()  # four photos alike tell it to about 4 %
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_terms_that_a_model_frees_are_those_that_opencv_changes(name):
+    """From corners of a lens with all of them, drawn without noise."""
+    views = [corners(pose) for pose in POSES]
+    points = [v.points.astype(np.float32).reshape(-1, 1, 3) for v in views]
+    pixels = [v.pixels.astype(np.float32).reshape(-1, 1, 2) for v in views]
+    found = cv2.calibrateCamera(points, pixels, SIZE, np.eye(3), None, flags=MODELS[name])
+    terms = np.ravel(found[2])
+    assert set(np.flatnonzero(terms)) == set(free_terms(MODELS[name]))
+    square = found[1][0, 0] == found[1][1, 1]
+    assert square == name.startswith("square")
+
+
+def test_larger_models_have_more_terms():
+    counts = [len(free_terms(flags)) for name, flags in MODELS.items() if not name.startswith("square")]
+    assert counts == [0, 1, 2, 4, 5, 8]
+
+
+@pytest.mark.parametrize(("drop", "better"), [(9.0, False), (11.0, True)])
+def test_a_term_must_bring_ten_times_what_a_useless_one_does(drop, better):
+    """Of the squared residual over its expected size, the drop by one useless term is 1."""
+    count = 1000
+    smaller = 1.0
+    larger = np.sqrt(1 / (1 + drop / count))
+    assert _beats(larger, smaller, count, 1) == better
+    assert not _beats(larger, smaller, count, 2)
+
+
+def test_too_few_corners_make_no_camera():
+    few = [corners(pose).keep(np.arange(35) < 5) for pose in POSES]
+    assert fit_camera(few, SIZE) is None and quick_camera(few, SIZE) is None and fit_camera([], SIZE) is None
+
+
+def test_one_photo_leaves_the_lens_out_and_the_axis_in_the_middle():
+    fit = fit_camera([corners(POSES[1], 0.02)], SIZE)
+    assert fit.square and fit.centred and fit.model.startswith("square pixels")
+    np.testing.assert_allclose(fit.camera.matrix[:2, 2], (np.array(SIZE) - 1) / 2)
+    assert fit.camera.matrix[0, 0] == pytest.approx(CAMERA.matrix[0, 0], rel=0.1)

@@ -27,3 +27,11 @@ def test_paper_whose_black_reads_below_nothing_has_a_noise():
     level = np.where(reading.samples.white, reading.level, -reading.level)
     noise = local_noise(reading.samples, level)
     assert np.isfinite(noise).all() and noise.max() < 0.1
+
+
+def test_the_span_is_that_of_the_paper_that_is_seen(drawn):
+    _, (reading, *_) = drawn
+    low, high = reading.span
+    flat = reading.samples.points[:, :2]
+    assert (flat >= low).all() and (flat <= high).all()
+    assert (flat == low).any(axis=0).all() and (flat == high).any(axis=0).all()

@@ -2,8 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from photogonio.calib.detect.photo_reader import look
 from photogonio.calib.diagnose.board.board_rows import board_doubts
+from photogonio.capture.photoset import LooseMarkers
 from tests.drawn.board_photos import POSES
 from tests.drawn.boards import BOARD, CAMERA, draw, quiet, radiance, reader_of, views_of
 
@@ -23,3 +26,9 @@ def test_rows_that_the_board_has_not_or_has_besides_are_told():
     assert any(
         "24 to 27 of the board are seen in none" in w for w in board_doubts(more, CAMERA, boards, set())
     )
+
+
+def test_loose_markers_have_no_rows_and_no_photos_tell_nothing():
+    loose = LooseMarkers("DICT_4X4_50", ((0, np.zeros((4, 3))),))
+    assert board_doubts(loose, CAMERA, [("a", None, None)], set()) == []
+    assert board_doubts(BOARD, CAMERA, [], set()) == []
