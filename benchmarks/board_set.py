@@ -44,7 +44,9 @@ def board_scene(megapixels: float, boards: int) -> Scene:
         calibration=boards,
     )
     lamp = replace(scene.lamp, count=DIFFERENT)
-    return replace(scene, camera=camera, lamp=lamp, render=replace(scene.render, bounce=False))
+    return replace(
+        scene, camera=camera, lamp=lamp, render=replace(scene.render, bounce=False, near=2, edge=4)
+    )
 
 
 def make_board_set(folder: Path, photos: int, boards: int, megapixels: float) -> None:

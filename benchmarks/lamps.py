@@ -25,7 +25,11 @@ from photogonio.system.progress import Reporter
 
 SCENES = ("matte-ball", "plastic-ball", "metal-ball", "oren-nayar-plane", "plastic-plane", "brushed-plane")
 DIRECTION, PLACE = 1, 2  # among a view's errors
-QUICK = {"camera": {"size": (420, 280), "focal": 945.0, "calibration": 4}, "lamp": {"count": 4}}
+QUICK = {
+    "camera": {"size": (420, 280), "focal": 945.0, "calibration": 4},
+    "lamp": {"count": 4},
+    "render": {"near": 2, "edge": 4},
+}
 
 
 def lamp_errors(scene: Scene, folder: Path, workers: int) -> np.ndarray:

@@ -69,7 +69,8 @@ def apart(what: str, folder: Path, out: Path, options: argparse.Namespace, cache
 def measure(folder: Path, made: Path, options: argparse.Namespace) -> dict[str, dict[str, float]]:
     """Decoding alone, everything, and with the calibration known."""
     cache = made / "cache"
-    apart("all", folder, made, options, cache)  # into the disk's cache
+    if not options.quick:
+        apart("all", folder, made, options, cache)  # into the disk's cache
     found = {what: apart(what, folder, made, options, cache) for what in ("decode", "all")}
     found["everything"] = apart("process", folder, made / "first", options, cache)
     for path in cache.rglob("*.np[yz]"):  # the views' results, but not the calibration

@@ -26,6 +26,7 @@ from photogonio.synthetic.scene.scene import load_scene
 from photogonio.system.progress import Reporter
 
 pytestmark = pytest.mark.slow
+COARSE = {"near": 2, "edge": 4}  # points along a pixel's side, where corners need not lie exactly
 
 
 def small(name: str, lamps: int) -> Scene:
@@ -132,7 +133,7 @@ def test_loose_markers_are_paper_enough(tmp_path: Path):
     middles = [(x, y, 0) for y in (16, 124) for x in (45, 75, 105, 132)]
     middles += [(x, y, 0) for x in (14, 166) for y in (50, 90)]
     markers = tuple(MarkerScene(k, tuple(map(tuple, quad + middle))) for k, middle in enumerate(middles))
-    scene = changed(small("matte-ball", 6), camera={"size": (500, 333), "focal": 1125.0})
+    scene = changed(small("matte-ball", 6), camera={"size": (500, 333), "focal": 1125.0}, render=COARSE)
     board = replace(scene.board, kind="markers", dictionary="DICT_4X4_50", squares=None, square_length=None)
     scene = replace(scene, board=replace(board, marker=markers))
     found = evaluate_scene(scene, tmp_path, workers=2, reporter=Reporter(quiet=True))
@@ -142,7 +143,7 @@ def test_loose_markers_are_paper_enough(tmp_path: Path):
 
 def test_a_lit_room_that_nobody_tells_of_is_allowed_for(tmp_path: Path):
     """An even light of a twelfth of the lamp's, and no photo of it alone; left in, it costs some per cent."""
-    room = changed(small("matte-ball", 8), sensor={"ambient": 0.05, "ambient_photo": False})
+    room = changed(small("matte-ball", 8), sensor={"ambient": 0.05, "ambient_photo": False}, render=COARSE)
     found = evaluate_scene(room, tmp_path, workers=2, reporter=Reporter(quiet=True))
     assert "ambient-light" in [one.code for one in found.result.diagnoses]
     assert found.error <= 0.01
@@ -152,7 +153,10 @@ def test_a_lit_room_that_nobody_tells_of_is_allowed_for(tmp_path: Path):
 @pytest.mark.parametrize(("name", "lamps", "most"), [("matte-ball", 8, 0.01), ("oren-nayar-plane", 10, 0.05)])
 def test_a_lens_that_darkens_the_corners_untold_is_allowed_for(name, lamps, most, tmp_path: Path):
     """By 13 % in the corners, as cos^4 has it, before a still camera and a moving one."""
-    scene, quiet = changed(small(name, lamps), camera={"vignetting": "cos4"}), Reporter(quiet=True)
+    scene, quiet = (
+        changed(small(name, lamps), camera={"vignetting": "cos4"}, render=COARSE),
+        Reporter(quiet=True),
+    )
     manifest = rendered(scene, tmp_path, workers=2, reporter=quiet) / MANIFEST
     told = manifest.read_text(encoding="utf-8")
     manifest.write_text(told.replace('vignetting = "cos4"', ""), encoding="utf-8")
