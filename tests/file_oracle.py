@@ -72,8 +72,9 @@ def lobe_value(lobe: dict, i: np.ndarray, r: np.ndarray) -> np.ndarray:
     )
     name = lobe.get("distribution", "beckmann" if lobe["model"] == "retro-beckmann" else "ggx")
     weight = np.array(lobe["weight"])
-    if model == "retro":
-        half = 0.5 * np.arccos(np.clip(np.sum(i * r, axis=1), -1.0, 1.0))
+    if model in ("retro", "round"):
+        about = i if model == "retro" else i * [-1.0, -1.0, 1.0]
+        half = 0.5 * np.arccos(np.clip(np.sum(about * r, axis=1), -1.0, 1.0))
         alpha = lobe["roughness"]
         return 0.25 * weight * slopes(name, np.tan(half) ** 2 / alpha**2, np.cos(half), alpha**2)[:, None]
     a = np.broadcast_to(lobe["roughness"], 2).astype(float)

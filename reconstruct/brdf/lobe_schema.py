@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.lobes.lobe import DISTRIBUTIONS, FRESNELS, MASKINGS, MODELS, Lobe
+from photogonio.reconstruct.lobes.lobe import DISTRIBUTIONS, FRESNELS, MASKINGS, MODELS, PEAKS, Lobe
 
 FIRST = {  # what the lobes of version 1 are in version 2
     "ggx": {"model": "mirror"},
@@ -25,12 +25,12 @@ _CHOICES = {"distribution": DISTRIBUTIONS, "masking": MASKINGS, "fresnel": FRESN
 def lobe_document(lobe: Lobe) -> dict[str, object]:
     """A lobe of version 2. Inverse of :func:`parse_lobe`."""
     said: dict[str, object] = {"model": lobe.model, "distribution": lobe.distribution}
-    if lobe.model != "retro":
+    if not lobe.peak:
         said |= {"masking": lobe.masking, "fresnel": lobe.fresnel}
     said["roughness"] = list(lobe.axes) if lobe.turning else lobe.axes[0]
     if lobe.turning:
         said["azimuth"] = round(float(np.degrees(lobe.azimuth)), DECIMALS)
-    if lobe.model != "retro":
+    if not lobe.peak:
         said["f0"] = float(lobe.f0[0]) if lobe.fresnel == "dielectric" else _floats(lobe.f0)
     said["weight"] = _floats(lobe.weight)
     if lobe.ground is not None:
@@ -40,7 +40,7 @@ def lobe_document(lobe: Lobe) -> dict[str, object]:
 
 def is_of_first_version(lobe: Lobe) -> bool:
     """Whether version 1 has such a lobe."""
-    if lobe.turning or lobe.model == "coat":
+    if lobe.turning or lobe.model in ("coat", "round"):
         return False
     own = (lobe.distribution, lobe.masking, lobe.fresnel)
     return lobe.model == "retro" or own == ("ggx", "correlated", "schlick")
@@ -87,7 +87,7 @@ def _choices(where: str, given: dict[str, Any], model: str) -> dict[str, str]:
 
 def _roughness(where: str, given: Any, model: str, version: int) -> float | tuple[float, float]:
     what, most = "a number in (0, 1]", 1.0
-    several = version > 1 and model != "retro"
+    several = version > 1 and model not in PEAKS
     if several:
         what += f", or two up to {MOST_OF_TWO:g}, along and across,"
     both = [given]
@@ -101,7 +101,7 @@ def _roughness(where: str, given: Any, model: str, version: int) -> float | tupl
 
 
 def _f0(where: str, given: Any, known: dict[str, Any], channels: int, version: int) -> np.ndarray:
-    if version > 1 and known["model"] == "retro":
+    if version > 1 and known["model"] in PEAKS:
         return np.ones(channels)
     if known.get("fresnel") != "dielectric":
         return _channels(where, given, channels)

@@ -40,7 +40,7 @@ def _lobe(lobe: Lobe, matrix: np.ndarray) -> Lobe:
     """Schlick's factor is f0 + (1 - f0) s: both weight and weight times f0 are mixed."""
     weight = matrix @ lobe.weight
     weight = np.where(np.abs(weight) < LEAST, LEAST, weight)
-    if lobe.model == "retro" or lobe.fresnel == "dielectric":
+    if lobe.peak or lobe.fresnel == "dielectric":
         f0 = np.full(len(matrix), lobe.f0[0])
     else:
         f0 = matrix @ (lobe.weight * lobe.f0) / weight

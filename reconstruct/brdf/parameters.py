@@ -28,7 +28,7 @@ def mode_names(symmetry: str, modes: np.ndarray) -> list[str]:
 def lobe_numbers(lobe: Lobe) -> tuple[str, ...]:
     """What a lobe's numbers are called, without the lobe's own name."""
     names = ("roughness along", "roughness across", "azimuth") if lobe.turning else ("roughness",)
-    if lobe.model == "retro":
+    if lobe.peak:
         return (*names, "weight")
     return (*names, "f0", "weight", "ground") if lobe.model == "coat" else (*names, "f0", "weight")
 

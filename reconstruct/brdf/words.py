@@ -26,6 +26,8 @@ def lobe_in_words(lobe: Lobe) -> str:
         rough += f" along {np.degrees(lobe.azimuth):.0f} degrees, {across:.2g} across"
     if lobe.model == "retro":
         return f"a retro-reflective peak of {rough}"
+    if lobe.model == "round":
+        return f"a round peak about the mirror direction, of {rough}"
     if lobe.model == "coat":
         return f"a coat of {rough} over a diffuse ground"
     return f"a mirror lobe of {rough}"
@@ -34,7 +36,7 @@ def lobe_in_words(lobe: Lobe) -> str:
 def lobe_details(lobe: Lobe) -> str:
     """Its numbers and its kind, for the report."""
     parts = [f"{'Beckmann' if lobe.distribution == 'beckmann' else 'GGX'} slopes"]
-    if lobe.model != "retro":
+    if not lobe.peak:
         parts.append(f"{lobe.masking} masking")
         exact = lobe.fresnel == "dielectric"
         index = (1.0 + np.sqrt(lobe.f0[0])) / (1.0 - np.sqrt(lobe.f0[0])) if exact else 0.0

@@ -20,7 +20,7 @@ from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior
 from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
 from photogonio.reconstruct.estimate.weights import FREE, ViewScales, error_model, view_scales
-from photogonio.reconstruct.lobes.families import Family, families, retro_lobe, second_lobe
+from photogonio.reconstruct.lobes.families import Family, families, retro_lobe, round_lobe, second_lobe
 from photogonio.reconstruct.table.cells import Cells
 
 PILOT_ORDER = 4
@@ -79,7 +79,7 @@ def clean(
     None for any; ``kinds`` are the lobes to try, None for the isotropic ones.
     """
     progress("pilot fits")
-    kinds = _kinds(lobes, absolute) if kinds is None else kinds
+    kinds = _kinds(lobes, absolute, binned=seen.binned) if kinds is None else kinds
     left_out = np.zeros(len(seen.groups), bool)
     scales = ViewScales.none(view_errors)
     light = added = np.zeros_like(seen.value)
@@ -132,10 +132,14 @@ def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
     return (few.take(sure), predicted[sure]) if sure.mean() > ENOUGH else (few, predicted)
 
 
-def _kinds(lobes: int | None, absolute: bool) -> list[LobeSet]:
+def _kinds(lobes: int | None, absolute: bool, *, binned: bool) -> list[LobeSet]:
+    """Lobes to start from. Of measured rows also a round peak about the mirror direction, which few and far rows of a
+    narrow gloss may tell from microfacets; photos, which show the whole of it, do as well without."""
     if lobes == 0:
         return [LobeSet()]
-    single = [_alone(family) for family in (*families(absolute=absolute), retro_lobe(absolute=absolute))]
+    kinds = [*families(absolute=absolute), retro_lobe(absolute=absolute)]
+    kinds += [] if binned else [round_lobe(absolute=absolute).with_beckmann]
+    single = [_alone(family) for family in kinds]
     return single if lobes else [LobeSet(), *single]
 
 

@@ -7,8 +7,9 @@ lobe is that of a coat: under it lies a diffuse ground, lit and seen through the
 times a free coefficient a channel, E being all that the interface sends back. A turning family has a roughness along
 two axes of the sample: the covariance of its slopes is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that
 e = k = 0 is isotropic and nothing is singular there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher
-axis lies at half the azimuth of (e, k). A retro-reflective lobe has a free weight a channel. Of mirror lobes the file
-knows only isotropic GGX with height-correlated masking and Schlick's Fresnel:
+axis lies at half the azimuth of (e, k). A peak about the light's own direction, or about the mirror direction and as
+round and high at any incidence (Phong 1975), has a free weight a channel. Of mirror lobes version 1 of the file knows
+only isotropic GGX with height-correlated masking and Schlick's Fresnel:
 :mod:`reconstruct.represent.isotropic` says the others in its terms.
 """
 
@@ -20,7 +21,7 @@ import numpy as np
 
 from photogonio.reconstruct.lobes.interface import coat_albedo
 from photogonio.reconstruct.lobes.kernel import mirror_parts
-from photogonio.reconstruct.lobes.schlick import RETRO, retro
+from photogonio.reconstruct.lobes.schlick import RETRO, ROUND, retro
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
 ROUGHNESS_BOUNDS = (0.02, 1.0)
@@ -34,12 +35,13 @@ class Family:
     """One kind of lobe."""
 
     name: str
-    fresnel: str  # "schlick" | "dielectric" | "none": a retro-reflective lobe
-    masking: str  # "correlated" | "separable"; of no meaning for a retro-reflective lobe
+    fresnel: str  # "schlick" | "dielectric" | "none": a peak about a direction, of no interface
+    masking: str  # "correlated" | "separable"; of no meaning for a peak
     absolute: bool  # weight 1; else a free weight a channel
     limit: float = np.inf  # of a free weight
     turning: bool = False  # of unequal roughness along two axes of the sample
     distribution: str = "ggx"  # of slopes: "ggx" | "beckmann"
+    forward: bool = False  # a peak about the mirror direction; else about the light's own
 
     @property
     def in_file(self) -> bool:
@@ -48,13 +50,18 @@ class Family:
         return self.retro or own == ("schlick", "correlated", "ggx", False)
 
     @property
-    def retro(self) -> bool:
+    def peak(self) -> bool:
+        """Whether it is as high at any incidence, without Fresnel's term and masking."""
         return self.fresnel == "none"
+
+    @property
+    def retro(self) -> bool:
+        return self.peak and not self.forward
 
     @property
     def with_beckmann(self) -> Family:
         """The same with Beckmann's slopes: a peak of the same width with hardly any tails."""
-        name = f"{RETRO}beckmann" if self.retro else f"beckmann-{self.name}"
+        name = f"{self.name.removesuffix('ggx')}beckmann" if self.peak else f"beckmann-{self.name}"
         return replace(self, name=name, distribution="beckmann")
 
     @property
@@ -66,7 +73,7 @@ class Family:
     @property
     def coefficient_names(self) -> tuple[str, ...]:
         """The linear coefficients, one each a channel."""
-        if self.retro:
+        if self.peak:
             return ("weight",)
         if self.fresnel == "schlick":
             return ("f0",) if self.absolute else ("weight f0", "weight (1 - f0)")
@@ -106,6 +113,12 @@ def retro_lobe(*, absolute: bool) -> Family:
     return Family(f"{RETRO}ggx", "none", "", False, limit=1.0 if absolute else np.inf)
 
 
+def round_lobe(*, absolute: bool) -> Family:
+    """The same about the mirror direction: round, and as high at any incidence, as that of Phong's model."""
+    limit = 1.0 if absolute else np.inf
+    return Family(f"{ROUND}ggx", "none", "", False, limit=limit, forward=True)
+
+
 def second_lobe(*, absolute: bool) -> Family:
     """What is added to a first lobe: the file's own kind, its weight free, and at most 1 on an absolute scale."""
     return Family("second", "schlick", "correlated", False, limit=1.0 if absolute else np.inf)
@@ -124,8 +137,9 @@ def lobe_columns(
     ``shape`` holds the nonlinear parameters in the order of ``family.shape_names``. Only a turning family needs
     ``phi_i``, and ``dphi`` with its sign.
     """
-    if family.retro:
-        column = retro(theta_i, theta_r, dphi, shape[0], family.distribution)
+    if family.peak:
+        turn = np.pi - dphi if family.forward else dphi
+        column = retro(theta_i, theta_r, turn, shape[0], family.distribution)
         return np.zeros_like(column), column[:, None]
     f0 = shape[1] if family.fresnel == "dielectric" and family.absolute else TYPICAL_F0
     first, second = _mirror_parts(family, shape, f0, theta_i, theta_r, dphi, phi_i)

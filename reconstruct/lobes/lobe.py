@@ -1,4 +1,4 @@
-"""A lobe as the coefficient file has it: a mirror lobe, a coat over a diffuse ground, or a retro-reflective peak.
+"""A lobe as the coefficient file has it: a mirror lobe, a coat over a diffuse ground, or a peak about a direction.
 
 docs/modes.md defines them; :mod:`reconstruct.lobes.families` holds the same lobes as a fit tries them.
 """
@@ -15,7 +15,8 @@ from photogonio.reconstruct.lobes.lobe_sums import LobeTerms, add_lobe
 from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
 from photogonio.reconstruct.modes.parallel import over_rows
 
-MODELS = ("mirror", "coat", "retro")
+PEAKS = ("retro", "round")  # about the light's own direction, and about the mirror direction
+MODELS = ("mirror", "coat", *PEAKS)
 DISTRIBUTIONS = ("ggx", "beckmann")
 MASKINGS = ("correlated", "separable")
 FRESNELS = ("schlick", "dielectric")
@@ -23,12 +24,10 @@ FRESNELS = ("schlick", "dielectric")
 
 @dataclass(frozen=True, slots=True)
 class Lobe:
-    """weight D G F / (4 cos_i cos_r), with a ground under a coat; or weight D(psi / 2) / 4 about the light itself."""
+    """weight D G F / (4 cos_i cos_r), with a ground under a coat; or weight D(psi / 2) / 4 about a direction."""
 
     roughness: float | tuple[float, float]  # alpha; or along the azimuth, and across
-    f0: (
-        np.ndarray
-    )  # (c,) base reflectance; with the exact dielectric formula all alike; nothing to a retro lobe
+    f0: np.ndarray  # (c,) base reflectance; with the exact dielectric formula all alike; nothing to a peak
     weight: np.ndarray  # (c,)
     model: str = "mirror"  # one of MODELS
     distribution: str = "ggx"  # of slopes, one of DISTRIBUTIONS
@@ -42,6 +41,11 @@ class Lobe:
     def turning(self) -> bool:
         """Whether it changes when the sample is turned."""
         return np.ndim(self.roughness) > 0
+
+    @property
+    def peak(self) -> bool:
+        """Whether it is a peak about a direction, without Fresnel's term and masking."""
+        return self.model in PEAKS
 
     @property
     def axes(self) -> tuple[float, float]:
@@ -109,7 +113,7 @@ class Lobe:
     def terms(self) -> LobeTerms:
         """What compiled code takes."""
         weight = np.asarray(self.weight, float)
-        if self.model == "retro":
+        if self.peak:
             factors = np.stack([weight, np.zeros_like(weight)])
         elif self.fresnel == "dielectric":
             ground = np.zeros_like(weight) if self.ground is None else np.asarray(self.ground, float) / np.pi
@@ -121,7 +125,8 @@ class Lobe:
         return LobeTerms(
             axes=np.array([*self.axes, self.azimuth]),
             turning=self.turning,
-            retro=self.model == "retro",
+            peak=self.peak,
+            forward=self.model == "round",
             separable=self.masking == "separable",
             beckmann=self.distribution == "beckmann",
             f0=float(self.f0[0]) if self.fresnel == "dielectric" else -1.0,

@@ -25,7 +25,8 @@ class LobeTerms:
 
     axes: np.ndarray  # (3,) roughness along and across, azimuth of the first, radians
     turning: bool
-    retro: bool
+    peak: bool  # about a direction, without Fresnel's term and masking:
+    forward: bool  # the mirror direction, not the light's own
     separable: bool
     beckmann: bool
     f0: float  # of the exact dielectric formula; below 0: Schlick's, whose f0 is in the factors
@@ -42,10 +43,12 @@ def add_lobe(
     With ``base`` (c,), the lobe and it take the place of what was in ``result``.
     """
     angles = [_plain(angle) for angle in angles]
-    if terms.retro:
+    if terms.peak:
         if base is not None:
             result[:] = base
-        _add_retro(*angles, terms.beckmann, terms.axes[0], terms.factors[0], result)
+        if terms.forward:
+            angles[3] = angles[3] + math.pi
+        _add_peak(*angles, terms.beckmann, terms.axes[0], terms.factors[0], result)
         return
     entered = np.empty(0) if terms.entered is None else terms.entered(*angles)
     kind = (terms.turning, terms.separable, terms.beckmann)
@@ -237,7 +240,7 @@ def _beckmann_lambda(hidden, cos):
 
 
 @_jit
-def _add_retro(theta_i, phi_i, theta_r, phi_r, beckmann, roughness, weight, result):
+def _add_peak(theta_i, phi_i, theta_r, phi_r, beckmann, roughness, weight, result):
     a2 = roughness * roughness
     for n in range(len(theta_i)):
         half = math.sin(0.5 * (theta_i[n] - theta_r[n]))

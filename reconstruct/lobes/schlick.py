@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-RETRO = "retro-"  # begins the file's names of retro-reflective lobes
+RETRO = "retro-"  # begins the names of retro-reflective lobes
+ROUND = "round-"  # and of the same about the mirror direction
 
 
 def ggx(

@@ -33,8 +33,8 @@ def lobe_of(family: Family, shape: np.ndarray, own: np.ndarray, cover: float = 1
         roughness = (float(along), float(across))
     one = np.ones_like(own[0])
     kind: dict[str, Any] = {"distribution": family.distribution, "azimuth": azimuth}
-    if family.retro:
-        return Lobe(roughness, one, own[0].copy(), "retro", **kind)
+    if family.peak:
+        return Lobe(roughness, one, own[0].copy(), "retro" if family.retro else "round", **kind)
     kind |= {"masking": family.masking, "fresnel": family.fresnel}
     if family.has_ground:
         f0, weight = (float(shape[1]), cover * one) if family.absolute else (TYPICAL_F0, own[0].copy())

@@ -73,7 +73,7 @@ def represent(lobes: Sequence[Lobe], channels: int, order: int, *, alone: bool =
 def parts_of(lobe: Lobe) -> Iterator[tuple[Lobe, np.ndarray, bool]]:
     """Parts of a lobe, each a lobe of k channels with factors (k, c) to its own, and whether it is a ground alone: what
     all channels share is said alike in all."""
-    if lobe.fresnel != "dielectric" and lobe.model != "retro":
+    if lobe.fresnel != "dielectric" and not lobe.peak:
         yield lobe, np.eye(len(lobe.weight)), False
         return
     one, nothing = np.ones(1), np.zeros(1)

@@ -39,8 +39,8 @@ FREE = 1e-6  # penalty of what is free
 
 
 def turned(lobes: LobeSet) -> LobeSet:
-    """The same with two roughnesses of the first lobe, which start equal; a retro-reflective one has none."""
-    if not lobes.families or lobes.families[0].retro:
+    """The same with two roughnesses of the first lobe, which start equal; a peak about a direction has none."""
+    if not lobes.families or lobes.families[0].peak:
         return lobes
     first = replace(lobes.families[0], name=f"anisotropic {lobes.families[0].name}", turning=True)
     shape = np.array([*lobes.shapes[0], 1.0, 1.0])
@@ -249,7 +249,7 @@ def turning_share(work: Cleaned) -> float:
     axes would take away: the most of all; 0 where there is no lobe to judge by."""
     shares = [0.0]
     for pilot in work.pilots:
-        if not pilot.model.lobes.families or pilot.model.lobes.families[0].retro:
+        if not pilot.model.lobes.families or pilot.model.lobes.families[0].peak:
             continue
         few, deviation = thinned(work.cells, work.deviation)
         value = pilot.model.evaluate(few)

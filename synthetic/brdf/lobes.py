@@ -21,8 +21,9 @@ TURNS = np.linspace(0.0, 0.5 * np.pi, 9)  # from the first roughness of two
 def lobe_value(lobe: dict[str, Any], pairs: PairAngles) -> np.ndarray:
     """(n, c) of a lobe as the file lists it, 1/sr."""
     model, distribution = FIRST.get(lobe["model"], (lobe["model"], lobe.get("distribution", "ggx")))
-    if model == "retro":
-        cos = np.sqrt(0.5 * (1.0 + pairs.cos_phase))
+    if model in ("retro", "round"):
+        about = pairs.cos_phase if model == "retro" else 2.0 * pairs.cos_i * pairs.cos_r - pairs.cos_phase
+        cos = np.sqrt(0.5 * np.maximum(1.0 + about, 0.0))
         tangent = np.sqrt(np.maximum(1.0 - cos**2, 0.0)) / lobe["roughness"]
         return spread(0.25 * density(distribution, tangent**2, cos, lobe["roughness"] ** 2), lobe["weight"])
     along, across = np.broadcast_to(np.asarray(lobe["roughness"], float), 2)

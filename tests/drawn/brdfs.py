@@ -56,7 +56,10 @@ MIRRORS = [
 ]
 
 
-RETROS = [Lobe(0.1, np.ones(3), WEIGHT, "retro", distribution=name) for name in DISTRIBUTIONS]
+RETROS = [
+    Lobe(0.1, np.ones(3), WEIGHT, model, distribution=name)
+    for model, name in product(("retro", "round"), DISTRIBUTIONS)
+]
 COATS = [
     coat(rough, distribution=distribution, masking=masking)
     for rough, distribution, masking in product((0.06, 0.3), DISTRIBUTIONS, MASKINGS)

@@ -8,6 +8,7 @@ from photogonio.reconstruct.lobes.families import (
     families,
     lobe_columns,
     retro_lobe,
+    round_lobe,
     second_lobe,
 )
 from photogonio.reconstruct.lobes.schlick import ggx, slopes_density
@@ -42,7 +43,8 @@ def test_the_files_own_family_is_the_files_lobe(roughness):
 def test_every_family_is_reciprocal_and_not_negative(absolute):
     theta_i, theta_r, dphi = pairs()
     rng = np.random.default_rng(1)
-    mirrors = (*families(absolute=absolute), second_lobe(absolute=absolute), retro_lobe(absolute=absolute))
+    peaks = (retro_lobe(absolute=absolute), round_lobe(absolute=absolute))
+    mirrors = (*families(absolute=absolute), second_lobe(absolute=absolute), *peaks)
     for family in (*mirrors, *(one.with_beckmann for one in mirrors)):
         own = coefficients_of(family, rng)
         there = lobe_columns(family, shape_of(family, 0.2), theta_i, theta_r, dphi)
@@ -142,3 +144,16 @@ def test_a_retro_lobe_of_weight_1_returns_all_at_normal_incidence_and_is_as_high
         assert sent == pytest.approx(1.0, abs=20 * 0.05**2)
         peak = lobe_columns(family, np.array([0.1]), theta, theta, 0 * theta)[1][:, 0]
         np.testing.assert_allclose(peak, 1 / (4 * np.pi * 0.1**2), rtol=1e-12)
+
+
+def test_a_round_lobe_is_nearly_a_power_of_the_cosine_to_the_mirror_direction():
+    """Beckmann's slopes of half the angle agree with cos^n to its fourth order, at any incidence."""
+    theta_i, theta_r, dphi = pairs()
+    cos = np.cos(theta_i) * np.cos(theta_r) - np.sin(theta_i) * np.sin(theta_r) * np.cos(dphi)
+    power = 50.0
+    said = lobe_columns(
+        round_lobe(absolute=True).with_beckmann, np.array([(2.0 * power) ** -0.5]), theta_i, theta_r, dphi
+    )[1][:, 0]
+    true = (power + 2.0) / (2.0 * np.pi) * np.maximum(cos, 0.0) ** power
+    np.testing.assert_allclose(said / said.max(), true / true.max(), atol=0.5 / power)
+    assert said.max() == pytest.approx(true.max(), rel=2.5 / power)
