@@ -3,14 +3,18 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.pilot import clean
+from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.goniometer.read import believed
 from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import make_brdf
+from tests.drawn.goniometer import lobe, regular
 from tests.drawn.tables import Plan, simulate
 
 PLAN = Plan(views=14, pixels=1500, level=2, spoiled=0.0)
@@ -110,3 +114,17 @@ def test_rows_of_next_to_nothing_but_tails_tell_a_gloss_without_any():
     assert (family.distribution, family.fresnel) == ("beckmann", "schlick")
     # some 60 rows lie within the peak: 1 % of f there is 1 % of the density, half as much of the roughness
     np.testing.assert_allclose(shape[0], 0.2, rtol=0.005)
+
+
+@pytest.mark.parametrize(("power", "step"), [(50.0, 0.005), (200.0, 0.01)])
+def test_a_black_gloss_whose_digits_are_cut_off_is_neither_doubted_nor_guessed(power, step):
+    """Most rows are truly 0, and the peak lies between rows 10 degrees and more apart: the albedo is that of the lobe,
+    0.2 but for what lies below the horizon, within the share of it that the digits cut off."""
+    theta_i, theta_r, dphi = regular()
+    value = 0.3 * (power + 2.0) / (2.0 * np.pi) * lobe(theta_i, theta_r, dphi, power)
+    value = np.round(value / step) * step
+    samples = believed(GoniometerSamples(theta_i, 0.0 * theta_i, theta_r, dphi, value[:, None], None, ("Y",)))
+    assert samples.left_out == 0 and np.mean(value == 0.0) > 0.7
+    found = fit_table(samples_table(samples), FitOptions(symmetry="isotropic"))
+    assert [one.model for one in found.brdf.lobes] == ["round"]
+    assert found.brdf.bihemispherical_albedo()[0] == pytest.approx(0.2, rel=0.01)
