@@ -29,6 +29,11 @@ from photogonio.synthetic.brdf.files import check_values, grid_arrays
 from photogonio.synthetic.render.world import brdf_from
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
+COEFFICIENTS = "coefficients.json"
+# what process and calibrate write that holds no BRDF itself
+BESIDE = ("setup.json", "report.html", "coverage.png", "fit.png", "lobes.png")
+MOST_NAMED = 5  # results of a folder
+
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -54,9 +59,24 @@ class Known:
 
 
 def find_brdf(path: Path) -> Path:
-    """The file itself, or the coefficients or the truth in a folder."""
-    inside = (path / name for name in ("coefficients.json", "truth.json"))
-    return next((file for file in inside if file.is_file()), path) if path.is_dir() else path
+    """The file itself, or the coefficients or the truth in a folder; of a result's setup, report or picture, the
+    coefficients beside it.
+
+    Raises:
+        InputError: the folder holds several results.
+    """
+    if not path.is_dir():
+        beside = path.with_name(COEFFICIENTS)
+        return beside if path.name in BESIDE and path.is_file() and beside.is_file() else path
+    inside = (path / name for name in (COEFFICIENTS, "truth.json"))
+    found = next((file for file in inside if file.is_file()), None)
+    if found is None:
+        several = sorted(file.parent.name for file in path.glob(f"*/{COEFFICIENTS}"))
+        if several:
+            more = ", ..." if len(several) > MOST_NAMED else ""
+            names = ", ".join(several[:MOST_NAMED]) + more
+            raise InputError(path, f"holds {len(several)} results; name one of them: {names}")
+    return found or path
 
 
 def load_known(path: Path, told: Told = UNTOLD) -> Known:

@@ -1,0 +1,39 @@
+"""Which file is meant: a result's folder, what stands beside its coefficients, or a file itself."""
+
+import pytest
+
+from photogonio.capture.errors import InputError
+from photogonio.compare.reflectances import BESIDE, MOST_NAMED, find_brdf
+
+
+def result(folder):
+    folder.mkdir()
+    for name in ("coefficients.json", "table.npz", *BESIDE):
+        (folder / name).write_text("")
+    return folder
+
+
+def test_a_results_folder_and_what_tells_of_it_mean_its_coefficients(tmp_path):
+    folder = result(tmp_path / "a")
+    coefficients = folder / "coefficients.json"
+    assert [find_brdf(folder), *(find_brdf(folder / name) for name in BESIDE)] == [coefficients] * (
+        1 + len(BESIDE)
+    )
+    for name in ("table.npz", "coefficients.json"):
+        assert find_brdf(folder / name) == folder / name
+    (folder / "coefficients.json").unlink()
+    assert find_brdf(folder / "setup.json") == folder / "setup.json"
+    assert find_brdf(folder / "nothing.json") == folder / "nothing.json"
+
+
+def test_a_rendered_set_means_its_truth(tmp_path):
+    (tmp_path / "truth.json").write_text("")
+    assert find_brdf(tmp_path) == tmp_path / "truth.json"
+
+
+def test_of_several_results_one_must_be_named(tmp_path):
+    for k in range(MOST_NAMED + 1):
+        result(tmp_path / f"s{k}")
+    with pytest.raises(InputError, match=r"holds 6 results; name one of them: s0, s1, s2, s3, s4, \.\.\."):
+        find_brdf(tmp_path)
+    assert find_brdf(tmp_path / "s1").parent.name == "s1"
