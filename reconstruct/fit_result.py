@@ -26,6 +26,7 @@ from photogonio.reconstruct.uncertainty.validity import Region, region_of
 
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
 SAID_ELSEWHERE = ("order", "lobes")  # in the file
+REASONS = ("reason", "reciprocity because")  # in words, which the report and --json have
 MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
 
 
@@ -83,6 +84,7 @@ def result_of(
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     diagnostics = _diagnostics(work, final, verdict, chosen, best) | {"physics": physics}
     told = {key: said for key, said in diagnostics.items() if key not in SAID_ELSEWHERE}
+    told["symmetry"] = {key: said for key, said in verdict.plain().items() if key not in REASONS}
     brdf = replace(brdf, fit=_told(told))
     return FitResult(
         brdf,

@@ -27,7 +27,7 @@ GRIDS = (
     ((20.0, 60.0, 85.0), (45.0, 135.0)),
     ((15.0, 45.0, 75.0, 87.0), (30.0, 90.0, 150.0)),
 )
-ENOUGH = 0.2  # of the whole variance: what a finer table must mend in the mean
+ENOUGH = 0.1  # of the whole variance: what a finer table must mend in the mean
 PAIRS = 2048  # at which errors are known
 HIGHEST = 88.0  # degrees: an albedo has a tenth of its light from beyond 70
 HIGH = 4.0
