@@ -36,9 +36,11 @@ def spread(size: float = 0.01) -> Uncertainty:
     return Uncertainty(BASIS, size**2 * np.eye(len(BASIS.modes))[None], 0, 1e6)
 
 
-def result(model: Model, size: float = 0.01, **options) -> FitResult:
-    """Of rows that are just what the model says, whose coefficients have standard errors of ``size``."""
+def result(model: Model, size: float = 0.01, *, binned: float = 0.0, **options) -> FitResult:
+    """Of rows that are just what the model says, whose coefficients have standard errors of ``size``, and to which
+    binning had added the share ``binned``."""
     work = cleaned(ROWS.with_value(model.evaluate(ROWS)))
+    work = replace(work, binning=binned * work.cells.value)
     none = np.zeros_like(ROWS.value)
     final = Fitted(model, none, none, none + 1.0, 0.12345678, 1.0)
     chosen = Candidate(2, Prior(0.3, 1.0), LobeSet(), np.zeros(1))
@@ -70,6 +72,12 @@ def test_diagnostics_are_plain_and_told_in_four_digits():
     assert json.loads(json.dumps(found.diagnostics))["residual scale"] == 0.12345678
     assert found.brdf.fit["residual scale"] == 0.1235
     assert "views left out" not in found.brdf.fit  # of nothing found nothing is told
+
+
+def test_the_binning_error_is_told_relative_to_the_values():
+    """Of values that binning had raised by three per cent throughout, in each channel."""
+    found = result(model_of(1.0), binned=0.03, physics="off")
+    np.testing.assert_allclose(found.diagnostics["binning error"], 0.03, rtol=1e-9)
 
 
 def dark() -> Model:

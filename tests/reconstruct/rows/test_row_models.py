@@ -10,7 +10,9 @@ from photogonio.reconstruct.estimate.weights import error_model
 from photogonio.reconstruct.rows.row_average import average_of
 from photogonio.reconstruct.rows.row_models import (
     MUCH,
+    ORDER,
     beats,
+    best_average,
     fitted_of,
     loss_of,
     losses_of,
@@ -18,7 +20,7 @@ from photogonio.reconstruct.rows.row_models import (
 )
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.reconstruct.table.goniometer_csv import samples_table
-from tests.drawn.goniometer import SATIN, measured, scattered
+from tests.drawn.goniometer import SATIN, glossy, measured, scattered
 
 CELLS = cells_of(samples_table(measured(SATIN, scattered(120), noise=0.02)))
 LOSSES = np.random.default_rng(0).uniform(0.5, 2.0, 5)
@@ -69,3 +71,12 @@ def test_the_average_is_a_fit_whose_shapes_are_held():
     own_error = uncertainty_of_average(average).standard_error(average.model, CELLS)
     said = average.model.evaluate(CELLS)
     np.testing.assert_allclose(error, np.hypot(own_error, 0.01 * said), rtol=1e-9)
+
+
+def test_higher_orders_are_tried_only_of_many_rows_and_kept_only_if_they_predict_better():
+    assert best_average(CELLS).model.basis.order == ORDER
+    sharp = cells_of(samples_table(measured(glossy(0.1, 0.3, 60.0), scattered(560), noise=0.001)))
+    found = best_average(sharp)
+    usual = average_of(sharp, error_model(sharp), ORDER)
+    losses = [loss_of(sharp, one.left_out, one.fold).sum() for one in (found, usual)]
+    assert found.model.basis.order > ORDER and losses[0] < losses[1]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH
 from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable, accumulate
 from photogonio.reconstruct.table.facets import facet_index
@@ -95,6 +96,26 @@ def test_the_spread_of_a_balls_normals_within_a_cell_is_found():
     pairs = [one / np.linalg.norm(one, axis=1, keepdims=True) for one in pairs]
     (turn,) = cells_of(one_cell(*pairs, level=0 + 1)).turn
     np.testing.assert_allclose(turn, SPREAD**2, rtol=5.0 * np.sqrt(2.0 / n) + 10.0 * SPREAD**2)
+
+
+def test_the_spread_is_found_as_well_where_the_incident_azimuth_was_taken_out():
+    """As before, after both directions were turned about the normal to one incident azimuth."""
+    n = 4000
+    rng = np.random.default_rng(2)
+    along, across = 0.5 * SPREAD * rng.normal(size=n), SPREAD * rng.normal(size=n)
+    x, y = np.eye(3)[:2]
+    towards, back = (
+        turned(turned(unit_vectors(theta, phi), x, along), y, across)
+        for theta, phi in ((0.8, 0.0), (0.6, 1.9))
+    )
+    turn = -np.arctan2(towards[:, 1], towards[:, 0]) + CANONICAL_AZIMUTH
+    both = [
+        unit_vectors(np.arctan2(np.hypot(v[:, 0], v[:, 1]), v[:, 2]), np.arctan2(v[:, 1], v[:, 0]) + turn)
+        for v in (towards, back)
+    ]
+    (found,) = cells_of(one_cell(*both, canonical=True)).turn
+    expected = [(0.5 * SPREAD) ** 2, SPREAD**2]
+    assert (np.abs(found / expected - 1.0) < 5.0 * np.sqrt(2.0 / n) + 10.0 * SPREAD**2).all()
 
 
 def test_what_is_read_at_one_pair_has_no_spread():

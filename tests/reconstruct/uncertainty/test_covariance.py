@@ -120,3 +120,12 @@ def test_channels_that_share_shapes_have_one_variance_of_them_and_all_is_positiv
     assert found[0, -1, -1] == pytest.approx(found[1, -1, -1], rel=1e-9)
     for one in found:
         assert np.linalg.eigvalsh(one).min() > -1e-12
+
+
+def test_very_many_models_that_are_the_same_are_as_one():
+    """Of more than a dozen only a sample's noise is found, which then counts for all."""
+    given = noisy(problem(), 6)
+    one = covariance(given, [free()])
+    for count in (5, 40):
+        many = covariance(given, [free(weight=1.0 / count) for _ in range(count)])
+        np.testing.assert_allclose(many, one, rtol=1e-9)
