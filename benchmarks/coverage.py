@@ -14,7 +14,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from photogonio.calib.adjust.alternate import settle
-from photogonio.calib.adjust.bundle import pose_block
+from photogonio.calib.adjust.camera_model import pose_block
 from photogonio.calib.adjust.lamps import block_name
 from photogonio.calib.adjust.state import State
 from photogonio.calib.camera_poses import find_poses, scale_corners

@@ -19,9 +19,10 @@ from unittest.mock import patch
 import numpy as np
 
 from photogonio.reconstruct import fit as automatic
+from photogonio.reconstruct.estimate.folded_design import FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import PRIORS, folds_of
-from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.normal_equations import Factors, solve
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable, of_groups

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import CameraModel
+from photogonio.calib.adjust.camera_model import CameraModel
 from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
 from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.observation import Posed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import block_pose, pose_block
+from photogonio.calib.adjust.camera_model import block_pose, pose_block
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import POSE, Posed, channel_names
 from photogonio.calib.diagnose.lights.ambient_light import ambient_known

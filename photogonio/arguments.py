@@ -7,6 +7,16 @@ import sys
 from typing import NoReturn
 
 from photogonio import __version__
+from photogonio.argument_values import (
+    auto_or_whole,
+    executor,
+    lobes,
+    mask,
+    names,
+    pairs,
+    positive,
+    whole,
+)
 
 _SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
 _KINDS = "a result's folder, coefficients.json, truth.json, or what export writes"
@@ -90,17 +100,10 @@ def _batch(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--executor",
         metavar="local:N",
-        type=_executor,
+        type=executor,
         help="how many worker processes and threads in all (default: one a core)",
     )
     _fit_options(parser, workers=False)
-
-
-def _executor(text: str) -> int:
-    kind, _, number = text.partition(":")
-    if kind != "local" or not number.isdecimal() or int(number) < 1:
-        raise argparse.ArgumentTypeError(f"expected local:N, found {text!r}")
-    return int(number)
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:
@@ -188,7 +191,7 @@ def _compare(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("b", metavar="B", help="the reference, likewise")
     parser.add_argument("-o", "--out", metavar="OUT", help="folder for the numbers and pictures")
     parser.add_argument(
-        "--mask", metavar="DEGREES", type=_mask, default=80.0, help="largest angle (default: 80)"
+        "--mask", metavar="DEGREES", type=mask, default=80.0, help="largest angle (default: 80)"
     )
     parser.add_argument("--scale", action="store_true", help="scale A to B first, one factor a channel")
     _table_options(parser)
@@ -228,7 +231,7 @@ def _export(commands: argparse._SubParsersAction) -> None:
         help="of radiance: a tensor tree (default), or the full Klems matrix",
     )
     parser.add_argument(
-        "--order", metavar="N", type=_whole, help="of modes and scatmech; default: as many as say it closely"
+        "--order", metavar="N", type=whole, help="of modes and scatmech; default: as many as say it closely"
     )
     parser.add_argument(
         "-o", "--out", metavar="FILE", help="default: COEFFICIENTS' name with the format's suffix"
@@ -263,14 +266,14 @@ def _table_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--columns",
         metavar="NAME=HEADER,...",
-        type=_pairs,
+        type=pairs,
         default={},
         help="other headers: theta_i=...,phi_i=...,theta_r=...,phi_r=...,value=R+G+B,sigma=...",
     )
     parser.add_argument(
         "--where",
         metavar="HEADER=VALUE",
-        type=_pairs,
+        type=pairs,
         action="append",
         default=[],
         help="take only rows with this value; may be given again",
@@ -296,12 +299,12 @@ def _table_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _fit_options(parser: argparse.ArgumentParser, *, workers: bool = True) -> None:
-    parser.add_argument("--order", type=_auto_or_whole, default="auto", help="largest radial order, or auto")
+    parser.add_argument("--order", type=auto_or_whole, default="auto", help="largest radial order, or auto")
     parser.add_argument(
-        "--level", type=_auto_or_whole, default="auto", help="of the icosahedral facets, or auto"
+        "--level", type=auto_or_whole, default="auto", help="of the icosahedral facets, or auto"
     )
     parser.add_argument("--symmetry", choices=_SYMMETRIES, default="auto")
-    parser.add_argument("--lobes", type=_lobes, default="auto", help="auto, none, or how many")
+    parser.add_argument("--lobes", type=lobes, default="auto", help="auto, none, or how many")
     parser.add_argument(
         "--physics",
         choices=("auto", "on", "off"),
@@ -320,7 +323,7 @@ def _fit_options(parser: argparse.ArgumentParser, *, workers: bool = True) -> No
         default="on",
         help="off: single values that contradict their neighbours count like all others",
     )
-    parser.add_argument("--channels", metavar="A,B,...", type=_names, help="only these, by name")
+    parser.add_argument("--channels", metavar="A,B,...", type=names, help="only these, by name")
     if workers:
         _workers(parser)
     else:
@@ -328,55 +331,4 @@ def _fit_options(parser: argparse.ArgumentParser, *, workers: bool = True) -> No
 
 
 def _workers(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--workers", metavar="N", type=_positive, help="default: one a core")
-
-
-def _positive(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number of 1 or more, got {text!r}")
-    return int(text)
-
-
-def _auto_or_whole(text: str) -> int | str:
-    if text == "auto":
-        return text
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected auto or a whole number, got {text!r}")
-    return int(text)
-
-
-def _whole(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected a whole number, got {text!r}")
-    return int(text)
-
-
-def _lobes(text: str) -> int | str:
-    return 0 if text == "none" else _auto_or_whole(text)
-
-
-def _mask(text: str) -> float:
-    try:
-        angle = float(text)
-    except ValueError:
-        angle = 0.0
-    if not 0.0 < angle <= 90.0:
-        raise argparse.ArgumentTypeError(f"expected an angle between 0 and 90 degrees, got {text!r}")
-    return angle
-
-
-def _names(text: str) -> tuple[str, ...]:
-    names = tuple(name.strip() for name in text.split(","))
-    if not all(names) or len(set(names)) != len(names):
-        raise argparse.ArgumentTypeError(f"expected different names with commas between, got {text!r}")
-    return names
-
-
-def _pairs(text: str) -> dict[str, str]:
-    pairs: dict[str, str] = {}
-    for part in text.split(","):
-        name, equals, value = (piece.strip() for piece in part.partition("="))
-        if not (name and equals and value) or name in pairs:
-            raise argparse.ArgumentTypeError(f"expected NAME=VALUE, each name once, got {part!r}")
-        pairs[name] = value
-    return pairs
+    parser.add_argument("--workers", metavar="N", type=positive, help="default: one a core")

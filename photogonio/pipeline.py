@@ -3,30 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from photogonio.cache.corners import KeptLooks
-from photogonio.cache.kept import KeptSetup
 from photogonio.cache.scratch import Scratch
-from photogonio.cache.store import default_store
-from photogonio.calib.calibrate import calibrate as find_setup
 from photogonio.calib.remarks import LeftOut
 from photogonio.calib.setup import Setup
 from photogonio.calib.setup_file import save_setup
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.images import Image
-from photogonio.capture.linear.colour_chart import ColourCorrection
-from photogonio.capture.linear.frames import falloff_gain
-from photogonio.capture.linear.prepare import prepare, vignetting
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, PhotoSet
-from photogonio.options import Options, asked_symmetry, choose_level, symmetry_of
-from photogonio.reconstruct.fit import FitOptions, FitResult, PhotoErrors, fit_table
+from photogonio.options import Options, asked_symmetry, choose_level
+from photogonio.reconstruct.fit import FitResult
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
 from photogonio.reconstruct.reduce.directions import ReduceOptions
@@ -47,16 +39,16 @@ from photogonio.report.summary import (
 )
 from photogonio.report.trust import DISTRUSTED, faults_of
 from photogonio.result import Result
-from photogonio.run.circumstances import Circumstances, lamp_variances, packed, scale_error, view_errors
-from photogonio.run.colours import correction_note, find_correction, in_colours, require_mixable
+from photogonio.run.calibrate_photos import calibrated
+from photogonio.run.circumstances import Circumstances, packed
+from photogonio.run.colours import in_colours, require_mixable
+from photogonio.run.fit_photos import fitted, fitted_photos
 from photogonio.run.reduce_photos import Plan, Reduced, reduce_photos
-from photogonio.run.surroundings import LightAround, around_of, light_of, shown_around
+from photogonio.run.surroundings import LightAround, around_of, shown_around
 from photogonio.run.tables import read_table, refuse_empty, take_channels
 from photogonio.system.outputs import check_place, staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
 from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_inputs, hash_photos
-
-ABREAST = 2  # whole photos that calibration looks at together: the memory they take
 
 
 def process(
@@ -77,7 +69,7 @@ def process(
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
     with Scratch() as scratch:
-        setup, radiance, kept, correction = _calibrated(photoset, reporter, options.threads(), scratch)
+        setup, radiance, kept, correction = calibrated(photoset, reporter, options.threads(), scratch)
         space = photoset.radiometry.colour
         require_mixable(photoset, setup.scale, options.channels)
         watch.lap("calibrate")
@@ -105,7 +97,7 @@ def process(
                 space="camera" if correction is None else space,
                 matrix=None if correction is None else correction.matrix,
             )
-            fit, beside = _fitted_photos(table, known, options, reporter)
+            fit, beside = fitted_photos(table, known, options, reporter)
             watch.lap("fit")
             turned = () if last else turned_lights(fit.cells, fit.model, setup)
             if not turned:
@@ -142,7 +134,7 @@ def calibrate(
     threads = Options(workers=workers).threads()
     reporter = reporter or Reporter(quiet=True)
     with Scratch() as scratch:
-        setup, radiance, kept, _ = _calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
+        setup, radiance, kept, _ = calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
         setup = replace(setup, source=_provenance("calibrate", photoset, Options(), kept.hashes).to_dict())
         if out is not None:
             with staged_folder(pictures_folder(Path(out))) as stage:
@@ -178,7 +170,7 @@ def fit(
     if read.known is not None:
         result = _fitted_again(read.known, cells, options, provenance, reporter)
     else:
-        found = _fitted(cells, options, options.symmetry, read.scale, reporter)
+        found = fitted(cells, options, options.symmetry, read.scale, reporter)
         _announce(found, cells, reporter)
         result = Result(
             name=path.stem,
@@ -203,7 +195,7 @@ def _fitted_again(
     if known.space != "camera" and options.channels:
         raise InputError("--channels", "all are needed, since the colours are mixed of them")
     reporter.tell(*known.diagnoses)
-    found, beside = _fitted_photos(table, known, options, reporter)
+    found, beside = fitted_photos(table, known, options, reporter)
     return _of_photos(known, table, found, beside, provenance, reporter)
 
 
@@ -261,79 +253,6 @@ def write_result(result: Result, out: Path, *, with_setup: bool = True) -> None:
         saved.result()
 
 
-def _calibrated(
-    photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch, *, drawn: bool = False
-) -> tuple[Setup, RadianceReader, KeptSetup, ColourCorrection | None]:
-    """Where everything was, the reader that the sample photos are to be read with, what is kept of the set,
-    and the colours of a chart. ``drawn``: a picture of every photo will be made."""
-    again = drawn or photoset.radiometry.vignetting == "cos4"
-    radiance = prepare(photoset, decode=scratch.keep if again else _keeping(photoset, scratch))
-    correction = find_correction(photoset, radiance, reporter.tell)
-    kept = KeptSetup.of(photoset, default_store(), workers)
-    setup = kept.load()
-    if setup is not None:
-        reporter.say("calibrated before, with the same photos, and not again")
-    else:
-        setup = _found(radiance, kept, reporter, workers, scratch)
-        if (
-            photoset.radiometry.vignetting == "cos4"
-        ):  # takes the camera, and changes the white patch's reading
-            setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch)
-        setup = kept.save(setup)
-    radiance = replace(radiance, photoset=photoset.turned_to(setup.turned), decode=scratch.take)
-    radiance = without_veil(with_vignetting(radiance, setup), setup)
-    for note in radiance.notes:
-        reporter.say(note)
-    reporter.tell(*radiance.diagnoses, *setup.diagnoses)
-    told: dict[str, object] = {"radiometry": list(radiance.notes)}
-    if correction is not None:
-        told["colour"] = correction_note(correction)
-        left = correction.delta_e_left_out.mean()
-        reporter.say(
-            f"colour chart: Delta E 2000 {correction.delta_e.mean():.2f} in the mean, {left:.2f} left out"
-        )
-    setup = replace(setup, residuals=setup.residuals | told)
-    used, total = len(setup.views), len(photoset.views("sample"))
-    reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
-    return setup, radiance, kept, correction
-
-
-def _keeping(photoset: PhotoSet, scratch: Scratch) -> Callable[..., Image]:
-    """What photos are read with: those of the bare board, of which calibration needs one look, are not set aside."""
-    once = {photoset.folder / photo.file for photo in photoset.photos if photo.role == "calibration"}
-    return lambda path, **asked: (scratch.take if path in once else scratch.keep)(path, **asked)
-
-
-def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
-    """The reader with the gain of cos^4 where the manifest asks for it, which the camera tells, or against what the
-    lens was found to darken."""
-    if setup.falloff is not None and setup.falloff.allowed:
-        return replace(radiance, gain=falloff_gain(setup.camera, setup.falloff.terms))
-    if radiance.photoset.radiometry.vignetting != "cos4":
-        return radiance
-    return replace(radiance, gain=vignetting(radiance, setup.camera))
-
-
-def without_veil(radiance: RadianceReader, setup: Setup) -> RadianceReader:
-    """The reader that takes off what was found to lie over whole photos."""
-    return replace(radiance, veil={view.name: view.veil for view in setup.views if view.veil is not None})
-
-
-def _found(
-    radiance: RadianceReader, kept: KeptSetup, reporter: Reporter, workers: int, scratch: Scratch
-) -> Setup:
-    return find_setup(
-        radiance.photoset,
-        lambda _, view: radiance.read(view),
-        reporter.progress,
-        read_part=radiance.read,
-        read_level=radiance.read_level,
-        workers=min(workers, ABREAST),
-        keep=scratch.put,
-        looks=None if kept.store is None else KeptLooks(kept.store, radiance, kept.hashes),
-    )
-
-
 def _reduced(radiance: RadianceReader, setup: Setup, plan: Plan, reporter: Reporter) -> Reduced:
     if not compiled_before():
         reporter.say("compiling what photos are reduced with, this first time: some seconds")
@@ -349,51 +268,6 @@ def _reduced(radiance: RadianceReader, setup: Setup, plan: Plan, reporter: Repor
     if reduced.at_hand:
         reporter.say(f"{reduced.at_hand} of {len(setup.views)} photos were reduced before, and are not again")
     return reduced
-
-
-def _fitted_photos(
-    table: FacetTable, known: Circumstances, options: Options, reporter: Reporter
-) -> tuple[FitResult, LightAround]:
-    """The fit of photos' cells, with what calibration is not sure of; and what shone on the sample beside the lamp."""
-    setup, beside = known.setup, light_of(known.shown, known.setup, table)
-    found = _fitted(
-        table,
-        options,
-        symmetry_of(options, known.symmetry, setup.sample),
-        setup.scale,
-        reporter,
-        PhotoErrors(
-            view_errors=view_errors(setup, table),
-            scale_error=scale_error(setup, table),
-            lamps=lamp_variances(setup, table),
-            stray=beside.known,
-            doubt=beside.unknown,
-        ),
-    )
-    return found, beside
-
-
-def _fitted(
-    table: FacetTable,
-    options: Options,
-    symmetry: str,
-    scale: str,
-    reporter: Reporter,
-    known: PhotoErrors = PhotoErrors(),  # noqa: B008  frozen
-) -> FitResult:
-    asked = FitOptions(
-        order=options.order,
-        symmetry=symmetry,
-        lobes=options.lobes,
-        absolute=scale == "absolute",
-        physics=options.physics,
-        robust=options.robust,
-        smooth=options.prior != "none",
-    )
-    found = fit_table(table, asked, known, lambda stage: reporter.say(f"fitting: {stage}"))
-    if symmetry not in ("auto", found.brdf.symmetry):
-        raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
-    return found
 
 
 def _announce_photos(

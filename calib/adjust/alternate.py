@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import Adjusted, Values, adjust, block_pose
+from photogonio.calib.adjust.bundle import Adjusted, Values, adjust
+from photogonio.calib.adjust.camera_model import block_pose
 from photogonio.calib.adjust.lamps import (
     Lamp,
     block_name,

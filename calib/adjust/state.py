@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import CameraModel, Values
+from photogonio.calib.adjust.bundle import Values
+from photogonio.calib.adjust.camera_model import CameraModel
 from photogonio.calib.adjust.lamps import Lamp
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.observation import Observation, Posed

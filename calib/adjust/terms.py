@@ -7,23 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import (
-    CameraModel,
-    Derivatives,
-    Part,
-    Sighting,
-    Term,
-    Values,
-    block_pose,
-    camera_term,
-    corner_term,
-    highlight_term,
-    limb_term,
-    pose_block,
-    prior_term,
-    quadratic_term,
-)
+from photogonio.calib.adjust.bundle import Derivatives, Part, Term, Values, prior_term, quadratic_term
+from photogonio.calib.adjust.camera_model import CameraModel, block_pose, camera_term, pose_block
 from photogonio.calib.adjust.lamps import Lamp, block_name
+from photogonio.calib.adjust.sightings import Sighting, corner_term, highlight_term, limb_term
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation, Posed
 from photogonio.calib.shading.fit import ShadingFit

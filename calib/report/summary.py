@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import pose_block, project
+from photogonio.calib.adjust.camera_model import pose_block, project
 from photogonio.calib.adjust.lamps import expected_pixel
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.detect.observation import Observation

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from photogonio.reconstruct.estimate.folded_design import Common
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior
-from photogonio.reconstruct.estimate.normal_equations import Common
 from photogonio.reconstruct.estimate.variable_projection import TOLERANCE, Profile, descend
 from photogonio.reconstruct.estimate.weights import (
     freedom_of,

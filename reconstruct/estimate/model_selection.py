@@ -13,16 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from photogonio.reconstruct.estimate.folded_design import Common, FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet
-from photogonio.reconstruct.estimate.normal_equations import (
-    Common,
-    Factors,
-    FoldedDesign,
-    residual_each,
-    solve_each,
-    without_each,
-)
+from photogonio.reconstruct.estimate.normal_equations import Factors, residual_each, solve_each, without_each
 from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.table.cells import Cells

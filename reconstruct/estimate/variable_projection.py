@@ -11,15 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from photogonio.reconstruct.estimate.folded_design import Common, FoldedDesign
 from photogonio.reconstruct.estimate.model import LobeSet
-from photogonio.reconstruct.estimate.normal_equations import (
-    RIDGE,
-    Common,
-    Factors,
-    FoldedDesign,
-    Statistics,
-    solve,
-)
+from photogonio.reconstruct.estimate.normal_equations import RIDGE, Factors, Statistics, solve
 from photogonio.reconstruct.lobes.families import F0_BOUNDS, ROUGHNESS_BOUNDS, TURN_BOUNDS
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.table.cells import Cells

@@ -13,9 +13,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from photogonio.reconstruct.estimate.folded_design import FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.normal_equations import Factors, solve
 from photogonio.reconstruct.lobes.families import Family
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.angles import (

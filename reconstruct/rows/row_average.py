@@ -19,10 +19,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
+from photogonio.reconstruct.estimate.folded_design import FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior, folds_of
-from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, Statistics, solve
+from photogonio.reconstruct.estimate.normal_equations import Factors, Statistics, solve
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.lobes.families import retro_lobe, second_lobe
 from photogonio.reconstruct.rows.smooth_ridge import DECAY

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from photogonio.reconstruct.estimate.folded_design import FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import Prior
-from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.normal_equations import Factors, solve
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.table.cells import Cells
 

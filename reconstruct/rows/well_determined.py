@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from photogonio.reconstruct.estimate.folded_design import FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import NO_PRIOR, Candidate
-from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.normal_equations import Factors, solve
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.table.cells import Cells
 

@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtr
 
+from photogonio.reconstruct.estimate.folded_design import Common, FoldedDesign
 from photogonio.reconstruct.estimate.lobe_search import common_error, search_lobes, thinned
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import LEAST_VIEWS, PRIORS, blocks_of, folds_of
-from photogonio.reconstruct.estimate.normal_equations import Common, Factors, FoldedDesign, Statistics, solve
+from photogonio.reconstruct.estimate.normal_equations import Factors, Statistics, solve
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned
 from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.symmetry.columns import Columns, swapped_modes, turning_modes

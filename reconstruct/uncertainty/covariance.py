@@ -15,13 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from photogonio.reconstruct.estimate.normal_equations import (
-    Common,
-    FoldedDesign,
-    Statistics,
-    cholesky,
-    cholesky_solve,
-)
+from photogonio.reconstruct.estimate.folded_design import Common, FoldedDesign
+from photogonio.reconstruct.estimate.normal_equations import Statistics, cholesky, cholesky_solve
 
 RIDGE = 1e-10  # of the mean diagonal
 # standard deviation of a shape's logarithm before the data: about that of even odds between its bounds

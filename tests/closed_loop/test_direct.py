@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from photogonio.evaluate.bench import direct_table, open_bench
-from photogonio.pipeline import process, view_errors
+from photogonio.pipeline import process
 from photogonio.reconstruct.fit import PhotoErrors, fit_table
 from photogonio.reconstruct.table.cells import Cells
+from photogonio.run.circumstances import view_errors
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from photogonio.calib.adjust.alternate import settle
-from photogonio.calib.adjust.bundle import CameraModel
+from photogonio.calib.adjust.camera_model import CameraModel
 from photogonio.calib.adjust.lamps import Lamp, block_name
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.camera_poses import find_poses, scale_corners

@@ -7,18 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import (
-    CameraModel,
-    Derivatives,
-    Term,
-    Values,
-    adjust,
-    camera_term,
-    corner_term,
-    pose_block,
-    prior_term,
-    project,
-)
+from photogonio.calib.adjust.bundle import Derivatives, Term, Values, adjust, prior_term
+from photogonio.calib.adjust.camera_model import CameraModel, camera_term, pose_block, project
+from photogonio.calib.adjust.sightings import corner_term
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Posed
 from photogonio.calib.diagnose.base import Departure, Stage

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from photogonio.calib.adjust.bundle import adjust, block_pose
+from photogonio.calib.adjust.bundle import adjust
+from photogonio.calib.adjust.camera_model import block_pose
 from photogonio.calib.adjust.lamps import Lamp
 from photogonio.calib.adjust.terms import (
     _expectations,

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio import pipeline
 from photogonio.capture.linear.colour_chart import (
     ColourCorrection,
     correct,
@@ -21,7 +20,7 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import Radiometry
 from photogonio.cli import main
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
-from photogonio.run import colours
+from photogonio.run import calibrate_photos, colours
 from photogonio.run.colours import find_correction, in_colours
 from tests.drawn.tiny_set import ALBEDO, TinySet
 
@@ -104,8 +103,10 @@ def test_a_relative_scale_has_no_colours(capsys, tmp_path, tiny_set: TinySet, mo
 def test_the_coefficients_are_in_the_colours_asked_for(capsys, tmp_path, tiny_set: TinySet, monkeypatch):
     """With the radiance patch of a relative set declared absolute: a gray ball is the same gray in sRGB."""
     monkeypatch.setattr(colours, "colour_correction", lambda reader: CORRECTION)
-    found = pipeline.find_setup
-    monkeypatch.setattr(pipeline, "find_setup", lambda *a, **k: replace(found(*a, **k), scale="absolute"))
+    found = calibrate_photos.find_setup
+    monkeypatch.setattr(
+        calibrate_photos, "find_setup", lambda *a, **k: replace(found(*a, **k), scale="absolute")
+    )
     asked(tiny_set, "xyz", chart=True)
     # in the proportions of the set's lamps the ball is whiter than white, which is told
     assert main(["process", str(tiny_set.folder), "-o", str(tmp_path / "out"), *QUICK, "--json"]) == 3

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from photogonio.reconstruct.estimate.folded_design import FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.model_selection import (
@@ -13,7 +14,7 @@ from photogonio.reconstruct.estimate.model_selection import (
     folds_of,
     try_all,
 )
-from photogonio.reconstruct.estimate.normal_equations import Factors, FoldedDesign, solve
+from photogonio.reconstruct.estimate.normal_equations import Factors, solve
 from photogonio.reconstruct.estimate.weights import error_model, independence, level
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.table.cells import Cells, cells_of

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from photogonio.reconstruct.estimate.folded_design import Common
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.model_selection import Prior
-from photogonio.reconstruct.estimate.normal_equations import Common
 from photogonio.reconstruct.estimate.variable_projection import Profile, descend
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.lobes.families import Family, families

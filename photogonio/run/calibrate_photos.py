@@ -1,0 +1,96 @@
+"""A photo set calibrated, unless it was before: where everything was, and the reader of its photos."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from photogonio.cache.corners import KeptLooks
+from photogonio.cache.kept import KeptSetup
+from photogonio.cache.scratch import Scratch
+from photogonio.cache.store import default_store
+from photogonio.calib.calibrate import calibrate as find_setup
+from photogonio.calib.setup import Setup
+from photogonio.capture.files.images import Image
+from photogonio.capture.linear.colour_chart import ColourCorrection
+from photogonio.capture.linear.frames import falloff_gain
+from photogonio.capture.linear.prepare import prepare, vignetting
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.photoset import PhotoSet
+from photogonio.run.colours import correction_note, find_correction
+from photogonio.system.progress import Reporter
+
+ABREAST = 2  # whole photos that calibration looks at together: the memory they take
+
+
+def calibrated(
+    photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch, *, drawn: bool = False
+) -> tuple[Setup, RadianceReader, KeptSetup, ColourCorrection | None]:
+    """Where everything was, the reader that the sample photos are to be read with, what is kept of the set,
+    and the colours of a chart. ``drawn``: a picture of every photo will be made."""
+    again = drawn or photoset.radiometry.vignetting == "cos4"
+    radiance = prepare(photoset, decode=scratch.keep if again else _keeping(photoset, scratch))
+    correction = find_correction(photoset, radiance, reporter.tell)
+    kept = KeptSetup.of(photoset, default_store(), workers)
+    setup = kept.load()
+    if setup is not None:
+        reporter.say("calibrated before, with the same photos, and not again")
+    else:
+        setup = _found(radiance, kept, reporter, workers, scratch)
+        if (
+            photoset.radiometry.vignetting == "cos4"
+        ):  # takes the camera, and changes the white patch's reading
+            setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch)
+        setup = kept.save(setup)
+    radiance = replace(radiance, photoset=photoset.turned_to(setup.turned), decode=scratch.take)
+    radiance = without_veil(with_vignetting(radiance, setup), setup)
+    for note in radiance.notes:
+        reporter.say(note)
+    reporter.tell(*radiance.diagnoses, *setup.diagnoses)
+    told: dict[str, object] = {"radiometry": list(radiance.notes)}
+    if correction is not None:
+        told["colour"] = correction_note(correction)
+        left = correction.delta_e_left_out.mean()
+        reporter.say(
+            f"colour chart: Delta E 2000 {correction.delta_e.mean():.2f} in the mean, {left:.2f} left out"
+        )
+    setup = replace(setup, residuals=setup.residuals | told)
+    used, total = len(setup.views), len(photoset.views("sample"))
+    reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
+    return setup, radiance, kept, correction
+
+
+def _keeping(photoset: PhotoSet, scratch: Scratch) -> Callable[..., Image]:
+    """What photos are read with: those of the bare board, of which calibration needs one look, are not set aside."""
+    once = {photoset.folder / photo.file for photo in photoset.photos if photo.role == "calibration"}
+    return lambda path, **asked: (scratch.take if path in once else scratch.keep)(path, **asked)
+
+
+def with_vignetting(radiance: RadianceReader, setup: Setup) -> RadianceReader:
+    """The reader with the gain of cos^4 where the manifest asks for it, which the camera tells, or against what the
+    lens was found to darken."""
+    if setup.falloff is not None and setup.falloff.allowed:
+        return replace(radiance, gain=falloff_gain(setup.camera, setup.falloff.terms))
+    if radiance.photoset.radiometry.vignetting != "cos4":
+        return radiance
+    return replace(radiance, gain=vignetting(radiance, setup.camera))
+
+
+def without_veil(radiance: RadianceReader, setup: Setup) -> RadianceReader:
+    """The reader that takes off what was found to lie over whole photos."""
+    return replace(radiance, veil={view.name: view.veil for view in setup.views if view.veil is not None})
+
+
+def _found(
+    radiance: RadianceReader, kept: KeptSetup, reporter: Reporter, workers: int, scratch: Scratch
+) -> Setup:
+    return find_setup(
+        radiance.photoset,
+        lambda _, view: radiance.read(view),
+        reporter.progress,
+        read_part=radiance.read,
+        read_level=radiance.read_level,
+        workers=min(workers, ABREAST),
+        keep=scratch.put,
+        looks=None if kept.store is None else KeptLooks(kept.store, radiance, kept.hashes),
+    )

@@ -1,0 +1,56 @@
+"""The fit of reduced photos, with what calibration is not sure of."""
+
+from __future__ import annotations
+
+from photogonio.capture.errors import InputError
+from photogonio.options import Options, symmetry_of
+from photogonio.reconstruct.fit import FitOptions, FitResult, PhotoErrors, fit_table
+from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.run.circumstances import Circumstances, lamp_variances, scale_error, view_errors
+from photogonio.run.surroundings import LightAround, light_of
+from photogonio.system.progress import Reporter
+
+
+def fitted_photos(
+    table: FacetTable, known: Circumstances, options: Options, reporter: Reporter
+) -> tuple[FitResult, LightAround]:
+    """The fit of photos' cells, with what calibration is not sure of; and what shone on the sample beside the lamp."""
+    setup, beside = known.setup, light_of(known.shown, known.setup, table)
+    found = fitted(
+        table,
+        options,
+        symmetry_of(options, known.symmetry, setup.sample),
+        setup.scale,
+        reporter,
+        PhotoErrors(
+            view_errors=view_errors(setup, table),
+            scale_error=scale_error(setup, table),
+            lamps=lamp_variances(setup, table),
+            stray=beside.known,
+            doubt=beside.unknown,
+        ),
+    )
+    return found, beside
+
+
+def fitted(
+    table: FacetTable,
+    options: Options,
+    symmetry: str,
+    scale: str,
+    reporter: Reporter,
+    known: PhotoErrors = PhotoErrors(),  # noqa: B008  frozen
+) -> FitResult:
+    asked = FitOptions(
+        order=options.order,
+        symmetry=symmetry,
+        lobes=options.lobes,
+        absolute=scale == "absolute",
+        physics=options.physics,
+        robust=options.robust,
+        smooth=options.prior != "none",
+    )
+    found = fit_table(table, asked, known, lambda stage: reporter.say(f"fitting: {stage}"))
+    if symmetry not in ("auto", found.brdf.symmetry):
+        raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
+    return found
