@@ -115,14 +115,8 @@ def gain_map(
 
 
 RNG = np.random.default_rng(0)
-
-
 HEIGHT, WIDTH = 48, 64
-
-
 EXPOSURE = [(0x829A, 5, [1, 121]), (0x829D, 5, [28, 10])]
-
-
 LIST1, LIST2, LIST3 = 51008, 51009, 51022
 
 

@@ -10,8 +10,6 @@ import pillow_heif
 from photogonio.capture.files.images import read_header, read_image
 
 ADOBE = 563 / 256
-
-
 HEIGHT, WIDTH = 48, 64
 
 

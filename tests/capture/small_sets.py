@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 SHAPE = (60, 80)
-
-
 STEP16 = 1 / 65535
 
 

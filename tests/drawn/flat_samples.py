@@ -11,25 +11,15 @@ from photogonio.capture.photoset import Plane
 from tests.drawn.boards import looking_at
 
 SIZE = (480, 360)
-
-
 CAMERA = Camera(
     np.array([[700.0, 0, 240.0], [0, 700.0, 181.0], [0, 0, 1]]), np.array([-0.1, 0.05, 0, 0, 0.0]), SIZE
 )
 
 
 PLANE = Plane(np.array([[-35.0, -28], [35, -28], [35, 28], [-35, 28]]), 2.0)
-
-
 EYES = ((10, -20, 230), (120, 30, 180), (-110, 60, 190), (20, 130, 170), (-30, -140, 160), (90, -90, 190))
-
-
 POSES = [looking_at(np.array(e, float), np.array([0.0, 0, 2]), 0.2 * k) for k, e in enumerate(EYES)]
-
-
 FINE = 8
-
-
 MOVE = np.array([0.4, -0.3, 0.006, 0.5, 0.012, -0.008, -0.04, 0.03])
 
 

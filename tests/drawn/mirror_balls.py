@@ -10,8 +10,6 @@ from photogonio.capture.photoset import MirrorBall
 from tests.drawn.boards import looking_at
 
 SIZE = (640, 480)
-
-
 CAMERA = Camera(
     np.array([[900.0, 0, 318.0], [0, 900.0, 241.0], [0, 0, 1]]),
     np.array([-0.1, 0.05, 3e-4, -2e-4, 0.0]),
@@ -20,14 +18,8 @@ CAMERA = Camera(
 
 
 BALLS = (MirrorBall(np.array([-60.0, 5, 12]), 12.0), MirrorBall(np.array([60.0, -8, 12]), 12.0))
-
-
 POSE = looking_at(np.array([10.0, -220, 330]), np.array([0.0, 0, 8]))
-
-
 LAMP = np.array([150.0, 80, 420])
-
-
 LAMPS = [LAMP, np.array([-300.0, 100, 150]), np.array([5.0, -350, 400])]
 
 

@@ -18,8 +18,6 @@ from photogonio.capture.radiance import RadianceImage
 from tests.drawn.boards import looking_at, plane_points, radiance
 
 SIZE = (320, 240)
-
-
 CAMERA = Camera(
     np.array([[500.0, 0, 158.0], [0, 505.0, 121.0], [0, 0, 1]]),
     np.array([-0.1, 0.05, 3e-4, -2e-4, 0.0]),
@@ -28,23 +26,11 @@ CAMERA = Camera(
 
 
 HEIGHT = 1.5
-
-
 PATCH = WhitePatch(np.array([[-30.0, -25], [30, -25], [30, 25], [-30, 25]]), HEIGHT, (0.9, 0.8, 0.7))
-
-
 POSE = looking_at(np.array([40.0, -120, 150]), np.array([0.0, 0, HEIGHT]))
-
-
 STRENGTH = np.array([3e4, 2e4, 1e4])
-
-
 NEAR = Light("near", "point", np.array([60.0, 35, 90]), np.zeros((3, 3)), "given")
-
-
 FAR = Light("far", "directional", np.array([0.48, 0.36, 0.8]), np.zeros((3, 3)), "given")
-
-
 NOISE = 0.002
 
 
@@ -83,8 +69,6 @@ def paper(light: Light, white: float, black: float) -> Paper:
 
 
 PAPER = np.array([0.85, 0.84, 0.8]) / np.pi
-
-
 SET = PhotoSet(
     Path("."), "drawn", "mm", Sphere(np.array([0, 0, 20.0]), 20.0), "auto", (), white_patches=(PATCH,)
 )

@@ -10,17 +10,9 @@ from photogonio.calib.shading.interreflection import glossy_bounce
 from photogonio.calib.shading.model import Ball
 
 BALLS = (Ball(np.array([10.0, 10, 8]), 8.0), Ball(np.array([170.0, 130, 8]), 8.0))
-
-
 TABLE = np.array([[*b.center, b.radius] for b in BALLS])
-
-
 LAMP_RADIUS = 7.0
-
-
 SPREAD = np.array([0.25, 0.1, 0.5])  # covariance on the board, mm^2: a slanting view
-
-
 LAMPS = [
     np.array([90 + 400.0 * np.cos(t), 70 + 400 * np.sin(t), 420 * h]) for t, h in ((0.6, 0.4), (2.5, 0.9))
 ]

@@ -19,14 +19,8 @@ from tests.capture.odd_files import (
 )
 
 CODES = np.linspace(0.0, 1.0, 301)
-
-
 PICTURE = np.random.default_rng(0).integers(0, 256, (16, 24, 3)).astype(np.uint8)
-
-
 ADOBE = 563 / 256  # Adobe RGB (1998): 2.19921875
-
-
 PROPHOTO = parametric_tag(3, 1.8, 1.0, 0.0, 1 / 16, 0.031248)
 
 

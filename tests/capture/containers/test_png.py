@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
 
+from photogonio.capture.containers.png import tone_of
 from photogonio.capture.containers.tone import LINEAR, SRGB, Curve
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.odd_files import (
@@ -17,11 +20,7 @@ from tests.capture.odd_files import (
 )
 
 PICTURE = np.random.default_rng(0).integers(0, 256, (16, 24, 3)).astype(np.uint8)
-
-
 WIDE = PICTURE.astype(np.uint16) * 257
-
-
 ADOBE = 563 / 256  # Adobe RGB (1998): 2.19921875
 
 
@@ -49,3 +48,37 @@ def test_chunks_of_png(tmp_path, codes, chunks, curve):
     assert tone.curves == (expected,) and tone.told == (curve is not None)
     image = read_image(path)
     assert image.tone == tone and np.array_equal(image.pixels, codes)
+
+
+@pytest.mark.parametrize("gamma", [0, 45454, 45456, 45453, 45457])
+def test_a_screens_gamma_is_srgb_to_its_rounding_and_none_is_nothing(tmp_path, gamma):
+    """100,000 / 2.2 is 45454.5: writers give the one or the other, and sRGB's primaries beside it."""
+    path = png(tmp_path / "a.png", PICTURE, (b"gAMA", struct.pack(">I", gamma)), SRGB_CHRM)
+    found = tone_of(path)
+    if gamma == 0:
+        assert found is None
+    elif abs(gamma - 45455) <= 1:
+        assert found.curves == (SRGB,)
+    else:
+        assert found.curves == (Curve("gamma", (1e5 / gamma,)),)
+
+
+def test_other_primaries_make_no_srgb(tmp_path):
+    wide = struct.pack(">8I", 31270, 32900, 70800, 29200, 17000, 79700, 13100, 4600)  # ITU-R BT.2020
+    found = tone_of(png(tmp_path / "a.png", PICTURE, gama(2.2), (b"cHRM", wide)))
+    assert found.curves[0].kind == "gamma" and found.source == "gAMA chunk"
+
+
+def test_chunks_of_other_lengths_than_the_standards_say_nothing(tmp_path):
+    for chunk in ((b"gAMA", b"\0\0\1"), (b"cICP", b"\1"), (b"cHRM", bytes(31))):
+        assert tone_of(png(tmp_path / "a.png", PICTURE, chunk)) is None
+    (tmp_path / "b.png").write_bytes(b"no PNG")
+    assert tone_of(tmp_path / "b.png") is None
+
+
+def test_chunks_behind_the_pixels_are_not_looked_at(tmp_path):
+    """PNG specification, table 7: they stand before IDAT."""
+    whole = png(tmp_path / "a.png", PICTURE).read_bytes()
+    late = png(tmp_path / "b.png", PICTURE, gama(1.8)).read_bytes()[33 : 33 + 16]  # one chunk, whole
+    (tmp_path / "a.png").write_bytes(whole[:-12] + late + whole[-12:])
+    assert tone_of(tmp_path / "a.png") is None

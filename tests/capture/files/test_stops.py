@@ -9,8 +9,6 @@ from photogonio.capture.files import stops
 from photogonio.capture.files.exposure import Exposure, stepped
 
 THIRDS = [30, 25, 20, 15, 13, 10, 8, 6, 5, 4, 3.2, 2.5, 2, 1.6, 1.3, 1, 0.8, 0.6, 0.5, 0.4, 0.3]
-
-
 PARTS = [
     4,
     5,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
-from photogonio.capture.manifest.stub import stub_manifest
+from photogonio.capture.manifest.stub import FIELDS, photo_tables, quoted, stub_manifest
+from photogonio.capture.photoset import Photo
 from photogonio.capture.target.layout import KINDS, PAPERS, make_target
 
 TARGETS = [(paper, kind) for paper in PAPERS for kind in KINDS]
@@ -30,3 +33,35 @@ def test_the_stub_is_a_manifest_once_photos_are_named(tmp_path, paper, kind):
     balls = np.array([ball.center[:2] for ball in found.mirror_balls])
     assert np.abs(balls - target.balls).max() <= 0.005
     assert found.sample.center[:2] == pytest.approx(target.sample, abs=0.01)
+
+
+NAMES = ["a.png", 'a "b".png', "back\\slash.png", "tab\there.png", "Grün/日本.png", "line\nfeed.png"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_any_name_is_a_string_of_toml(name):
+    assert tomllib.loads(f"x = {quoted(name)}") == {"x": name}
+
+
+def test_photos_come_back_from_their_tables():
+    """Numbers to nine digits; what is not known is not written."""
+    photos = [
+        Photo(
+            name,
+            "sample",
+            "L 1" if k % 2 else None,
+            1 / (3 + k),
+            5.6,
+            100.0 * k or None,
+            k if k > 3 else None,
+        )
+        for k, name in enumerate(NAMES)
+    ]
+    found = tomllib.loads(photo_tables(photos))["photo"]
+    for photo, table in zip(photos, found, strict=True):
+        given = {
+            key: value for key in (*FIELDS, "file", "role") if (value := getattr(photo, key)) is not None
+        }
+        assert table.keys() == given.keys()
+        for key, value in given.items():
+            assert table[key] == (pytest.approx(value, rel=1e-8) if isinstance(value, float) else value)

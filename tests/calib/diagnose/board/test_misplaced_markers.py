@@ -1,11 +1,14 @@
 """Markers that are printed beside their places, told by how they pull the corners."""
 
 import numpy as np
+import pytest
 
 from photogonio.calib.adjust.intrinsics import quick_camera
 from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.photo_reader import look, look_closer
+from photogonio.calib.diagnose.board.misplaced_markers import misplaced_markers
 from photogonio.calib.first_camera import placed
+from photogonio.calib.geometry.board import Corners, board_points
 from photogonio.calib.remarks import Remarks
 from tests.drawn.board_photos import NOISE, POSES, misses
 from tests.drawn.boards import BOARD, CAMERA, SIZE, draw, quiet, radiance, reader_of, views_of
@@ -33,3 +36,37 @@ def test_a_true_print_is_used_whole(reader, first):
     assert remarks.codes() == []
     for one, other in zip(found, look_closer(reader, camera, first, quiet), strict=True):
         np.testing.assert_array_equal(one.corners.pixels, other.corners.pixels)
+
+
+def pairs(shift: float, noise: float, seed: int = 0) -> list[tuple[Corners, Corners]]:
+    """Corners of four photos with the markers and without: pulled by ``shift`` of a square along x."""
+    rng, points, found = np.random.default_rng(seed), board_points(BOARD), []
+    for pose in POSES[:4]:
+        moved = points + np.array([shift * BOARD.square_length, 0, 0])
+        both = [
+            CAMERA.project(pose, there) + noise * rng.normal(size=(len(points), 2))
+            for there in (moved, points)
+        ]
+        ids, sigma = np.arange(len(points)), np.full(len(points), 0.1)
+        found.append(
+            tuple(Corners(ids, points, p, sigma, np.zeros(0, int), np.zeros((0, 4, 2))) for p in both)
+        )
+    return found
+
+
+@pytest.mark.parametrize(("shift", "told"), [(0.0009, True), (0.0005, False)])
+def test_a_pull_is_told_where_it_matters(shift, told):
+    """Without noise; 0.0007 of a square is the least."""
+    found = misplaced_markers(BOARD, pairs(shift, 0.0))
+    assert found == (pytest.approx(shift, rel=0.05) if told else None)
+
+
+def test_a_pull_that_noise_makes_is_not_told():
+    """Of forty sets with a tenth of a pixel none; of those with a pull of ten times its error all."""
+    assert [misplaced_markers(BOARD, pairs(0.0, 0.1, k)) for k in range(40)] == [None] * 40
+    assert all(misplaced_markers(BOARD, pairs(0.01, 0.1, k)) is not None for k in range(10))
+
+
+def test_too_few_corners_in_common_tell_nothing():
+    few = [(one.keep(one.ids < 11), other) for one, other in pairs(0.01, 0.0)]
+    assert misplaced_markers(BOARD, few) is None and misplaced_markers(BOARD, []) is None
