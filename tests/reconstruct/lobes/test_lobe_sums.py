@@ -44,15 +44,22 @@ def test_a_pairs_value_does_not_depend_on_its_company(lobe, count):
 
 
 @pytest.mark.parametrize("roughness", [0.01, 0.1, 0.5])
-def test_seen_along_the_light_at_the_normal_only_the_slopes_peak_is_left(roughness):
-    """D = 1 / (pi roughness^2) of either kind, nothing hidden: F D / 4."""
+def test_where_a_lobe_is_highest_only_the_slopes_peak_is_left(roughness):
+    """D = 1 / (pi roughness^2) of either kind: F D / 4 at the normal, where nothing is hidden, and of peaks about the
+    light or about the mirror direction D / 4 at any incidence."""
     up = [np.zeros(1)] * 4
     for beckmann in (False, True):
         own = (roughness, roughness, 0.0, beckmann, False, 0.06)
         assert mirror_values(own, up)[0] == pytest.approx(0.06 / (4.0 * np.pi * roughness**2), rel=1e-12)
     for lobe in RETROS:
         peak = replace(lobe, roughness=roughness)
-        angles = [np.array([0.0, 0.8]), np.array([0.0, 1.0])] * 2
+        there = np.pi if lobe.model == "round" else 0.0
+        angles = [
+            np.array([0.0, 0.8]),
+            np.array([0.0, 1.0]),
+            np.array([0.0, 0.8]),
+            np.array([0.0, 1.0 + there]),
+        ]
         expected = np.tile(lobe.weight / (4.0 * np.pi * roughness**2), (2, 1))
         np.testing.assert_allclose(alone(peak, angles), expected, rtol=1e-12)
 

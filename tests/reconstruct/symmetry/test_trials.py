@@ -7,7 +7,7 @@ import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.lobes.families import families, retro_lobe
+from photogonio.reconstruct.lobes.families import families, retro_lobe, round_lobe
 from photogonio.reconstruct.symmetry.columns import Columns
 from photogonio.reconstruct.symmetry.trials import (
     Trial,
@@ -59,7 +59,8 @@ def test_a_lobe_that_may_turn_starts_as_one_that_does_not(family):
 
 
 def test_what_has_no_axes_does_not_turn():
-    for lobes in (LobeSet(), LobeSet((retro_lobe(absolute=True),), (np.array([0.1]),))):
+    peaks = (LobeSet((one(absolute=True),), (np.array([0.1]),)) for one in (retro_lobe, round_lobe))
+    for lobes in (LobeSet(), *peaks):
         assert turned(lobes) is lobes
 
 
