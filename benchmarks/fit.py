@@ -18,12 +18,13 @@ from unittest.mock import patch
 
 import numpy as np
 
-from photogonio.reconstruct import fit as automatic
+from photogonio.reconstruct import model_choice
 from photogonio.reconstruct.estimate.folded_design import FoldedDesign
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import PRIORS, folds_of
 from photogonio.reconstruct.estimate.normal_equations import Factors, solve
 from photogonio.reconstruct.estimate.weights import level
+from photogonio.reconstruct.fit import fit_table
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable, of_groups
 from photogonio.synthetic.brdf.library import make_brdf
@@ -93,8 +94,8 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     highest, order = (2, 4) if options.quick else (ORDERS, CHECKED)
     table = made_table(6000 if options.quick else options.cells)
-    with patch.object(automatic, "HIGHEST_AUTO", highest):
-        seconds = timed(lambda: automatic.fit_table(table))
+    with patch.object(model_choice, "HIGHEST_AUTO", highest):
+        seconds = timed(lambda: fit_table(table))
     print(f"automatic, orders 0 to {highest}: {len(table)} cells, {len(table.groups)} views: {seconds:.2f} s")
     cells = cells_of(of_groups(table, table.groups[: max(2, len(table.groups) // 4)]))
     sums, solves, plain, apart = core(cells, order)
