@@ -56,12 +56,16 @@ def picture_of(path: Path) -> Page:
     Raises ValueError, saying why, if there is none, several, or one of colours that are not read.
     """
     with path.open("rb") as file:
-        pages = [page_of(k, tags) for k, tags in enumerate(directories(file))]
+        chain = list(directories(file))
+        below = [page_of(-1, tags) for tags in with_children(file) if tags not in chain]
+    pages = [page_of(k, tags) for k, tags in enumerate(chain)]
     full = [page for page in pages if not page.subfile & (REDUCED | MASK)] or pages[:1]
     if not full:
         raise ValueError("truncated or damaged: it holds no directory")
     most = max(page.width * page.height for page in full)
     largest = [page for page in full if page.width * page.height == most]
+    if any(page.width * page.height > most for page in below):
+        raise ValueError("holds its picture below a smaller one (a SubIFD), where it is not read; expected it alone")
     if len(largest) > 1:
         raise ValueError(f"holds {len(largest)} pictures of one size; expected one")
     page = largest[0]

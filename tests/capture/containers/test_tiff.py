@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
 from PIL import Image
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
-from tests.capture.odd_files import tiff
+from tests.capture.odd_files import tiff, tiff_page
 
 RNG = np.random.default_rng(0)
 SHAPE = (11, 14)
@@ -97,6 +99,23 @@ def test_a_thumbnail_as_first_page_is_not_the_photo(tmp_path, kind):
         assert same(tiff(tmp_path / f"{name}.tif", small, after=[written], subfiles=subfiles), written)
     mask = np.full_like(written, 255)
     assert same(tiff(tmp_path / "mask.tif", written, after=[mask], subfiles=(0, 4)), written)
+
+
+@pytest.mark.parametrize("subfile", [0, 1])
+def test_a_picture_below_a_thumbnail_is_refused_and_a_smaller_one_is_nothing(tmp_path, subfile):
+    """As TIFF/EP has them, and pyramids."""
+    large, small = codes(3, "uint16"), np.ascontiguousarray(codes(3, "uint16")[:4, :5])
+    for name, first, second in (("ep", small, large), ("pyramid", large, small)):
+        path = tiff(tmp_path / f"{name}.tif", first, subfiles=(subfile,), entries=[(330, 4, [0])])
+        data = path.read_bytes() + bytes(len(path.read_bytes()) % 2)
+        entry = struct.pack("<HHI", 330, 4, 1)
+        data = data.replace(entry + bytes(4), entry + struct.pack("<I", len(data)))
+        page = tiff_page(second, len(data), photometric=2, planar=False, entries=(), subfile=0)
+        path.write_bytes(data + page)
+    assert same(path, large)
+    for read in (read_header, read_image):
+        with pytest.raises(InputError, match="below a smaller one"):
+            read(tmp_path / "ep.tif")
 
 
 def test_several_pictures_of_one_size_are_refused(tmp_path):
