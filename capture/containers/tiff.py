@@ -65,7 +65,9 @@ def picture_of(path: Path) -> Page:
     most = max(page.width * page.height for page in full)
     largest = [page for page in full if page.width * page.height == most]
     if any(page.width * page.height > most for page in below):
-        raise ValueError("holds its picture below a smaller one (a SubIFD), where it is not read; expected it alone")
+        raise ValueError(
+            "holds its picture below a smaller one (a SubIFD), where it is not read; expected it alone"
+        )
     if len(largest) > 1:
         raise ValueError(f"holds {len(largest)} pictures of one size; expected one")
     page = largest[0]
