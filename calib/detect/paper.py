@@ -63,10 +63,16 @@ class PaperPlaces:
 
 
 def paper_places(
-    photoset: PhotoSet, camera: Camera, pose: Pose, *, step: float, apart: float
+    photoset: PhotoSet,
+    camera: Camera,
+    pose: Pose,
+    *,
+    step: float,
+    apart: float,
+    clear_of_edges: tuple[float, float] = (_CLEAR_WHITE, _CLEAR_BLACK),
 ) -> PaperPlaces | None:
-    """A grid of pitch ``step`` over the board, where the print is even, nothing stands before it, and mirror balls are
-    ``apart`` of their radii away."""
+    """A grid of pitch ``step`` over the board, where the print is even, white and black so many pixels clear of its
+    edges, nothing stands before it, and mirror balls are ``apart`` of their radii away."""
     board, balls = photoset.board, photoset.mirror_balls
     print_ = None if board is None else draw_print(board)
     if board is None or print_ is None:
@@ -80,7 +86,7 @@ def paper_places(
     inside = (pixels > 2).all(1) & (pixels[:, 0] < width - 3) & (pixels[:, 1] < height - 3)
     usable = (
         inside
-        & (clear * scale > np.where(white, _CLEAR_WHITE, _CLEAR_BLACK))
+        & (clear * scale > np.where(white, *clear_of_edges))
         & ~covered(points, pose, photoset.sample, balls, photoset.white_patches, size.max() / 100)
     )
     for ball in balls:

@@ -184,6 +184,16 @@ def test_no_falloff_is_found_where_the_lens_has_none(ball: Score, plane: Score):
         assert error < 0.02
 
 
+def test_codes_that_are_read_by_another_curve_are_told_by_a_print_of_few_pixels(ball_set: Path, tmp_path):
+    """Its white is seen no 2 pixels clear of black."""
+    shutil.copytree(ball_set, tmp_path / "set")
+    manifest = tmp_path / "set" / MANIFEST
+    text = manifest.read_text(encoding="utf-8")
+    manifest.write_text(text.replace('encoding = "linear"', 'encoding = "srgb"'), encoding="utf-8")
+    told = {one.code: one for one in calibrate(tmp_path / "set", workers=2).diagnoses}
+    assert told["print-contradicts-encoding"].detail["looks"] == "linear"
+
+
 def test_an_oren_nayar_plane(plane: Score):
     # with twice the photos of twice the size the figure is 3 %; error goes with the angles that are seen
     assert plane.error <= 0.05

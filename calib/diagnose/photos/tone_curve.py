@@ -1,7 +1,7 @@
 """Pictures whose codes stand for light otherwise than they were read: the print tells it by itself.
 
 Ink sends on a few hundredths of what paper does. Coded as sRGB and read as if in proportion to light, it seems to send
-on a quarter; in proportion and read as sRGB, a few thousandths. And white paper grows with the light on it by a power
+on a quarter; in proportion and read as sRGB, a hundredth or so. And white paper grows with the light on it by a power
 that is 1 if codes are read rightly, about 0.45 and 2.2 if not. That shows where mirror balls or the manifest tell the
 lamp's place.
 """
@@ -10,16 +10,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from photogonio.calib.adjust.lamps import sight_rays
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.mirror_rays import meet
 from photogonio.calib.detect.observation import Observation, light_entry
-from photogonio.calib.detect.paper import PaperSamples
+from photogonio.calib.detect.paper import PaperSamples, paper_places, sample_paper
+from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.diagnose.photos.veiling_glare import enough_print, evenly_lit
+from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera
 from photogonio.capture import robust
 from photogonio.capture.diagnosis import Diagnosis, Entry
@@ -28,12 +32,15 @@ from photogonio.capture.photoset import PhotoSet
 # powers by which white grows with light, and shares of black in white, of pictures read with no curve though they have
 # one, and with one though they have none; the narrower shares where nothing tells the power
 _NO_CURVE_READ, _CURVE_READ = (0.25, 0.85), (1.5, 5.0)  # mirror balls tell distances, and so powers, poorly
-_COMMON_INK, _PALE, _DEEP = (0.14, 0.02), (0.17, 0.45), 0.012
+_COMMON_INK, _PALE, _DEEP = (0.14, 0.03), (0.17, 0.45), 0.018
 _PHOTOS = 3  # that tell a power together, and
 _SURE = 2.0  # its standard errors that it must lie off 1: the ink has to say the same
 _SPREAD = 0.06  # standard deviation of the logarithm of light over the paper that tells a power
 _SAMPLES = 300
 _ROUNDS, _WILD = 30, 3.0
+# samples of a small print along the board, pixels between white or black and its edges, radii of mirror balls away, and
+# white samples beside a black one
+_ACROSS, _CLOSE, _APART, _BESIDE, _LOOKED_AT = 180, (1.0, 2.0), 3.0, 8, 6
 _CLEAR = 0.3  # of the paper's clearest part: a power that fits less of it is none
 
 
@@ -53,18 +60,29 @@ class ToneDoubt:
         return {"looks": "coded" if self.coded else "linear", **known}
 
 
-def tone_doubt(photoset: PhotoSet, camera: Camera, observations: Sequence[Observation]) -> ToneDoubt | None:
-    """What the print says against the way in which codes were read; None if nothing, or nothing surely."""
+def tone_doubt(
+    photoset: PhotoSet, camera: Camera, observations: Sequence[Observation], reader: Reader | None = None
+) -> ToneDoubt | None:
+    """What the print says against the way in which codes were read; None if nothing, or nothing surely. Where it is too
+    small in the photos to be read clear of all edges, ``reader`` shows it close to them."""
     papers = [s for s in observations if s.has_paper and s.reading is not None and not s.dark]
-    shares = [black_share(s.reading.samples) for s in papers if s.reading is not None]
+    readings = [(s, s.reading.samples, s.reading.level) for s in papers if s.reading is not None]
+    shares = [black_share(samples) for _, samples, _ in readings]
     shares = [share for share in shares if np.isfinite(share)]
+    if not shares and reader is not None:
+        small = [
+            (s, found)
+            for s in papers[:: max(1, len(papers) // _LOOKED_AT)]
+            if (found := close_print(photoset, camera, s, reader)) is not None
+        ]
+        readings = [(s, samples, samples.value.mean(1)) for s, samples in small]
+        shares = [share_of_brightest(samples) for _, samples in small]
     powers = []
-    for one in papers:
-        place, reading = lamp_place(photoset, camera, one), one.reading
-        if place is None or reading is None:
+    for one, samples, level in readings:
+        place, white = lamp_place(photoset, camera, one), samples.white
+        if place is None:
             continue
-        white = reading.samples.white
-        found = power_of_light(reading.samples.points[white], reading.level[white], place)
+        found = power_of_light(samples.points[white], level[white], place)
         if found is not None:
             powers.append(found)
     return judged(float(np.median(shares)) if shares else float("nan"), np.array(powers))
@@ -79,6 +97,27 @@ def black_share(samples: PaperSamples) -> float:
     if not lit.any():
         return float("nan")
     return float(np.median(samples.value[dark][lit].mean(1) / beside[lit].mean(1)))
+
+
+def close_print(photoset: PhotoSet, camera: Camera, one: Observation, reader: Reader) -> PaperSamples | None:
+    """White and black of a small print, however close to edges; None if it shows too little. Blurred, white is a tenth
+    darker at the most."""
+    if photoset.board is None:
+        return None
+    step = float(board_size(photoset.board).max()) / _ACROSS
+    places = paper_places(photoset, camera, one.pose, step=step, apart=_APART, clear_of_edges=_CLOSE)
+    samples = None if places is None else sample_paper(places, partial(reader.near, one.view))
+    if samples is None or samples.white.sum() < _BESIDE or samples.white.all():
+        return None
+    return samples
+
+
+def share_of_brightest(samples: PaperSamples) -> float:
+    """Radiance of black print over that of the brightest white beside it, the median."""
+    lit, dark = samples.keep(samples.white), samples.keep(~samples.white)
+    _, near = cKDTree(lit.points[:, :2]).query(dark.points[:, :2], k=_BESIDE)
+    beside = lit.value.mean(1)[near].max(1)
+    return float(np.median(dark.value.mean(1) / np.maximum(beside, np.finfo(float).tiny)))
 
 
 def judged(black: float, powers: np.ndarray) -> ToneDoubt | None:
@@ -176,7 +215,7 @@ class WrongToneCurve(Departure):
     )
 
     def evidence(self, state: State) -> Sequence[Diagnosis]:
-        doubt = tone_doubt(state.photoset, state.camera, state.observations)
+        doubt = tone_doubt(state.photoset, state.camera, state.observations, state.reader)
         if doubt is None:
             return []
         message = tone_warning(state.photoset, doubt)
