@@ -102,6 +102,16 @@ def test_a_ball_before_the_sample_shades_it_and_one_behind_does_not():
         np.testing.assert_array_equal(may_shade(np.stack([behind, before]), sample, light, 0.01), [before])
 
 
+def test_a_lamp_of_some_size_is_shaded_by_balls_farther_off_its_axis():
+    """From beneath the ball, 100 off, a lamp of 0.1 radians reaches 10 to the side, and 2.5 more from the sample's far
+    side."""
+    overhead = lamp([0.0, 0.0, 1.0], kind="directional")
+    for aside, small, wide in ((30.0, 1, 1), (38.0, 0, 1), (50.0, 0, 0)):
+        ball = np.array([[aside, 0.0, 125.0, 8.0]])
+        assert len(may_shade(ball, bounding_ball(SAMPLE), overhead, 0.0)) == small
+        assert len(may_shade(ball, bounding_ball(SAMPLE), overhead, 0.1)) == wide
+
+
 def test_a_patchs_shadow_on_a_plane_is_covered_and_a_patch_beneath_it_is_not_there(world):
     plane = world("plane")
     patch = plane.options.white_patches[0]

@@ -7,6 +7,7 @@ import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.weights import independence
 from photogonio.reconstruct.lobes.families import families, retro_lobe, round_lobe
 from photogonio.reconstruct.symmetry.columns import Columns
 from photogonio.reconstruct.symmetry.trials import (
@@ -98,3 +99,15 @@ def test_odds_are_of_losses_by_as_many_values_as_are_independent():
     assert trial.log_odds(better, worse) == -trial.log_odds(worse, better)
     assert trial.log_odds(worse, worse) == 0.0
     assert difference(worse, better) == pytest.approx(0.1) and difference(worse, worse) == 0.0
+
+
+def test_of_two_models_that_are_far_off_the_better_one_accounts_for_nothing():
+    """What chance leaves of 120 values is about their number: a model may miss hardly more, or must take away most of
+    what the other missed."""
+    given = cells()
+    ones = np.ones((len(given), 1))
+    trial = Trial(given, ones, ones, np.zeros(len(given), int), None, np.zeros(1), (), 40.0)
+    count = float(independence(given).sum())
+    assert trial.accounts(tried(1.3 * count, 0.2), tried(count, 0.2))
+    assert not trial.accounts(tried(90.0 * count, 0.2), tried(60.0 * count, 0.2))
+    assert trial.accounts(tried(90.0 * count, 0.2), tried(10.0 * count, 0.2))
