@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.calib.adjust.bundle import CameraModel
+from photogonio.calib.adjust.camera_model import CameraModel
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.limb import Limb
 from photogonio.calib.geometry.camera import Pose
