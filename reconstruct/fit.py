@@ -31,6 +31,7 @@ from photogonio.reconstruct.model_choice import (
 from photogonio.reconstruct.rows.row_average import Average
 from photogonio.reconstruct.rows.row_models import best_average, fitted_of, uncertainty_of_average
 from photogonio.reconstruct.rows.row_noise import with_noise
+from photogonio.reconstruct.symmetry.row_turns import judge_rows
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
@@ -71,11 +72,15 @@ def fit_table(
     stated = 0.0 if known.view_errors is None else known.view_errors
     views = np.maximum(np.broadcast_to(stated, len(seen.groups)), VIEW_ERROR)
     average = best_average(seen) if asks_for_average(seen, options) else None
-    work, verdict = _cleaned(seen, views, options, known.stray, progress, average)
+    verdict = asked(options.symmetry, seen)
+    if verdict is None and average is not None:
+        progress("testing isotropy")
+        verdict, average = judge_rows(seen, average)
+    work, verdict = _cleaned(seen, views, options, known.stray, progress, verdict)
     if not seen.binned:
         verdict = verdict.beside(direct(seen))
     progress("choosing the model")
-    if average is not None and verdict.symmetry == "isotropic" and not beaten(average, work):
+    if average is not None and not beaten(average, work):
         return _averaged(work, average, verdict, options, known.scale_error)
     tried, chosen, best = select(work, options, verdict.symmetry)
     progress("final fit")
@@ -108,7 +113,7 @@ def _averaged(
     final, spread = fitted_of(average, work.cells), uncertainty_of_average(average, scale_error)
     model, first = average.model, average.members[0]
     chosen = Candidate(model.basis.order, first.prior, model.lobes, np.zeros(1))
-    return result_of(work, final, spread, verdict, (chosen, chosen), options)
+    return result_of(work, final, spread, verdict, (chosen, chosen), options, average.fresh)
 
 
 def _cleaned(
@@ -117,10 +122,9 @@ def _cleaned(
     options: FitOptions,
     stray: StrayLightOn | None,
     progress: Progress,
-    average: Average | None,
+    verdict: Verdict | None,
 ) -> tuple[Cleaned, Verdict]:
-    """Cells to fit, with lobes of the symmetry that was asked for or is found."""
-    verdict = asked(options.symmetry, seen)
+    """Cells to fit, with lobes of the symmetry that was asked for or is found; None: to be found."""
 
     def cleaned(kinds: list[LobeSet] | None) -> Cleaned:
         return clean(
@@ -138,8 +142,7 @@ def _cleaned(
         if verdict is not None:
             return work, verdict
         progress("testing isotropy")
-        left_out = None if average is None else average.left_out
-        verdict = judge(seen, views, work, absolute=options.absolute, left_out=left_out)
+        verdict = judge(seen, views, work, absolute=options.absolute)
         if verdict.symmetry == "isotropic":
             return work, verdict
     return cleaned(turning_kinds(options.lobes, options.absolute)), verdict

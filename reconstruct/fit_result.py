@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.lobe_search import Fitted
@@ -18,6 +19,7 @@ from photogonio.reconstruct.model_choice import FitOptions
 from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
+from photogonio.reconstruct.rows.noise_told import FreshReading, noise_told
 from photogonio.reconstruct.symmetry.verdict import Verdict
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
@@ -27,6 +29,7 @@ from photogonio.reconstruct.uncertainty.validity import Region, region_of
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
 SAID_ELSEWHERE = ("order", "lobes")  # in the file
 REASONS = ("reason", "reciprocity because")  # in words, which the report and --json have
+MOST_LEVERAGE = 0.5  # of a row in what is said of it, where it is not known
 MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
 
 
@@ -46,6 +49,7 @@ class FitResult:
     symmetry: Verdict
     region: Region  # what is determined, seen and extrapolated
     diagnostics: dict[str, Any]  # plain JSON values
+    fresh: FreshReading | None = None  # of measured rows: how far a reading not seen may lie off
 
     def standard_error(self, cells: Cells) -> np.ndarray:
         """Of ``brdf`` (n, c) at the directions of ``cells``, 1/sr: of the model, of what it misses systematically,
@@ -53,6 +57,18 @@ class FitResult:
         said = self.brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
         departed = (said - self.model.evaluate(cells)) / KNOWN
         return np.hypot(error_of(self.model, self.uncertainty, self.misfit, cells), departed)
+
+    def prediction_interval(self, cells: Cells, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+        """Between what and what, (n, c) each, 1/sr, a fresh reading at the directions of ``cells`` lies with
+        probability ``level``: of how sure f is, and of the rows' noise.
+
+        Raises TypeError where photos were fitted, whose cells are no single readings.
+        """
+        if self.fresh is None:
+            raise TypeError("photos have no rows, of which to predict another")
+        said = self.brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
+        half = float(ndtri(0.5 + 0.5 * level)) * self.fresh.deviation(cells, said, self.standard_error(cells))
+        return said - half, said + half
 
 
 def result_of(
@@ -62,8 +78,10 @@ def result_of(
     verdict: Verdict,
     candidates: tuple[Candidate, Candidate],
     options: FitOptions,
+    fresh: FreshReading | None = None,
 ) -> FitResult:
-    """The result, by the chosen candidate and the best."""
+    """The result, by the chosen candidate and the best; ``fresh`` is what is known of readings not seen, of an average
+    of measured rows."""
     chosen, best = candidates
     model, cells = final.model, work.cells
     misfit = misfit_of(cells, model.evaluate(cells), work.binning)
@@ -74,7 +92,7 @@ def result_of(
         modes=spread.basis.modes,
         coefficients=_padded(model.coefficients, spread.modes),
         standard_errors=np.zeros((spread.modes, len(cells.channels))),
-        symmetry=verdict.symmetry,
+        symmetry=spread.basis.symmetry,
         lobes=lobes_of(model),
         scale="absolute" if options.absolute else "relative",
         valid=region.valid(),
@@ -82,7 +100,13 @@ def result_of(
     held, physics = _physical(plain, model, spread, misfit, options.physics)
     brdf = in_file(held, model, spread, misfit, KNOWN)
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
-    diagnostics = _diagnostics(work, final, verdict, chosen, best) | {"physics": physics}
+    if fresh is None and not cells.binned:
+        unknowns = len(model.coefficients) + len(model.lobe_coefficients)
+        leverage = np.full(len(cells), min(unknowns / len(cells), MOST_LEVERAGE))
+        noise = noise_told(cells, predicted, leverage)
+        fresh = FreshReading(noise, np.ones(len(cells.channels)))
+    own = {"physics": physics, "fresh reading": None if fresh is None else fresh.plain()}
+    diagnostics = _diagnostics(work, final, verdict, chosen, best) | own
     told = {key: said for key, said in diagnostics.items() if key not in SAID_ELSEWHERE}
     told["symmetry"] = {key: said for key, said in verdict.plain().items() if key not in REASONS}
     brdf = replace(brdf, fit=_told(told))
@@ -99,6 +123,7 @@ def result_of(
         verdict,
         region,
         diagnostics,
+        fresh,
     )
 
 

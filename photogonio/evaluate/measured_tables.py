@@ -32,6 +32,7 @@ FOLDS = 5
 LEAST_SQUARES = 4  # order
 SMOOTHING = (1e-4, 1e-2, 1.0)  # of the spline, which inner folds choose among
 NEIGHBOURS = 60  # of the spline
+LEAST_HELD, MOST_HELD = 0.9, 0.98  # of left-out rows, that intervals of 95 % do well to hold
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,7 @@ class TableScore:
     least_squares: float
     ridge: float
     spline: float
+    held: float  # share of left-out rows that lie in the 95 % intervals of the fit that has not seen them
     seconds: float  # of processor, of one fit
     turning: int  # folds whose fit is not isotropic
 
@@ -73,9 +75,11 @@ def _files(path: Path) -> list[Path]:
 
 
 def line_of(score: TableScore) -> str:
+    turns = f"; turning in {score.turning} of {FOLDS}" if score.turning else ""
     return (
         f"{score.table:20} {score.rows:6} rows: fit {score.fit:.4f}, least squares {score.least_squares:.4f}, "
-        f"ridge {score.ridge:.4f}, spline {score.spline:.4f}; {score.seconds:.2f} s a fit"
+        f"ridge {score.ridge:.4f}, spline {score.spline:.4f}; intervals of 95 % hold {100 * score.held:.1f} %; "
+        f"{score.seconds:.2f} s a fit{turns}"
     )
 
 
@@ -86,7 +90,10 @@ def summary_of(scores: Sequence[TableScore]) -> str:
         errors = [getattr(score, name) for score in scores]
         lines.append(f"{name.replace('_', ' ')}: median {np.median(errors):.4f}, mean {np.mean(errors):.4f}")
     worst = max(score.fit / score.ridge for score in scores)
-    return "\n".join([*lines, f"fit over ridge, at worst: {worst:.2f}"])
+    well = sum(LEAST_HELD <= score.held <= MOST_HELD for score in scores)
+    lines.append(f"fit over ridge, at worst: {worst:.2f}")
+    lines.append(f"intervals of 95 % hold 90 to 98 % of left-out rows: {well} of {len(scores)} tables")
+    return "\n".join(lines)
 
 
 def score_of(name: str, table: FacetTable) -> TableScore:
@@ -94,19 +101,24 @@ def score_of(name: str, table: FacetTable) -> TableScore:
     cells = cells_of(table)
     fold = block_folds(cells)
     found = {way: np.empty_like(cells.value) for way in ("fit", *_SMOOTHERS)}
-    seconds, turning = 0.0, 0
+    seconds, turning, held = 0.0, 0, 0
     for k in range(FOLDS):
         out = fold == k
         used, left = cells.take(~out), cells.take(out)
         start = time.process_time()
-        brdf = fit_table(table.take(~out)).brdf
+        fit = fit_table(table.take(~out))
         seconds += time.process_time() - start
-        turning += brdf.symmetry != "isotropic"
-        found["fit"][out] = brdf.evaluate(left.theta_i, left.phi_i, left.theta_r, left.phi_r)
+        turning += fit.brdf.turning
+        found["fit"][out] = fit.brdf.evaluate(left.theta_i, left.phi_i, left.theta_r, left.phi_r)
+        low, high = fit.prediction_interval(left)
+        held += int(np.sum((low <= left.value) & (left.value <= high)))
         for way, smoother in _SMOOTHERS.items():
             found[way][out] = smoother(used, left)
     errors = {way: _rms(said, cells.value) for way, said in found.items()}
-    return TableScore(table=name, rows=len(cells), **errors, seconds=seconds / FOLDS, turning=turning)
+    share = held / cells.value.size
+    return TableScore(
+        table=name, rows=len(cells), **errors, held=share, seconds=seconds / FOLDS, turning=turning
+    )
 
 
 def block_folds(cells: Cells, folds: int = FOLDS) -> np.ndarray:

@@ -163,7 +163,7 @@ def evaluate_scene(scene: Scene, sets: Path, *, workers: int, reporter: Reporter
 
 def against(brdf: Brdf, truth: Known, mask: float) -> Comparison:
     """A fit compared with the truth; on a relative scale, after one factor a channel."""
-    known = Known("fit", brdf.channels, isotropic=brdf.symmetry == "isotropic", evaluate=brdf)
+    known = Known("fit", brdf.channels, isotropic=not brdf.turning, evaluate=brdf)
     return compare(known, truth, mask=mask, scale=brdf.scale == "relative")
 
 

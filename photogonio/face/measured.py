@@ -58,13 +58,12 @@ class MeasuredBrdf(Presented, Brdf):
         ``where`` is incident and exit unit vectors (..., 3); or theta_i, theta_r, dphi; or theta_i, phi_i, theta_r,
         phi_r, in radians. NaN where the file does not say.
         """
-        if len(where) == 2:
-            where = (*spherical_angles(where[0]), *spherical_angles(where[1]))
-        elif len(where) == 3:
-            where = (where[0], 0.0, where[1], where[2])
-        if len(where) != 4:
-            raise TypeError("expected two directions, or three or four angles")
-        return super().standard_error(*where)
+        return super().standard_error(*_four_angles(where))
+
+    def prediction_interval(self, *where: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Between what and what, (..., c) each, 1/sr, 95 % of fresh readings lie; ``where`` as for
+        :meth:`standard_error`. NaN where it came from no measured rows."""
+        return super().prediction_interval(*_four_angles(where))
 
     def albedo(self) -> Albedo:
         """Under even light from the whole hemisphere, with its error."""
@@ -118,3 +117,14 @@ class MeasuredBrdf(Presented, Brdf):
 
     def _place(self, channel: str) -> int:
         return self._only_place(channel, self.channels)
+
+
+def _four_angles(where: tuple[ArrayLike, ...]) -> tuple[ArrayLike, ...]:
+    """theta_i, phi_i, theta_r, phi_r of two directions, or of three or four angles."""
+    if len(where) == 2:
+        return (*spherical_angles(where[0]), *spherical_angles(where[1]))
+    if len(where) == 3:
+        return (where[0], 0.0, where[1], where[2])
+    if len(where) != 4:
+        raise TypeError("expected two directions, or three or four angles")
+    return where

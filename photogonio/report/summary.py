@@ -231,6 +231,7 @@ def numbers(result: Result) -> dict[str, Any]:
         "relative_median": median,
         "correlation": [correlation(observed[:, k], fitted[:, k]) for k in range(observed.shape[1])],
         "valid": brdf.valid,
+        "fresh_reading": result.fit.diagnostics["fresh reading"],
         "physics": result.fit.diagnostics["physics"],
         "binning_error": result.fit.diagnostics["binning error"],
         "stray_light": stray_share(result.fit) if result.setup else None,
@@ -268,7 +269,8 @@ def lead(result: Result) -> str:
     """The result in one sentence."""
     brdf = result.brdf
     scale = "in absolute units" if brdf.scale == "absolute" else "on a relative scale: no white reference"
-    text = f"{brdf.symmetry.capitalize()} BRDF: {described(brdf)}; {scale}."
+    symmetry = "turning" if brdf.turning and brdf.symmetry == "isotropic" else brdf.symmetry
+    text = f"{symmetry.capitalize()} BRDF: {described(brdf)}; {scale}."
     if result.setup is None:
         return f"{text} From {len(result.table)} measured pairs of directions."
     used, out = photos_used(result), len(result.left_out)

@@ -15,6 +15,7 @@ from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf import schema as coefficients
 from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.brdf.errors_schema import write_beside
+from photogonio.reconstruct.brdf.fresh import fresh_deviation, fresh_only
 from photogonio.reconstruct.brdf.parameters import slopes
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.lobes.lobe_sums import add_lobe
@@ -25,6 +26,7 @@ from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.modes.quadrature import elevation_rule
 
 CHUNK = 1 << 13  # pairs at a time: all that a lobe touches stays in the second cache
+HALF_OF_95 = 1.959964  # standard deviations on either side hold 95 %
 TURNS = 8  # azimuths of half a turn at which a turning lobe's albedo is averaged
 
 
@@ -117,6 +119,16 @@ class Brdf:
         over_rows(task, len(variance), threads=1)
         return np.sqrt(variance).reshape(*angles[0].shape, variance.shape[1])
 
+    def prediction_interval(
+        self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Between what and what, (..., c) each, 1/sr, 95 % of fresh readings lie: of how sure f is, and of the noise
+        of the rows that it was fitted to. NaN where it came from no such rows. Angles as for :meth:`evaluate`."""
+        where = theta_i, phi_i, theta_r, phi_r
+        said, error = self.evaluate(*where), self.standard_error(*where)
+        half = HALF_OF_95 * fresh_deviation(self.fit, said, error, theta_i, theta_r)
+        return said - half, said + half
+
     def directional_albedo(self, theta_i: ArrayLike, phi_i: ArrayLike = 0.0) -> np.ndarray:
         """(..., c) fraction of the light from (theta_i, phi_i) that is sent out; modes in closed form. 0
         below the horizon."""
@@ -154,6 +166,7 @@ class Brdf:
             standard_errors=self.standard_errors[:, channels],
             lobes=tuple(lobe.only(channels) for lobe in self.lobes),
             uncertainty=None if self.uncertainty is None else self.uncertainty.only(channels),
+            fit=self.fit | fresh_only(self.fit, channels),
         )
 
     def save(self, path: Path | str) -> None:

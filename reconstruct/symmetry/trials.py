@@ -25,7 +25,6 @@ from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import shape_slopes
 
 VIEW_WORTH = 3.0  # independent values that a view's residuals count for
-SMALL_TURN = 0.1  # of the logarithm of a stretch
 SHUFFLES = 7  # sets with their rotations dealt out anew
 ADEQUATE = 1.8  # squared residual, in robust standard deviations, of what left-out values miss on the mean
 REST = 0.25  # of the squared misfit of the isotropic model
@@ -243,29 +242,6 @@ def _stretched(model: Model, cells: Cells) -> list[np.ndarray]:
         lobes = LobeSet(plain.families, (shape, *plain.shapes[1:]))
         parts.append(replace(model, lobes=lobes).evaluate(cells) - value)
     return parts
-
-
-def turning_share(work: Cleaned) -> float:
-    """Share of the squares that the likeliest isotropic pilots miss, which a small stretch of their lobes along any
-    axes would take away: the most of all; 0 where there is no lobe to judge by."""
-    shares = [0.0]
-    for pilot in work.pilots:
-        if not pilot.model.lobes.families or pilot.model.lobes.families[0].peak:
-            continue
-        few, deviation = thinned(work.cells, work.deviation)
-        value = pilot.model.evaluate(few)
-        lobes, own = turned(pilot.model.lobes), pilot.model
-        slopes = []
-        for k in (-2, -1):
-            shape = lobes.shapes[0].copy()
-            shape[k] = np.exp(SMALL_TURN)
-            stretched = replace(own, lobes=LobeSet(lobes.families, (shape, *lobes.shapes[1:])))
-            slopes.append(((stretched.evaluate(few) - value) / deviation).ravel())
-        missed = (pilot.residual / deviation).ravel()
-        taken = np.linalg.lstsq(np.stack(slopes, axis=1), missed, rcond=None)[0]
-        left = missed - np.stack(slopes, axis=1) @ taken
-        shares.append(1.0 - float(left @ left) / max(float(missed @ missed), np.finfo(float).tiny))
-    return max(shares)
 
 
 def difference(one: Tried, other: Tried) -> float:

@@ -21,11 +21,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.estimate.lobe_search import search_lobes, starting_shape, thinned
-from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.lobe_search import starting_shape
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.outlier_views import pair_places
-from photogonio.reconstruct.estimate.pilot import PILOT_ORDER, PILOT_PRIOR, Cleaned, clean
+from photogonio.reconstruct.estimate.pilot import Cleaned, clean
 from photogonio.reconstruct.lobes.families import families, turned_roughness
 from photogonio.reconstruct.symmetry.trials import (
     MATERIAL,
@@ -35,7 +34,6 @@ from photogonio.reconstruct.symmetry.trials import (
     difference,
     glossy,
     turned,
-    turning_share,
 )
 from photogonio.reconstruct.symmetry.twins import BROKEN, HELD, UNTOLD, Twins, compare_twins
 from photogonio.reconstruct.table.cells import Cells
@@ -43,8 +41,6 @@ from photogonio.reconstruct.uncertainty.validity import NEAR
 
 CONVINCING = np.log(1000.0)  # log odds
 CHANCE = 0.001  # that a shuffled set has odds as high
-MUCH = 0.36  # of the loss of isotropic models, by which rows show that a surface turns
-HINT = 0.05  # of the squares that isotropic models miss, to search for a lobe that turns
 ONE_TURN = 0.9  # mean resultant of doubled azimuths: above it the sample was seen at one rotation
 START = 0.25  # roughness
 TWINS = 0.05  # of the cells, that have been seen the other way round too
@@ -136,20 +132,14 @@ def judge(
     isotropic: Cleaned,
     *,
     absolute: bool,
-    left_out: np.ndarray | None = None,
 ) -> Verdict:
     """The symmetry of the surface that ``cells`` show; ``isotropic`` is what they are if it is isotropic.
 
-    ``view_errors`` (g,) are relative standard errors of the views' scales; ``left_out`` (n, c) is what the best
-    isotropic models of measured rows say of each by those far from it.
+    ``view_errors`` (g,) are relative standard errors of the views' scales.
     """
     plain = _likeliest(isotropic)
     if one_rotation(cells):
-        if left_out is not None:
-            return ONE_ROTATION
         return _of_one_rotation(Trial.of(isotropic), plain)
-    if left_out is not None:
-        return _of_rows(isotropic, left_out, absolute)
     kinds = [turned(lobes) for lobes in plain if len(lobes.families) < 2]
     trial = Trial.of(clean(cells, view_errors, lobes=1, absolute=absolute, kinds=kinds, rounds=1))
     still = min((trial.fitted(lobes) for lobes in plain), key=lambda one: one.loss)
@@ -166,32 +156,6 @@ def judge(
         symmetry, reason, best = "isotropic", _why_isotropic(odds, chance, could_show, gloss), still
     reciprocity = _reciprocity(trial, best)
     return Verdict(symmetry, reason, odds, chance, could_show if gloss else None).unless(reciprocity)
-
-
-def _of_rows(work: Cleaned, left_out: np.ndarray, absolute: bool) -> Verdict:
-    """Of measured rows: a lobe that turns is searched, and has to predict rows left out much better than all isotropic
-    models together do. What those miss is missed for many reasons, and a turning lobe may gain by any of them."""
-    if (share := turning_share(work)) < HINT:
-        reason = f"a lobe that turns would follow {share:.0%} of the squares that isotropic models miss"
-        return Verdict("isotropic", reason)
-    kinds = [
-        LobeSet((family,), (starting_shape(family, START),)) for family in families(absolute=absolute)[::2]
-    ]
-    basis, errors = Basis("isotropic", PILOT_ORDER), work.scales.error
-    few, deviation = thinned(work.cells, work.deviation)
-    pilots = [
-        search_lobes(few, deviation, basis, PILOT_PRIOR, turned(one), view_errors=errors) for one in kinds
-    ]
-    trial = Trial.of(replace(work, pilots=tuple(pilots)))
-    cells = work.cells
-    still = float(np.sum(trial.weight * (cells.value - left_out) ** 2))
-    still = min([still, *(trial.fitted(one).loss for one in _likeliest(work) if one.families)])
-    turns = min((trial.fitted(lobes) for lobes in trial.turned), key=lambda one: one.loss)
-    odds = float(0.5 * trial.values * np.log(still / turns.loss))
-    found = f"rows left out are missed by {np.sqrt(turns.loss / still):.2f} of what isotropic models miss"
-    if turns.loss > MUCH * still or odds < CONVINCING:
-        return Verdict("isotropic", f"with lobes that turn {found}, which is not much less", odds)
-    return Verdict("reciprocal", _why_turning(turns, odds, found), odds)
 
 
 def _of_one_rotation(trial: Trial, lobes: Sequence[LobeSet]) -> Verdict:
@@ -253,7 +217,7 @@ def one_rotation(cells: Cells) -> bool:
 
 
 def _why_turning(turns: Tried, odds: float, found: str) -> str:
-    reason = f"what is left out is predicted better if the sample's turn matters, odds {_odds(odds)}, {found}"
+    reason = f"what is left out is predicted better if the sample's turn matters, odds {odds_in_words(odds)}, {found}"
     for family, shape in zip(turns.model.lobes.families, turns.model.lobes.shapes, strict=True):
         if family.turning:
             most, least, azimuth = turned_roughness(shape)
@@ -263,7 +227,7 @@ def _why_turning(turns: Tried, odds: float, found: str) -> str:
 
 
 def _why_isotropic(odds: float, chance: float | None, could_show: float, gloss: bool) -> str:
-    found = f"odds for a surface that turns {_odds(odds)}"
+    found = f"odds for a surface that turns {odds_in_words(odds)}"
     if chance is not None:
         why = (
             "views turned at random do as well"
@@ -275,7 +239,7 @@ def _why_isotropic(odds: float, chance: float | None, could_show: float, gloss: 
         return f"{found}; there is no gloss, whose roughnesses could differ"
     if could_show < CONVINCING:
         return f"assumed: roughnesses in the ratio {TOLD} would not have shown ({found})"
-    return f"{found}; roughnesses in the ratio {TOLD} would have had {_odds(could_show)}, at least"
+    return f"{found}; roughnesses in the ratio {TOLD} would have had {odds_in_words(could_show)}, at least"
 
 
 def _chance(chance: float) -> str:
@@ -283,7 +247,7 @@ def _chance(chance: float) -> str:
     return "p < 0.001" if chance < 1e-3 else f"p = {chance:.2g}"
 
 
-def _odds(log_odds: float) -> str:
+def odds_in_words(log_odds: float) -> str:
     """In words."""
     tens = abs(log_odds) / np.log(10.0)
     size = f"{10.0**tens:.3g}" if tens < 4 else f"10^{tens:.0f}"

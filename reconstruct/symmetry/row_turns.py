@@ -1,0 +1,87 @@
+"""Do measured rows show that the surface turns? By the evidence of lobes that are stretched along an axis.
+
+Smooth isotropic modes follow whatever an isotropic surface may do between the rows, so that a lobe of two roughnesses
+gains by the sample's turn alone, not by a misfit of another kind: its evidence beside that of the same lobe of one
+roughness, both with the same modes and noise. The shapes tried are a grid, over which evidence is averaged, so that
+trying many costs what it should.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import logsumexp
+
+from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.weights import error_model
+from photogonio.reconstruct.lobes.families import turned_roughness
+from photogonio.reconstruct.rows.row_average import Average, average_of, grid
+from photogonio.reconstruct.rows.row_evidence import RowEvidence
+from photogonio.reconstruct.symmetry.trials import turned
+from photogonio.reconstruct.symmetry.verdict import ONE_ROTATION, Verdict, odds_in_words, one_rotation
+from photogonio.reconstruct.table.cells import Cells
+
+ORDER = 8
+RATIOS = (1.4, 2.0, 3.0)  # of the roughnesses
+AZIMUTHS = np.pi * np.arange(8) / 8  # of the rougher axis
+LIKELIEST = 3  # lobes of one roughness, that are stretched
+TINY = np.finfo(float).tiny
+MOST_ROWS = 1500  # evenly taken of more
+CERTAIN = 8.0  # log odds, whichever way the noise is taken to grow
+LESS = 0.98  # of what rows left out are missed by, rms
+
+
+def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
+    """The symmetry that measured rows show, and their average: with lobes that turn if they do.
+
+    The evidence must say so whether the noise of rows is the same everywhere or grows as ``average`` tells, and the
+    average with such lobes must predict rows left out better than the one without.
+    """
+    if one_rotation(cells):
+        return ONE_ROTATION, average
+    told = average.fresh.noise.at(cells, average.said)
+    odds, stretched = _odds(cells, told)
+    if odds >= CERTAIN:
+        odds = min(odds, _odds(cells, error_model(cells))[0])
+    said = f"odds for a lobe that turns {odds_in_words(odds)}"
+    if odds < CERTAIN:
+        return Verdict("isotropic", said, odds), average
+    turning = average_of(cells, error_model(cells), average.model.basis.order, (*grid(), *stretched))
+    missed = [np.sum(((cells.value - one.left_out) / told) ** 2) for one in (turning, average)]
+    share = float(np.sqrt(missed[0] / max(missed[1], TINY)))
+    said += f"; with such lobes rows left out are missed by {share:.2f} of what they are without"
+    if share > LESS or not turning.model.turning:
+        return Verdict("isotropic", said, odds), average
+    kept = [one for one in turning.members if one.lobes.turning]
+    most, least, azimuth = turned_roughness(max(kept, key=lambda one: one.weight).lobes.shapes[0])
+    axes = f"roughness {most:.2g} along {np.degrees(azimuth):.0f} degrees from x, {least:.2g} across"
+    return Verdict("reciprocal", f"{said}; {axes}", odds), turning
+
+
+def _odds(cells: Cells, deviation: np.ndarray) -> tuple[float, list[LobeSet]]:
+    """Logarithm of the odds for a lobe of two roughnesses, of rows whose errors are ``deviation`` (n, c); and the
+    lobes that were tried."""
+    few = np.arange(0, len(cells), -(-len(cells) // MOST_ROWS))
+    cells, deviation = cells.take(few), deviation[few]
+    mirrors = [one for one in grid() if not one.families[0].retro]
+    still = RowEvidence.of(cells, deviation, ORDER, mirrors)
+    likeliest: list[LobeSet] = []
+    for k in np.argsort(-still.evidence()[0], kind="stable"):
+        one = still.trials[k].lobes
+        if len(likeliest) < LIKELIEST and not any(one is other for other in likeliest):
+            likeliest.append(one)
+    stretched = [_stretched(one, ratio, a) for one in likeliest for ratio in RATIOS for a in AZIMUTHS]
+    both = RowEvidence.of(cells, deviation, ORDER, (*likeliest, *stretched))
+    turning, evidence = np.array([one.lobes.turning for one in both.trials]), both.evidence()[0]
+    return _mean(evidence[turning]) - _mean(evidence[~turning]), stretched
+
+
+def _mean(logs: np.ndarray) -> float:
+    return float(logsumexp(logs) - np.log(len(logs)))
+
+
+def _stretched(lobes: LobeSet, ratio: float, azimuth: float) -> LobeSet:
+    """The same with roughnesses in ``ratio``, the larger along ``azimuth``."""
+    lobes, size = turned(lobes), 0.5 * np.log(ratio)
+    shape = lobes.shapes[0].copy()
+    shape[-2:] = np.exp(size * np.array([np.cos(2.0 * azimuth), np.sin(2.0 * azimuth)]))
+    return LobeSet(lobes.families, (shape,))
