@@ -75,7 +75,11 @@ def average_of(
     good = np.argsort(-evidence, kind="stable")[:MOST]
     tried = np.union1d(good[evidence[good] >= evidence.max() - HOPELESS], [0])
     ridge, predicted = rows.ridge()
-    tried, ratio = np.append(0, tried), np.append(ridge, ratio[tried])
+    tried, ratio, likely = (
+        np.append(0, tried),
+        np.append(ridge, ratio[tried]),
+        np.append(ratio[0], ratio[tried]),
+    )
     left_out = [predicted, *(rows.left_out(*one) for one in zip(tried[1:], ratio[1:], strict=True))]
     missed = np.stack([(np.sqrt(rows.weight) * (rows.value - one)).ravel() for one in left_out])
     told = np.append(-np.inf, evidence[tried[1:]])
@@ -92,15 +96,17 @@ def average_of(
         )
         for k in kept
     )
-    solved = [rows.solved(tried[k], ratio[k]) for k in kept]
+    solved = [rows.solved(tried[k], ratio[k], likely[k]) for k in kept]
     said = sum(weight[k] * left_out[k] for k in kept) * size
     model, covariance = _mixed(rows, tried[kept], members, solved, size)
-    variance = sum(one.weight * part.variance for one, part in zip(members, solved, strict=True)) * size**2
-    spread, leverage = rows.spread(ridge)
-    apart = sum(one.weight * (one.left_out - said) ** 2 for one in members)
+    error, leverage = np.zeros_like(said), np.zeros(len(said))
+    for k, one, part in zip(kept, members, solved, strict=True):
+        spread, share = rows.spread(likely[k])
+        error += one.weight * (spread[:, None] * part.variance * size**2 + (one.left_out - said) ** 2)
+        leverage += one.weight * share
     now = model.evaluate(cells)
     noise = noise_told(cells, now, leverage)
-    fresh = fresh_reading(cells, noise, said, np.sqrt(spread[:, None] * variance + apart))
+    fresh = fresh_reading(cells, noise, said, np.sqrt(error))
     return Average(model, covariance, members, said, rows.fold, now, fresh)
 
 

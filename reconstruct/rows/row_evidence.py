@@ -138,21 +138,23 @@ class RowEvidence:
             result[here] = self.design[here] @ own.T + self.columns[k][here] @ lobe.T
         return result
 
-    def solved(self, k: int, ratio: float) -> Solved:
-        """Candidate ``k`` by all rows."""
+    def solved(self, k: int, ratio: float, likely: float) -> Solved:
+        """Candidate ``k`` by all rows, with a prior of ``ratio``, and how sure it is with one of the ``likely`` ratio:
+        what predicts best may be next to no prior, which says nothing of what was not measured."""
         sums = self.whole.statistics(self.value, self.columns[k])
-        modes, lobes = self._solve(sums, k, self._factors(sums, ratio))
+        own, other = (self._solve(sums, k, self._factors(sums, one)) for one in (ratio, likely))
         across, m = sums.across[0, 0], len(self.degree)
         gram = np.block([[sums.modes_gram[0, 0], across], [across.T, sums.lobes_gram[0, 0]]])
-        penalty = self.prior(ratio).precision(self.degree, np.ones(1))[0]
-        gram[np.arange(m), np.arange(m)] += penalty
+        gram[np.arange(m), np.arange(m)] += self.prior(likely).precision(self.degree, np.ones(1))[0]
         scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
         covariance = np.linalg.pinv(gram / np.outer(scale, scale), rcond=1e-12, hermitian=True)
-        missed = self.value - self.design @ modes[0].T - self.columns[k] @ lobes[0].T
         covariance = covariance / np.outer(scale, scale)
+        modes, lobes = other
+        missed = self.value - self.design @ modes[0].T - self.columns[k] @ lobes[0].T
         lost = np.sum(covariance[:m, :m] * sums.modes_gram[0, 0])  # effective number of modes
         freedom = max(len(self.value) - lost, 1.0)
         variance = np.sum(self.weight * missed**2, axis=0) / freedom
+        modes, lobes = own
         return Solved(modes[0].T, lobes[0].T, covariance, variance)
 
     def ridge(self) -> tuple[float, np.ndarray]:

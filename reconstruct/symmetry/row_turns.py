@@ -23,18 +23,19 @@ from photogonio.reconstruct.table.cells import Cells
 ORDER = 8
 RATIOS = (1.4, 2.0, 3.0)  # of the roughnesses
 AZIMUTHS = np.pi * np.arange(8) / 8  # of the rougher axis
+ROUGHEST = 1.0  # along an axis
 LIKELIEST = 3  # lobes of one roughness, that are stretched
 TINY = np.finfo(float).tiny
 MOST_ROWS = 1500  # evenly taken of more
-CERTAIN = 8.0  # log odds, whichever way the noise is taken to grow
-LESS = 0.98  # of what rows left out are missed by, rms
+CERTAIN = 5.5  # log odds, whichever way the noise is taken to grow
+MOST = 1.2  # of what rows left out are missed by without such lobes: a peak is missed either way if it is left out
 
 
 def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
     """The symmetry that measured rows show, and their average: with lobes that turn if they do.
 
     The evidence must say so whether the noise of rows is the same everywhere or grows as ``average`` tells, and the
-    average with such lobes must predict rows left out better than the one without.
+    average with such lobes must not predict rows left out much worse than the one without.
     """
     if one_rotation(cells):
         return ONE_ROTATION, average
@@ -49,7 +50,7 @@ def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
     missed = [np.sum(((cells.value - one.left_out) / told) ** 2) for one in (turning, average)]
     share = float(np.sqrt(missed[0] / max(missed[1], TINY)))
     said += f"; with such lobes rows left out are missed by {share:.2f} of what they are without"
-    if share > LESS or not turning.model.turning:
+    if share > MOST or not turning.model.turning:
         return Verdict("isotropic", said, odds), average
     kept = [one for one in turning.members if one.lobes.turning]
     most, least, azimuth = turned_roughness(max(kept, key=lambda one: one.weight).lobes.shapes[0])
@@ -62,17 +63,23 @@ def _odds(cells: Cells, deviation: np.ndarray) -> tuple[float, list[LobeSet]]:
     lobes that were tried."""
     few = np.arange(0, len(cells), -(-len(cells) // MOST_ROWS))
     cells, deviation = cells.take(few), deviation[few]
-    mirrors = [one for one in grid() if not one.families[0].retro]
+    mirrors = [one for one in grid() if not one.families[0].retro and _rough(one, RATIOS[0]) <= ROUGHEST]
     still = RowEvidence.of(cells, deviation, ORDER, mirrors)
     likeliest: list[LobeSet] = []
     for k in np.argsort(-still.evidence()[0], kind="stable"):
         one = still.trials[k].lobes
         if len(likeliest) < LIKELIEST and not any(one is other for other in likeliest):
             likeliest.append(one)
-    stretched = [_stretched(one, ratio, a) for one in likeliest for ratio in RATIOS for a in AZIMUTHS]
+    pairs = [(one, ratio) for one in likeliest for ratio in RATIOS if _rough(one, ratio) <= ROUGHEST]
+    stretched = [_stretched(*pair, a) for pair in pairs for a in AZIMUTHS]
     both = RowEvidence.of(cells, deviation, ORDER, (*likeliest, *stretched))
     turning, evidence = np.array([one.lobes.turning for one in both.trials]), both.evidence()[0]
     return _mean(evidence[turning]) - _mean(evidence[~turning]), stretched
+
+
+def _rough(lobes: LobeSet, ratio: float) -> float:
+    """The larger roughness of the lobe, stretched so that they are in ``ratio``."""
+    return float(lobes.shapes[0][0] * np.sqrt(ratio))
 
 
 def _mean(logs: np.ndarray) -> float:
