@@ -27,20 +27,20 @@ TINY = 1e-9  # of a diagonal: what nothing tells stays solvable
 RIDGES = NOISE[:28:4]  # that the ridge's is chosen among, by rows left out
 
 
-class Trial(NamedTuple):
+class LobeTrial(NamedTuple):
     """A candidate: a set of lobes of which some columns are used."""
 
     lobes: LobeSet
     used: tuple[int, ...]  # of its columns
 
 
-def _trials(lobes: Sequence[LobeSet]) -> list[Trial]:
+def _trials(lobes: Sequence[LobeSet]) -> list[LobeTrial]:
     """Each set with all columns, and with each alone: none may be negative."""
     found = []
     for one in lobes:
         count = len(one.upper_bounds())
-        found.append(Trial(one, tuple(range(count))))
-        found += [Trial(one, (k,)) for k in range(count) if count > 1]
+        found.append(LobeTrial(one, tuple(range(count))))
+        found += [LobeTrial(one, (k,)) for k in range(count) if count > 1]
     return found
 
 
@@ -63,7 +63,7 @@ class RowEvidence:
     degree: np.ndarray  # (m,)
     basis: Basis
     fold: np.ndarray  # (n,)
-    trials: tuple[Trial, ...]
+    trials: tuple[LobeTrial, ...]
     columns: tuple[np.ndarray, ...]  # (n, q) each, of greatest value 1
     size: tuple[np.ndarray, ...]  # (q,) by which they were divided
     folded: FoldedDesign

@@ -61,7 +61,7 @@ def test_the_noise_of_a_row_is_found():
     of the rows' freedom is the modes'."""
     given = cells(matte(0.5), noise=NOISE)
     found = average(given)
-    said = found.noise * error_model(given)[0]
+    said = found.fresh.noise.at(given, found.said).mean(0)
     np.testing.assert_allclose(said, NOISE * 0.5 / np.pi, rtol=5.0 / np.sqrt(2.0 * ROWS))
 
 
