@@ -82,9 +82,9 @@ def tone_doubt(
         place, white = lamp_place(photoset, camera, one), samples.white
         if place is None:
             continue
-        found = power_of_light(samples.points[white], level[white], place)
-        if found is not None:
-            powers.append(found)
+        power = power_of_light(samples.points[white], level[white], place)
+        if power is not None:
+            powers.append(power)
     return judged(float(np.median(shares)) if shares else float("nan"), np.array(powers))
 
 
