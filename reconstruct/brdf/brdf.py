@@ -25,7 +25,6 @@ from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.modes.quadrature import elevation_rule
 
-CHUNK = 1 << 13  # pairs at a time: all that a lobe touches stays in the second cache
 HALF_OF_95 = 1.959964  # standard deviations on either side hold 95 %
 TURNS = 8  # azimuths of half a turn at which a turning lobe's albedo is averaged
 
@@ -81,7 +80,7 @@ class Brdf:
                 rows[np.maximum(np.abs(part[0]), np.abs(part[2])) > 0.5 * np.pi] = 0.0
                 rows[~np.isfinite(sum(part))] = np.nan
 
-        over_rows(finish, len(value), chunk=CHUNK)
+        over_rows(finish, len(value))
         return value.reshape(*shape, value.shape[1])
 
     def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:

@@ -30,7 +30,9 @@ class LobeTerms:
     separable: bool
     beckmann: bool
     f0: float  # of the exact dielectric formula; below 0: Schlick's, whose f0 is in the factors
-    table: np.ndarray  # (k, 4) E of a coat, as pieces of cubics in sqrt(cos); (0, 4) of others
+    table: (
+        np.ndarray
+    )  # (k, 2) 1 - E of a coat: values at even steps of sqrt(cos), and what comes on; (0, 2) of others
     entered: Callable[..., np.ndarray] | None  # of a coat that turns: angles to (1 - E(i)) (1 - E(r))
     factors: np.ndarray  # (2, c) of the lobe, and of (1 - h.i)^5 of it, or of (1 - E(i)) (1 - E(r))
 
@@ -84,7 +86,7 @@ def mirror_values(
     result = np.zeros((len(angles[0]), 1))
     kind = (along != across, separable, beckmann)
     axes, factors = np.array([along, across, azimuth]), np.array([[1.0], [0.0]])
-    _add_mirror(*angles, axes, kind, f0, np.empty((0, 4)), np.empty(0), factors, _NO_BASE, result)
+    _add_mirror(*angles, axes, kind, f0, np.empty((0, 2)), np.empty(0), factors, _NO_BASE, result)
     return result[:, 0]
 
 
@@ -152,14 +154,13 @@ def _reflect(length2, index, lobe):
 
 @_inline
 def _enter(table, cos, entered):
-    """1 - E of directions, of pieces of cubics in sqrt(cos)."""
-    pieces, width = len(table), 1.0 / len(table)
+    """1 - E of directions, on straight lines between even steps of sqrt(cos)."""
+    pieces = len(table)
     for j in range(LANES):
         entered[j] = math.sqrt(cos[j]) * pieces
     for j in range(LANES):
         k = min(int(entered[j]), pieces - 1)
-        x = (entered[j] - k) * width
-        entered[j] = 1.0 - (((table[k, 0] * x + table[k, 1]) * x + table[k, 2]) * x + table[k, 3])
+        entered[j] = table[k, 0] + table[k, 1] * (entered[j] - k)
 
 
 @_inline

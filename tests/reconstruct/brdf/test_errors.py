@@ -10,7 +10,6 @@ from photogonio.reconstruct.brdf.errors import RelativeTable, Uncertain
 from tests import file_oracle
 from tests.drawn.brdfs import RETROS, brdf_of, coat, directions, mirror, uncertain
 
-
 LOBES = [
     mirror(0.3),
     mirror(0.3, distribution="beckmann", masking="separable", fresnel="dielectric"),
