@@ -83,6 +83,8 @@ def by_name(path: Path) -> str | None:
 
 def format_of(path: Path) -> str:
     """The key in NAMES of the file's format. Raises InputError if it cannot be read or is of none of them."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError(path, "is no ordinary file: a pipe or a device, which photos are not read from")
     try:
         with path.open("rb") as file:
             head = file.read(HEAD)

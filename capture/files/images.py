@@ -168,6 +168,8 @@ def copies(folder: Path, names: Sequence[str]) -> dict[str, str]:
 
 def _start(path: Path) -> tuple[int, bytes] | None:
     """A file's size and first bytes; None if it cannot be read."""
+    if not path.is_file():  # a pipe would be waited for
+        return None
     try:
         with path.open("rb") as file:
             return path.stat().st_size, file.read(HEAD)

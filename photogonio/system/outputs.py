@@ -9,6 +9,7 @@ import re
 import secrets
 import shutil
 import socket
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -67,11 +68,22 @@ def check_place(target: Path, *, folder: bool) -> None:
         raise InputError(target, "is a folder; expected a file to write")
     if not folder and target.exists() and not target.is_file():  # a device would be replaced by a file
         raise InputError(target, "is no ordinary file; expected one to write")
+    if os.path.islink(os.path.realpath(target)):
+        raise InputError(target, "is a link that leads to itself")
     above = next((one for one in Path(os.path.realpath(target)).parents if one.exists()), None)
     if above is not None and not above.is_dir():
         raise InputError(target, "a part of this path is a file")
     if above is not None and not os.access(above, os.W_OK | os.X_OK):
         raise InputError(target, "cannot be written here: permission denied")
+    try:
+        with tempfile.TemporaryFile(
+            dir=above
+        ):  # of places that only pass for folders, or are mounted to be read
+            pass
+    except OSError as error:
+        raise InputError(
+            target, f"cannot be written here: {(error.strerror or str(error)).lower()}"
+        ) from None
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -46,7 +47,9 @@ def canonical_command(command: str, subject: str, options: Mapping[str, object])
 
 
 def hash_file(path: Path) -> str:
-    """SHA-256 of a file's bytes, hexadecimal."""
+    """SHA-256 of a file's bytes, hexadecimal. Raises OSError if it cannot be read; a pipe would be waited for."""
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "no ordinary file", str(path))
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -71,7 +74,9 @@ def hash_photos(
     photo that cannot be read has no hash, and says so."""
     files = sorted(set(files))
     unknown = [folder / name for name in files if name not in known]
-    hashes = hash_files([path for path in unknown if os.access(path, os.R_OK)], workers=workers)
+    hashes = hash_files(
+        [path for path in unknown if path.is_file() and os.access(path, os.R_OK)], workers=workers
+    )
     whole = hashlib.sha256()
     for name in files:
         digest = known[name] if name in known else hashes.get(folder / name, "cannot be read")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import struct
 
 import numpy as np
@@ -99,6 +100,17 @@ def test_a_missing_file_is_refused(tmp_path):
     for suffix in (".png", ".exr", ".dng"):
         with pytest.raises(InputError):
             read_image(tmp_path / f"gone{suffix}")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a system without pipes")
+def test_pipes_and_devices_are_refused_before_they_are_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.png")
+    (tmp_path / "zero.png").symlink_to("/dev/zero")
+    for name in ("pipe.png", "zero.png"):
+        for read in (read_header, read_image):
+            with pytest.raises(InputError, match="no ordinary file"):
+                read(tmp_path / name)
+    assert copies(tmp_path, ["pipe.png", "zero.png"]) == {}
 
 
 def test_pixels_that_are_not_finite_are_refused_with_their_place(tmp_path, files):

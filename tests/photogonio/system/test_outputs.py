@@ -2,6 +2,7 @@
 
 import json
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -144,3 +145,17 @@ def test_places_are_looked_at_before_the_work(tmp_path):
             check_place(tmp_path / target, folder=folder)
     check_place(tmp_path / "new/deep", folder=True)
     assert names(tmp_path) == ["file"]
+
+
+def test_devices_loops_and_places_that_only_pass_for_folders_are_refused_before_the_work(tmp_path):
+    (tmp_path / "loop").symlink_to("loop")
+    for place, folder, words in (
+        (tmp_path / "loop", True, "leads to itself"),
+        (tmp_path / "loop", False, "leads to itself"),
+        (Path(os.devnull), False, "no ordinary file"),
+        (Path("/proc/nobody-writes-here"), True, "cannot be written here"),
+    ):
+        if place.parent.is_dir():
+            with pytest.raises(InputError, match=words):
+                check_place(place, folder=folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["loop"]
