@@ -10,11 +10,11 @@ ROOMS = ("capture", "calib", "reconstruct", "synthetic", "photogonio")
 
 
 def table() -> str:
-    """One row a folder: its question, and what goes in and comes out."""
+    """One row a folder of a room: its question, and what goes in and comes out."""
     rows = ["| folder | question | takes and gives |", "|---|---|---|"]
     for room in ROOMS:
         rows.append(f"| **`{room}`** | **{' '.join(docstring(room).split(chr(10) * 2)[0].split())}** | |")
-        for path in sorted((ROOT / room).rglob("*/__init__.py")):
+        for path in sorted((ROOT / room).glob("*/__init__.py")):
             name = path.parent.relative_to(ROOT).as_posix()
             question, rest = docstring(name).split("\n\n", 1)
             rows.append(f"| `{name}` | {' '.join(question.split())} | {' '.join(rest.split())} |")
