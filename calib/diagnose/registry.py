@@ -93,7 +93,7 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
             "the others. That photo has a pose of its own.",
             "Nothing.",
             least=1.0,
-            source="pixels; a judgement",
+            source="pixels, the middle one of a photo's corners; drawn photos of a still camera have at most 0.04",
         ),
     ),
     Stage.STRENGTH: (

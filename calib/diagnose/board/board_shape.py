@@ -219,7 +219,7 @@ class BoardPrint(Departure):
             "Print at 100 %, measure both directions, and correct `square_length`.",
             least=0.002,
             sigmas=6.0,
-            source="relative; a judgement",
+            source="relative; path-traced and drawn sets in order have at most 0.0001",
         ),
         Entry(
             "board-bent",
@@ -227,7 +227,7 @@ class BoardPrint(Departure):
             "Fix it to a plate.",
             least=0.002,
             sigmas=6.0,
-            source="of its size; a judgement",
+            source="of its size; path-traced and drawn sets in order have at most 0.0002",
         ),
     )
 

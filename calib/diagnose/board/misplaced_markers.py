@@ -17,7 +17,6 @@ from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import CharucoBoard
 
 _SURE = 5.0  # standard errors
-_SOURCE = "of a square"
 _MATTERS = 0.0007  # of a square, by which markers may pull the corners
 
 
@@ -33,7 +32,7 @@ class MisplacedMarkers(LookDeparture):
             "Print the board anew with its markers in the middle of their squares, or correct `marker_length`.",
             least=_MATTERS,
             sigmas=_SURE,
-            source=_SOURCE,
+            source="of a square",
         ),
     )
 

@@ -60,7 +60,7 @@ class AmbientLight(LightDeparture):
             "Darken the room, or take a photo with the lamp off from the same place, role `ambient`.",
             least=0.015,
             sigmas=5.0,
-            source="of the lamp's light; a judgement",
+            source="of the lamp's light; path-traced and rendered sets in dark rooms have 0.002 to 0.006",
         ),
     )
 

@@ -41,7 +41,8 @@ class Vignetting(LightDeparture):
             "Photos of an even field (role `flat`) tell it better, also where no board is; stop down.",
             least=0.02,
             sigmas=6.0,
-            source="of the light in the corners; a judgement",
+            source="of the light in the corners; path-traced sets in order have at most 0.0024, and drawn ones, which "
+            "show less paper, 2.8 standard errors",
         ),
         Entry(
             "dark-corners",

@@ -28,7 +28,8 @@ class MovedInBracket(Departure):
             "Something moved between the exposures of a bracket; that part of the sample's picture is not used.",
             "Nothing, if it is a small part.",
             least=0.01,
-            source="of the sample's part of the picture; a judgement",
+            source="of the sample's part of the picture; of drawn brackets in which nothing moved, over four decades "
+            "of light, no pixel",
         ),
     )
 

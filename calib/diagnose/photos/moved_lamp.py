@@ -74,7 +74,7 @@ class MovedLamp(Departure):
             "Give each place of a lamp an `id` of its own.",
             least=0.0873,
             sigmas=4.0,
-            source="radians; a judgement",
+            source="radians; single photos' paper has drawn lamps at most 0.031 beside their directions",
         ),
     )
 
@@ -113,7 +113,7 @@ def places_apart(state: State) -> list[tuple[str, list[list[_Told]]]]:
     scene = start_scene(photoset, camera, observations, start_sample(camera, observations, photoset.sample))
     for name, members in doubtful.items():
         found = state.reader.abreast(
-            lambda s: _Told(s, rays[s.view.name], _by_paper(photoset, s, rays, scene)), members
+            lambda s: _Told(s, rays[s.view.name], direction_by_paper(photoset, s, rays, scene)), members
         )
         photos = list(found)
         if len(_places(photos, SHARED_APART)) > 1:
@@ -131,7 +131,7 @@ def _one_place(members: list[Observation], rays: dict[str, dict[int, MirroredRay
     return False
 
 
-def _by_paper(
+def direction_by_paper(
     photoset: PhotoSet,
     observation: Observation,
     rays: dict[str, dict[int, MirroredRay]],

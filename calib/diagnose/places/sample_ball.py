@@ -26,7 +26,8 @@ class SampleBall(Departure):
             "The sample ball stands a little off the manifest's centre; this is allowed for.",
             "Correct `sample.center`.",
             least=SAMPLE_PLACE,
-            source="of its radius; a judgement",
+            source="of its radius; drawn sets in order have at most 0.012, path-traced ones, whose balls stand beside "
+            "their places by up to half a millimetre, 0.02",
         ),
         Entry(
             "sample-not-believed",
