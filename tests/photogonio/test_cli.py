@@ -122,6 +122,11 @@ def test_fit_writes_everything_and_its_numbers_are_one_json_object(capsys, tmp_p
     assert document["source"]["program"] == "photogonio"
     assert document["source"]["command"] == "photogonio fit table.csv --order 2 --lobes none --channels G"
     assert list(document["source"]["inputs"]) == ["table.csv"]
+    budget = numbers["budget"][0]
+    assert budget["of"] == "albedo" and sum(one["share"][0] for one in budget["sources"]) == pytest.approx(
+        1.0
+    )
+    assert "<h2>Uncertainty</h2>" in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_same_command_gives_the_same_bytes(tmp_path, table):
