@@ -92,9 +92,17 @@ def _meant(albedo: float) -> str:
     return ""
 
 
-def _cosine(result: Result) -> str:
-    told = [one.message for one in result.diagnoses if one.code == "table-cosine"]
+def _told(result: Result, code: str) -> str:
+    told = [one.message for one in result.diagnoses if one.code == code]
     return told[0] if told else ""
+
+
+def _cosine(result: Result) -> str:
+    return _told(result, "table-cosine")
+
+
+def _saturated(result: Result) -> str:
+    return _told(result, "table-saturated")
 
 
 def _invalid(result: Result) -> str:
@@ -182,6 +190,12 @@ OF_FITS = (
         "exchanged pairs of directions differ in a table, and a cosine explains it",
         "the values are cosine-corrected, or intensities: --quantity says which",
         _cosine,
+    ),
+    Check(
+        "saturated",
+        "the largest value of a table comes at 4 pairs of directions or more, and 5 times as often as the next ones",
+        "the detector was saturated: what was brighter is not in the table",
+        _saturated,
     ),
     Check(
         "not-determined",

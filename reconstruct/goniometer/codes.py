@@ -27,4 +27,11 @@ ENTRIES = (
         least=doubts.PEAK,
         source="NIST's PTFE has 1.06; very rough matte ones up to 1.75",
     ),
+    Entry(
+        "table-saturated",
+        "The largest value of a table comes at many pairs of directions, and far more often than the next ones.",
+        "Leave the rows out at which the detector was saturated.",
+        least=doubts.LEVEL,
+        source="tables of known surfaces with noise or cut-off digits; none of thirty CUReT materials has it",
+    ),
 )

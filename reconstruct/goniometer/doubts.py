@@ -8,6 +8,7 @@ from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+from photogonio.reconstruct.table.neighbours import numbered, places
 
 COSINE = 0.25  # of the power of a cosine that twins follow, from 1
 LEFT = 0.2  # of the squared differences of twins, beside that cosine
@@ -18,11 +19,16 @@ PEAK = 1.8  # of the readings near the lamp's direction, over those around it
 OTHER = 1.3  # and over those near the mirror direction
 
 
+FLAT = 5.0  # times as often as the values next below the largest must come, to be a limit, and
+LEVEL = 4  # times, at different directions
+BELOW = 10  # values next below
+
+
 def doubts_of(samples: GoniometerSamples, quantity: str) -> tuple[Diagnosis, ...]:
     """What is doubtful of samples that were read as ``quantity``."""
     size = np.maximum(np.abs(samples.value).mean(0), np.finfo(float).tiny)
     value = np.mean(samples.value / size, axis=1)
-    found = (_cosine(samples, value, quantity), _lamp_side(samples, value))
+    found = (_cosine(samples, value, quantity), _lamp_side(samples, value), _saturated(samples))
     return tuple(one for one in found if one is not None)
 
 
@@ -68,3 +74,21 @@ def _lamp_side(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | Non
 
 def _bright(value: np.ndarray) -> float | None:
     return float(np.quantile(value, 0.75)) if len(value) >= FEWEST else None
+
+
+def _saturated(samples: GoniometerSamples) -> Diagnosis | None:
+    """Whether the largest value comes far more often than the next, as where a detector could take no more."""
+    at = numbered(places(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i))
+    for channel, value in zip(samples.channels, samples.value.T, strict=True):
+        apart = np.unique(np.column_stack([value, at]), axis=0)[:, 0]  # the same place again is no repetition
+        values, count = np.unique(apart, return_counts=True)
+        beside = count[-BELOW - 1 : -1]
+        if len(beside) < BELOW or count[-1] < max(LEVEL, FLAT * beside.mean()):
+            continue
+        of = f" of {channel}" if len(samples.channels) > 1 else ""
+        message = (
+            f"the largest value{of}, {values[-1]:.6g}, comes at {count[-1]} pairs of directions: was the "
+        )
+        message += "detector saturated there? Leave such rows out"
+        return Diagnosis("table-saturated", message, amount=float(count[-1]), least=LEVEL)
+    return None

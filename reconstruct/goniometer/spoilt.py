@@ -13,10 +13,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from photogonio.reconstruct.goniometer.suspects import APART, FEWEST, STUCK, is_mark, suspects
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
-from photogonio.reconstruct.table.neighbours import Expected, expected, places
+from photogonio.reconstruct.table.neighbours import Expected, expected, numbered, places
 
-FEWEST = 8  # rows with values above zero, by which others can be judged
 JUDGED = 500  # rows of a kind that are looked at
 MOST = 0.6  # of those, that must contradict what their neighbours say
 SURE = 8.0  # standard deviations of the noise
@@ -24,20 +24,20 @@ QUIET = 0.15  # of the rows are where nothing but noise spoils a local fit
 STEPS = (
     3.0  # steps of the table's digits, or standard deviations of its noise about zero, that may read as zero
 )
+CUT_OFF = 10.0  # of such steps, below which a surface may have its last digits
 DECAYED = 0.5  # of the least value around zeros: there values have fallen below what is told from zero
 ZERO = 1e-9  # of the middle value
 NEAR_LAMP = np.radians(30.0)  # the widest that a detector hides
-APART = 3.0  # factor between a mark of a missing value and what neighbours say
-FAR = 20.0  # factor between the largest value and the next that is suspect
-OFTEN = 0.01  # of the rows, that hold the same largest value
+OFF = 1.3  # factor that such a value must lie from what neighbours say, and
+UNLIKE = 4.0  # standard errors of that
 IMPOSSIBLE = 1e6  # factor between a value and what neighbours say that no peak has
 PEAK = np.radians(15.0)  # half angle within which large values may be a peak
 CLOSE, ALONE = (
     9,
     0.6,
 )  # nearest rows, itself among them, and the share of good ones about a zero that stands alone
+FADING = 0.2  # share of zeros beside low values, which then are a surface's last digits
 LINKED = 20  # nearest rows that a zero hangs together with
-_MARKS = {9, 99, 999, 9999, 99999, 999999, 32767, 32768, 65535, 2147483647}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> lis
     size = np.abs(value[value != 0.0])
     if not len(size):
         return []
-    marks = _suspects(at, value)
+    marks = suspects(at, value)
     zero = np.abs(value) <= ZERO * np.median(size)
     good = ~np.isin(value, marks) & ~zero & (value > 0.0)
     if good.sum() < FEWEST or not (zero.any() or len(marks) or (value < 0).any()):
@@ -77,29 +77,6 @@ def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> lis
     out = np.concatenate([one.rows for one in found]) if found else np.empty(0, int)
     hidden = np.setdiff1d(np.flatnonzero(zero), out)
     return found + _zeros(samples, known, hidden, channel)
-
-
-def _suspects(at: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Values that may be marks: below zero and repeated, or far below all others, or the largest if they are repeated
-    or far above the next. The same value at the same place is not repeated."""
-    keys = np.unique(np.column_stack([value, np.rint(at * 1e4)]), axis=0)[:, 0]
-    values, count = np.unique(keys, return_counts=True)
-    middle = float(np.median(value[value > 0.0])) if (value > 0.0).any() else 1.0
-    below = values < 0.0
-    suspect = values[below & ((count > 1) | (values < -FAR * middle) | _is_mark(values))].tolist()
-    for k in range(len(values) - 1, max(len(values) - 6, 0), -1):
-        often = OFTEN * len(value) < count[k] < 0.5 * len(value) and count[k] >= FEWEST
-        least = 1.0 if often else APART if count[k] > 1 else FAR
-        if values[k] <= 0.0 or not values[k] > least * max(values[k - 1], middle):
-            break
-        suspect.append(values[k])
-    return np.array(suspect)
-
-
-def _is_mark(values: np.ndarray) -> np.ndarray:
-    """Whether numbers are such as programs write for a missing one."""
-    size = np.abs(values)
-    return np.isin(size, list(_MARKS)) | (size == 1.0) | (size >= 1e29)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,12 +129,53 @@ def _marked(samples, known: _Known, rows: np.ndarray, mark: float, channel: int)
         wrong |= (told.least > STEPS * known.step) & (told.value - mark > SURE * known.noise(told.value))
     else:
         apart = np.log(mark) - np.log(told.value)
+        off = np.abs(apart) > np.maximum(UNLIKE * told.spread, np.log(OFF))
+        peaks = np.mean(half_angle(samples, some) <= PEAK) > 1.0 - MOST and np.median(apart) > 0.0
+        if off.mean() > MOST and not peaks and _scattered(known, rows):
+            return SpoiltRows(rows, channel, mark, float(np.median(told.value)), None)
+        if np.median(apart) < 0.0:
+            return _too_low(known, rows, mark, channel, told)
         wrong = apart > np.maximum(SURE * told.spread, np.log(APART))
         elsewhere = np.mean(half_angle(samples, some) > PEAK)
-        written = bool(_is_mark(np.array([mark]))[0]) and mark != 1.0
+        written = bool(is_mark(np.array([mark]))[0]) and mark != 1.0
         if not (written or elsewhere > 1.0 - MOST or np.median(apart) > np.log(IMPOSSIBLE)):
             return None
     if wrong.mean() < MOST:
+        return None
+    return SpoiltRows(rows, channel, mark, float(np.median(told.value)), None)
+
+
+def _scattered(known: _Known, rows: np.ndarray) -> bool:
+    """Whether rows are of several pairs of directions and most stand among others, as a surface's own values do not."""
+    once = np.unique(numbered(known.at[rows]), axis=0, return_index=True)[1]
+    if len(once) < STUCK:
+        return False
+    return float(np.median(_share_beside(known, _some(rows[once]), known.good))) > ALONE
+
+
+def _fading(known: _Known, rows: np.ndarray, mark: float) -> bool:
+    """Whether zeros are among the nearest other pairs of directions, as where a gloss has its last digits."""
+    other = np.flatnonzero(known.value != mark)
+    other = other[np.unique(numbered(known.at[other]), axis=0, return_index=True)[1]]
+    _, near = cKDTree(known.at[other]).query(known.at[_some(rows)], k=min(CLOSE, len(other)))
+    zero = (known.value[other] <= 0.0)[near.reshape(-1, min(CLOSE, len(other)))]
+    return float(np.median(zero.mean(1))) > FADING
+
+
+def _share_beside(known: _Known, rows: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """(m,) how many of the rows nearest to each are among ``which`` (n,) bool."""
+    _, near = cKDTree(known.at).query(known.at[rows], k=min(CLOSE, len(known.at)))
+    return which[near.reshape(len(rows), -1)].mean(1)
+
+
+def _too_low(known: _Known, rows: np.ndarray, mark: float, channel: int, told: Expected) -> SpoiltRows | None:
+    """Rows that hold a value far below what their neighbours say, as zeros would, where values had not fallen to it."""
+    steps = STEPS if mark > STEPS * known.step else CUT_OFF
+    least = max(APART * mark, mark + steps * known.step)
+    above, straight = told.least > least, told.straight - 3.0 * told.rough > least
+    sure = told.value - mark > SURE * known.noise(told.value)
+    wrong = above & sure & (straight | (told.spread < 0.1))
+    if wrong.mean() < MOST or _decayed(known, rows, told) or _fading(known, rows, mark):
         return None
     return SpoiltRows(rows, channel, mark, float(np.median(told.value)), None)
 
@@ -189,8 +207,7 @@ def _of_cluster(known: _Known, cluster: np.ndarray) -> np.ndarray:
         return cluster
     if len(some) < len(cluster):
         return cluster[:0]
-    _, near = cKDTree(known.at).query(known.at[cluster], k=min(CLOSE, len(known.at)))
-    return cluster[wrong & (known.good[near.reshape(len(cluster), -1)].mean(1) > ALONE)]
+    return cluster[wrong & (_share_beside(known, cluster, known.good) > ALONE)]
 
 
 def _mostly_wrong(known: _Known, rows: np.ndarray) -> bool:

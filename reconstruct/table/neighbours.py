@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 from photogonio.capture import robust
 
 NEIGHBOURS = 14
+ALIKE = 1e-4  # radians between pairs of directions that are one
+UNTURNED = 1e-3  # radians from the normal, within which an azimuth means nothing
 RIDGE = 1e-3  # of the spread of places, so that a direction in which none differ has no slope
 ROUNDS = 4  # of weighing neighbours by how far they are from the others
 _BATCH = 20000
@@ -36,6 +38,15 @@ def places(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> np.nda
     dphi = np.abs((dphi + np.pi) % (2.0 * np.pi) - np.pi)
     sine = np.sin(theta_r)
     return np.column_stack([theta_i, sine * np.cos(dphi), sine * np.sin(dphi), np.cos(theta_r)])
+
+
+def numbered(at: np.ndarray) -> np.ndarray:
+    """(n, 4) of places (n, 4) as whole numbers, the same for pairs at which an isotropic surface is the same: light
+    from the normal has no azimuth."""
+    same = at.copy()
+    normal = at[:, 0] < UNTURNED
+    same[normal, 1], same[normal, 2] = np.hypot(at[normal, 1], at[normal, 2]), 0.0
+    return np.rint(same / ALIKE)
 
 
 def expected(at: np.ndarray, value: np.ndarray, where: np.ndarray, *, own: bool = False) -> Expected:

@@ -86,3 +86,10 @@ def test_measured_tables_are_not_doubted():
         assert read_samples(DATA / "nist-ptfe/PTFE.data.csv", told).diagnoses == ()
     for path in sorted((DATA / "curet-30").glob("*.csv")):
         assert read_samples(path).diagnoses == (), path
+
+
+@pytest.mark.parametrize("surface", ["satin", "matte", "metal"])
+def test_a_detector_that_could_take_no_more_is_told(surface):
+    table = measured(SURFACES[surface], PLACES["random"], noise=0.01)
+    limit = np.quantile(table.value, 0.97)
+    assert codes(replace(table, value=np.minimum(table.value, limit))) == ["table-saturated"]

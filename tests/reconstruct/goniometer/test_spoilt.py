@@ -177,3 +177,28 @@ def test_no_row_of_measured_tables_is_left_out():
     for path in sorted((DATA / "curet-30").glob("*.csv")):
         found = read_samples(path)
         assert len(found.value) == 205 and found.warnings == (), path
+
+
+@pytest.mark.parametrize("mark", [0.001, 1e-6])
+@pytest.mark.parametrize("surface", ["matte", "rough", "satin"])
+@pytest.mark.parametrize("share", [0.02, 0.3])
+def test_a_small_value_where_nothing_was_measured(surface, mark, share):
+    table = measured(SURFACES[surface], PLACES["grid"])
+    rows = some(table, share)
+    found = find_spoilt(spoiled(table, rows, mark))
+    assert [one.mark for one in found] == [mark]
+    np.testing.assert_array_equal(found[0].rows, np.sort(rows))
+
+
+@pytest.mark.parametrize("mark", [0.07, 0.3])
+def test_a_value_that_comes_again_and_again_among_others(mark):
+    table = measured(SURFACES["matte"], PLACES["scattered"], noise=0.02)
+    rows = some(table, 0.1)
+    assert [one.mark for one in find_spoilt(spoiled(table, rows, mark))] == [mark]
+
+
+@pytest.mark.parametrize(("power", "step"), [(20.0, 0.01), (50.0, 0.005), (300.0, 0.02)])
+def test_the_last_digits_of_a_black_gloss_are_believed(power, step):
+    table = measured(glossy(0.0, 0.3, power), PLACES["grid"], noise=0.0)
+    cut = replace(table, value=np.round(table.value / step) * step)
+    assert find_spoilt(cut) == [] and np.mean(cut.value == 0.0) > 0.5
