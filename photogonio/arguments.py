@@ -7,24 +7,11 @@ import sys
 from typing import NoReturn
 
 from photogonio import __version__
-from photogonio.argument_values import (
-    auto_or_whole,
-    executor,
-    lobes,
-    mask,
-    names,
-    pairs,
-    positive,
-    whole,
-)
+from photogonio.argument_values import executor, mask, whole
+from photogonio.option_groups import fit_options, table_options, workers_option
 
-_SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
 _KINDS = "a result's folder, coefficients.json, truth.json, or what export writes"
 _PAPERS = ("a4", "a3", "letter")
-# as photogonio.reconstruct.goniometer.told has them, which would import numpy
-_QUANTITIES = ("brdf", "brdf-cos", "brdf-cos-cos", "brdf-cos-incident", "reflectance-factor", "percent")
-_ANGLES = ("degrees", "radians")
-_AZIMUTHS = ("lamp", "mirror")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -83,7 +70,7 @@ def _process(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("set", metavar="SET", help="folder with photoset.toml")
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: SET's name + -brdf)")
-    _fit_options(parser)
+    fit_options(parser)
 
 
 def _batch(commands: argparse._SubParsersAction) -> None:
@@ -103,7 +90,7 @@ def _batch(commands: argparse._SubParsersAction) -> None:
         type=executor,
         help="how many worker processes and threads in all (default: one a core)",
     )
-    _fit_options(parser, workers=False)
+    fit_options(parser, workers=False)
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:
@@ -115,7 +102,7 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("set", metavar="SET", help="folder with photoset.toml")
     parser.add_argument("-o", "--out", metavar="FILE", default="setup.json", help="default: setup.json")
-    _workers(parser)
+    workers_option(parser)
 
 
 def _fit(commands: argparse._SubParsersAction) -> None:
@@ -133,8 +120,8 @@ def _fit(commands: argparse._SubParsersAction) -> None:
         "pab-opto files or a folder of them; or table.npz",
     )
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: TABLE's name + -brdf)")
-    _table_options(parser)
-    _fit_options(parser)
+    table_options(parser)
+    fit_options(parser)
 
 
 def _synthesize(commands: argparse._SubParsersAction) -> None:
@@ -147,7 +134,7 @@ def _synthesize(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("scene", metavar="SCENE", nargs="?", help="a built-in name or a scene file (TOML)")
     parser.add_argument("-o", "--out", metavar="SET", help="folder to write (default: the scene's name)")
     parser.add_argument("--list", action="store_true", help="list the built-in scenes")
-    _workers(parser)
+    workers_option(parser)
 
 
 def _evaluate(commands: argparse._SubParsersAction) -> None:
@@ -175,8 +162,8 @@ def _evaluate(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--cache", metavar="FOLDER", help="where synthesized sets are kept (default: OUT/sets)"
     )
-    _table_options(parser)
-    _workers(parser)
+    table_options(parser)
+    workers_option(parser)
 
 
 def _compare(commands: argparse._SubParsersAction) -> None:
@@ -194,7 +181,7 @@ def _compare(commands: argparse._SubParsersAction) -> None:
         "--mask", metavar="DEGREES", type=mask, default=80.0, help="largest angle (default: 80)"
     )
     parser.add_argument("--scale", action="store_true", help="scale A to B first, one factor a channel")
-    _table_options(parser)
+    table_options(parser)
 
 
 def _show(commands: argparse._SubParsersAction) -> None:
@@ -260,75 +247,3 @@ def _init(commands: argparse._SubParsersAction) -> None:
         "photogonio init my-set",
     )
     parser.add_argument("folder", metavar="FOLDER")
-
-
-def _table_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--columns",
-        metavar="NAME=HEADER,...",
-        type=pairs,
-        default={},
-        help="other headers: theta_i=...,phi_i=...,theta_r=...,phi_r=...,value=R+G+B,sigma=...",
-    )
-    parser.add_argument(
-        "--where",
-        metavar="HEADER=VALUE",
-        type=pairs,
-        action="append",
-        default=[],
-        help="take only rows with this value; may be given again",
-    )
-    parser.add_argument(
-        "--channel-by", metavar="HEADER", help="each value of this column, such as a wavelength, is a channel"
-    )
-    parser.add_argument(
-        "--quantity",
-        choices=_QUANTITIES,
-        default="brdf",
-        help="what the values are; cos: of the exit angle; percent: of a perfect white diffuser (default: brdf)",
-    )
-    parser.add_argument(
-        "--angles", choices=_ANGLES, help="default: degrees; asked where they look like radians"
-    )
-    parser.add_argument(
-        "--azimuth",
-        choices=_AZIMUTHS,
-        help="side on which phi_r - phi_i is 0; without azimuths, that of exit angles with the sign of theta_i "
-        "(default: lamp)",
-    )
-
-
-def _fit_options(parser: argparse.ArgumentParser, *, workers: bool = True) -> None:
-    parser.add_argument("--order", type=auto_or_whole, default="auto", help="largest radial order, or auto")
-    parser.add_argument(
-        "--level", type=auto_or_whole, default="auto", help="of the icosahedral facets, or auto"
-    )
-    parser.add_argument("--symmetry", choices=_SYMMETRIES, default="auto")
-    parser.add_argument("--lobes", type=lobes, default="auto", help="auto, none, or how many")
-    parser.add_argument(
-        "--physics",
-        choices=("auto", "on", "off"),
-        default="auto",
-        help="hold the result to f >= 0 and albedos up to 1; auto: where the plain fit is off by more than its error",
-    )
-    parser.add_argument(
-        "--prior",
-        choices=("auto", "none"),
-        default="auto",
-        help="of smooth modes, its strength by what is left out; none: least squares alone",
-    )
-    parser.add_argument(
-        "--robust",
-        choices=("on", "off"),
-        default="on",
-        help="off: single values that contradict their neighbours count like all others",
-    )
-    parser.add_argument("--channels", metavar="A,B,...", type=names, help="only these, by name")
-    if workers:
-        _workers(parser)
-    else:
-        parser.set_defaults(workers=None)
-
-
-def _workers(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--workers", metavar="N", type=positive, help="default: one a core")
