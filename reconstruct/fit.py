@@ -40,6 +40,7 @@ from photogonio.reconstruct.uncertainty.budget import uncertainty_of
 MOST_CELLS = (
     24_000  # of photos, evenly taken: a view counts as few independent ones, and more say nothing new
 )
+ROWS_ENOUGH = 2500  # evenly taken of more, to tell whether an average is what they are fitted by
 VIEW_ERROR = 0.003  # of a view's scale, at least
 
 
@@ -71,16 +72,21 @@ def fit_table(
         seen = replace(seen, doubt=known.doubt(seen))
     stated = 0.0 if known.view_errors is None else known.view_errors
     views = np.maximum(np.broadcast_to(stated, len(seen.groups)), VIEW_ERROR)
-    average = best_average(seen) if asks_for_average(seen, options) else None
+    few = seen.take(
+        np.arange(0, len(seen), -(-len(seen) // ROWS_ENOUGH))
+    )  # of which an average tells as much
+    average = best_average(few, finer=len(few) == len(seen)) if asks_for_average(seen, options) else None
     verdict = asked(options.symmetry, seen)
     if verdict is None and average is not None:
         progress("testing isotropy")
-        verdict, average = judge_rows(seen, average)
+        verdict, average = judge_rows(few, average)
     work, verdict = _cleaned(seen, views, options, known.stray, progress, verdict)
     if not seen.binned:
         verdict = verdict.beside(direct(seen))
     progress("choosing the model")
     if average is not None and not beaten(average, work):
+        if len(average.fold) < len(seen):
+            average = best_average(seen, of=average)
         return _averaged(work, average, verdict, options, known.scale_error)
     tried, chosen, best = select(work, options, verdict.symmetry)
     progress("final fit")

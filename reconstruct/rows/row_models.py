@@ -24,17 +24,21 @@ MUCH = 0.65  # of the average's loss is what a single model may have at most
 CERTAIN = 2.0  # standard errors of that comparison
 
 
-def best_average(cells: Cells) -> Average:
-    """The average of the order that predicts rows left out best, from :data:`ORDER` on: the prior bounds it anyhow."""
+def best_average(cells: Cells, of: Average | None = None, *, finer: bool = True) -> Average:
+    """The average of the order that predicts rows left out best, from :data:`ORDER` on: the prior bounds it anyhow.
+
+    With the lobes ``of`` an average of some of the rows, if there is one; higher orders are tried if ``finer``.
+    """
     deviation = error_model(cells)
-    best = average_of(cells, deviation, ORDER)
-    for order in FINER:
+    lobes = None if of is None else tuple(one.lobes for one in of.members if one.lobes.families)
+    best = average_of(cells, deviation, ORDER, lobes)
+    for order in FINER if finer else ():
         if len(cells) < ROWS_A_MODE * len(Basis("isotropic", order).modes):
             break
-        finer = average_of(cells, deviation, order)
-        loss, before = (loss_of(cells, one.left_out, one.fold).sum() for one in (finer, best))
+        other = average_of(cells, deviation, order, lobes)
+        loss, before = (loss_of(cells, one.left_out, one.fold).sum() for one in (other, best))
         if loss < before:
-            best = finer
+            best = other
         if loss > (1.0 - BETTER) * before:
             break
     return best
