@@ -7,7 +7,7 @@ normal that leans. Isotropic choices are counted apart where the report says tha
 
     python -m benchmarks.symmetry_choice [--sets N] [--first K] [--kind KIND] [--quick] [--csv FILE]
 
-``--quick`` takes two sets of each kind.
+``--quick`` takes two sets of each kind. Of measured rows: :mod:`benchmarks.row_symmetry`.
 """
 
 from __future__ import annotations

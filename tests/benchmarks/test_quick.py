@@ -16,6 +16,7 @@ from benchmarks import (
     kernel,
     lamps,
     left_out_rows,
+    row_symmetry,
     symmetry_choice,
     whole,
 )
@@ -134,3 +135,15 @@ def test_sets_in_order_stay_below_what_is_told(capsys):
     assert len(amounts) >= 8
     del amounts["vignetting"]  # of one set's paper it is known to a few hundredths: told by standard errors
     assert {code for code, amount in amounts.items() if amount >= least[code]} == set()
+
+
+def test_the_symmetry_of_drawn_rows_is_judged(tmp_path, capsys):
+    rng = np.random.default_rng(0)
+    theta = np.degrees(np.arccos(rng.uniform(0.2, 1.0, (2, 120))))
+    phi = rng.uniform(-180.0, 180.0, (2, 120))
+    value = 0.2 * (1.0 + 0.02 * rng.normal(size=120))
+    rows = np.column_stack([theta[0], phi[0], theta[1], phi[1], value])
+    header = "theta_i,phi_i,theta_r,phi_r,value"
+    np.savetxt(tmp_path / "rows.csv", rows, delimiter=",", header=header, comments="")
+    row_symmetry.main([str(tmp_path), "--kind", "isotropic", "--quick"])
+    assert "isotropic: 0 of 2 wrong" in capsys.readouterr().out
