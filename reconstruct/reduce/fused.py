@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from photogonio.reconstruct.reduce.directions import ViewScene
-from photogonio.reconstruct.reduce.kernel import SumTable, reduce_rows
+from photogonio.reconstruct.reduce.kernel import reduce_rows
 from photogonio.reconstruct.reduce.ray_grid import Lens
+from photogonio.reconstruct.reduce.sums_kernel import SumTable
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 from photogonio.reconstruct.table.facets import vertices
 

@@ -1,37 +1,26 @@
 """The compiled stages of :mod:`reconstruct.reduce.fused`, each for one row of pixels, which stays in the first cache.
 
-All of them are in one file, since a compiled function kept on disk is not renewed when a function of another
-file that it calls changes. A stage takes whole tuples of arrays, so it is called for a row, never for a pixel.
-Columns are unsigned (``start``, ``stop``): an index that may be negative is tested for it, and keeps a loop out
-of the vector lanes. Signed and unsigned must not meet, or numba makes a float of them.
+What is summed of a row stands in :mod:`reconstruct.reduce.sums_kernel`. A stage takes whole tuples of arrays, so it is
+called for a row, never for a pixel. Columns are unsigned (``start``, ``stop``): an index that may be negative is tested
+for it, and keeps a loop out of the vector lanes. Signed and unsigned must not meet, or numba makes a float of them.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH, OUTSIDE, USED
 from photogonio.reconstruct.reduce.ray_grid import ORDER
+from photogonio.reconstruct.reduce.sums_kernel import gather
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 from photogonio.reconstruct.table.facets import facet_of
 
 INSIDE = 1e-12  # sine of the distance from a facet's edges at which a direction is surely inside
-SCATTER = 0x2545F4914F6CDD1D  # odd, of well mixed bits: Vigna's
 _OUTLINE, _COVERED, _UNLIT, _GRAZING, _SHADOWED, _SATURATED, _INVALID, _ = range(len(LEFT_OUT))
 _COS, _SIN = float(np.cos(CANONICAL_AZIMUTH)), float(np.sin(CANONICAL_AZIMUTH))
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
-
-
-class SumTable(NamedTuple):
-    """A table that grows: an open hash of indices in ``keys``, and the sums of each."""
-
-    slots: np.ndarray  # (4 n,) int32, -1: free
-    keys: np.ndarray  # (n,) int64
-    sums: np.ndarray  # (n, 11 + 3 c)
 
 
 @_jit
@@ -51,7 +40,7 @@ def reduce_rows(rig, nodes, taps, frame, region, level, edges, row, cells, used,
         _expose(row.falloff, row.geometry, row.inverse, start, stop)
         _screen(frame.valid[v], frame.saturated[v], shift, row.reason, start, stop)
         _find(row, start, stop, edges, level)
-        cells, used = _gather(rig, frame.value[v], frame.variance[v], shift, row, start, stop, cells, used)
+        cells, used = gather(rig, frame.value[v], frame.variance[v], shift, row, start, stop, cells, used)
         for x in range(start, stop):
             if row.reason[x] >= 0:
                 left_out[row.reason[x]] += 1
@@ -286,87 +275,3 @@ def _inside(edges, facet, x, y, z):
         and edges[facet, 3] * x + edges[facet, 4] * y + edges[facet, 5] * z > INSIDE
         and edges[facet, 6] * x + edges[facet, 7] * y + edges[facet, 8] * z > INSIDE
     )
-
-
-@_jit
-def _gather(rig, value, variance, shift, row, start, stop, cells, used):
-    """Adds the pixels of a row to the cells of their facet pairs. Returns the cells and how many are in use."""
-    c = len(rig.per_strength)
-    keys, end, one = row.key, start, np.uint64(1)
-    while end < stop:
-        first, key = end, keys[end]
-        while end < stop and keys[end] == key:
-            end += one
-        if key < 0:
-            continue
-        if used == len(cells.keys):
-            cells = _grown(cells)
-        at = _slot(cells.slots, cells.keys, key)
-        if cells.slots[at] < 0:
-            cells.slots[at], cells.keys[used] = used, key
-            used += 1
-        cell = cells.sums[cells.slots[at]]
-        _add_light(cell, rig.per_strength, rig.weight, value, variance, shift, row.inverse, first, end)
-        cell[0] += np.float64(end - first)
-        _add_place(cell, 1, 2 + 3 * c, rig.weight, row, first, end)
-    return cells, used
-
-
-@_jit
-def _add_light(cell, per_strength, weight, value, variance, shift, inverse, first, last):
-    """Sums of omega f, omega f^2 and omega^2 var(f) of a run of pixels.
-
-    With omega = weight g, f = s L and s = per_strength / g these are sums of L, L^2 / g and var(L), but for factors.
-    """
-    c = len(per_strength)
-    for k in range(c):
-        total, square, noise = 0.0, 0.0, 0.0
-        for x in range(first, last):
-            radiance = np.float64(value[x + shift, k])
-            total += radiance
-            square += radiance * radiance * inverse[x]
-            noise += variance[x + shift, k]
-        scale = weight * per_strength[k]
-        cell[2 + k] += scale * total
-        cell[2 + c + k] += scale * per_strength[k] * square
-        cell[2 + 2 * c + k] += scale * scale * noise
-
-
-@_jit
-def _add_place(cell, weights, base, weight, row, first, last):
-    """Sum of omega, and sums of omega times directions and place, of a run of pixels."""
-    geometry, incident, exit_, point = row.geometry, row.incident, row.exit, row.point
-    total, a, b, c, d, e, f, g, h, i = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for x in range(first, last):
-        w = geometry[x]
-        total += w
-        a, b, c = a + w * incident[0, x], b + w * incident[1, x], c + w * incident[2, x]
-        d, e, f = d + w * exit_[0, x], e + w * exit_[1, x], f + w * exit_[2, x]
-        g, h, i = g + w * point[0, x], h + w * point[1, x], i + w * point[2, x]
-    cell[weights] += weight * total
-    for k, part in enumerate((a, b, c, d, e, f, g, h, i)):
-        cell[base + k] += weight * part
-
-
-@_jit
-def _slot(slots, keys, key):
-    """Where ``key`` stands, or would, in the open hash."""
-    mask = len(slots) - 1
-    at = (key * SCATTER >> 20) & mask
-    while slots[at] >= 0 and keys[slots[at]] != key:
-        at = (at + 1) & mask
-    return at
-
-
-@_jit
-def _grown(cells):
-    """Room for twice as many cells."""
-    n, columns = cells.sums.shape
-    slots, keys, sums = np.empty(8 * n, np.int32), np.empty(2 * n, np.int64), np.zeros((2 * n, columns))
-    slots[:] = -1
-    for k in range(n):
-        keys[k] = cells.keys[k]
-        for m in range(columns):
-            sums[k, m] = cells.sums[k, m]
-        slots[_slot(slots, keys, keys[k])] = k
-    return SumTable(slots, keys, sums)

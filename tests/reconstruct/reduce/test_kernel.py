@@ -1,4 +1,4 @@
-"""The compiled stages of the reduction, one by one: geometry in closed form, and a table that grows."""
+"""The compiled stages of the reduction, one by one: geometry in closed form."""
 
 from __future__ import annotations
 
@@ -52,22 +52,6 @@ def test_pairs_are_turned_as_the_plain_form_turns_them():
     np.testing.assert_allclose(incident.T, plain_i, atol=1e-9)
     # where the light is near the normal, its azimuth is as sure as rounding over that angle
     np.testing.assert_allclose(exit.T, plain_r, atol=1e-9)
-
-
-def test_a_table_that_grows_keeps_its_sums_under_their_keys():
-    n, columns = 8, 14
-    slots = np.full(4 * n, -1, np.int32)
-    keys = np.random.default_rng(4).permutation(10**6)[:n].astype(np.int64)
-    table = kernel.SumTable(slots, keys, np.arange(n * columns, dtype=float).reshape(n, columns))
-    for k, key in enumerate(keys):
-        slots[kernel._slot(slots, keys, key)] = k
-    grown = kernel._grown(table)
-    assert len(grown.keys) == 2 * n and not grown.sums[n:].any()
-    for k, key in enumerate(keys):
-        at = grown.slots[kernel._slot(grown.slots, grown.keys, key)]
-        assert grown.keys[at] == key
-        np.testing.assert_array_equal(grown.sums[at], table.sums[k])
-    assert grown.slots[kernel._slot(grown.slots, grown.keys, 10**6)] == -1
 
 
 def test_a_direction_that_is_surely_inside_a_facet_is_found_there():
