@@ -18,7 +18,7 @@ from photogonio.reconstruct.brdf.errors_schema import write_beside
 from photogonio.reconstruct.brdf.fresh import fresh_deviation, fresh_only
 from photogonio.reconstruct.brdf.parameters import slopes
 from photogonio.reconstruct.lobes.lobe import Lobe
-from photogonio.reconstruct.lobes.lobe_sums import add_lobe
+from photogonio.reconstruct.lobes.lobe_sums import above_horizon, add_lobe
 from photogonio.reconstruct.modes import basis as modes
 from photogonio.reconstruct.modes import integrals
 from photogonio.reconstruct.modes.angles import spherical_angles
@@ -76,7 +76,7 @@ class Brdf:
                 rows[:] = base
             for k, one in enumerate(terms):
                 add_lobe(one, part, rows, base if k == 0 else None)
-            if not all(max(angle.max(), -angle.min()) <= 0.5 * np.pi for angle in (part[0], part[2])):
+            if not above_horizon(part[0], part[2]):
                 rows[np.maximum(np.abs(part[0]), np.abs(part[2])) > 0.5 * np.pi] = 0.0
                 rows[~np.isfinite(sum(part))] = np.nan
 

@@ -74,6 +74,20 @@ def _plain(angle: np.ndarray) -> np.ndarray:
     return angle if fit else np.array(angle, float)
 
 
+def above_horizon(theta_i: np.ndarray, theta_r: np.ndarray) -> bool:
+    """Whether no polar angle (n,), radians, lies below the horizon, and all are numbers."""
+    return bool(_all_above(_plain(theta_i), _plain(theta_r)))
+
+
+@_jit
+def _all_above(theta_i, theta_r):
+    most = 0.5 * math.pi
+    found = True
+    for j in range(len(theta_i)):
+        found &= (abs(theta_i[j]) <= most) & (abs(theta_r[j]) <= most)
+    return found
+
+
 _NO_BASE = np.empty(0)
 
 

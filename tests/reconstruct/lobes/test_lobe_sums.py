@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.reconstruct.lobes.lobe_sums import add_lobe, mirror_values
+from photogonio.reconstruct.lobes.lobe_sums import above_horizon, add_lobe, mirror_values
 from photogonio.reconstruct.modes.kernel import LANES
 from tests.drawn.brdfs import COATS, MIRRORS, RETROS, coat
 
@@ -92,3 +92,13 @@ def test_arrays_that_compiled_code_cannot_take_are_taken():
         a.setflags(write=False)
     for given in (strided, frozen):
         np.testing.assert_array_equal(alone(MIRRORS[0], given), expected)
+
+
+def test_angles_below_the_horizon_and_what_is_no_number_are_seen():
+    some = np.linspace(-0.5, 0.5, 1001) * np.pi
+    still = np.zeros_like(some)
+    assert above_horizon(some, some[::-1]) and above_horizon(np.broadcast_to(0.3, 5), np.zeros(5))
+    for wrong in (np.nextafter(0.5 * np.pi, 2.0), -1.6, np.nan):
+        other = some.copy()
+        other[777] = wrong
+        assert not above_horizon(other, still) and not above_horizon(still, other)
