@@ -16,6 +16,7 @@ from benchmarks import (
     kernel,
     lamps,
     left_out_rows,
+    modes_alone,
     row_symmetry,
     symmetry_choice,
     whole,
@@ -51,6 +52,13 @@ def test_growth(capsys):
     out = capsys.readouterr().out
     assert len(re.findall(r"time ~ size\^", out)) == 3
     assert all(int(cells) > 0 for cells in re.findall(r"(\d+) cells", out))
+
+
+def test_modes_alone_beside_least_squares(capsys):
+    modes_alone.main(["--quick"])
+    rows = re.findall(r"^\| ([\w-]+) \| \w+ \| ([\d.]+) \|$", capsys.readouterr().out, re.MULTILINE)
+    assert [name for name, _ in rows] == ["lambert"] * 2 + ["ggx-conductor"] * 2
+    assert all(0.99 <= float(one) <= 1.1 for _, one in rows)
 
 
 def test_symmetry_is_chosen_right(capsys):
