@@ -6,7 +6,7 @@ degrees of the worst channel, that over the near lamps', the error over half the
 angles, photos left out, whether the result calls itself not to be trusted, and what is told that the near set's is
 not::
 
-    python -m benchmarks.far_lamps [--scenes NAME ...] [--size PIXELS] [--lamps N] [--workers N] [--quick]
+    python -m benchmarks.far_lamps [--scenes NAME ...] [--board board|none] [--size PIXELS] [--lamps N] [--quick]
 
 Fewer and smaller photos than the scenes have: what is compared has the same ones.
 """
@@ -93,15 +93,18 @@ def measured(scene: Scene) -> Found:
 def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="what the distance of lamps costs")
     parser.add_argument("--scenes", nargs="+", default=built_in())
+    parser.add_argument("--board", choices=("board", "none"), help="only with, or only without one")
     parser.add_argument("--size", type=int, default=420)
     parser.add_argument("--lamps", type=int, default=8)
     parser.add_argument("--seed", type=int, default=0, help="added to the scenes'")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--quick", action="store_true", help="one scene, small")
+    parser.add_argument("--quick", action="store_true", help="one scene, small, without a board")
     args = parser.parse_args(argv)
-    names, size, lamps = (["matte-ball"], 300, 4) if args.quick else (args.scenes, args.size, args.lamps)
+    names, size, lamps = (["matte-ball"], 160, 3) if args.quick else (args.scenes, args.size, args.lamps)
+    wanted = "none" if args.quick else args.board
     plain = [smaller(load_scene(name), size, lamps) for name in names]
     rows = [row for one in plain for row in variants(replace(one, seed=one.seed + args.seed))]
+    rows = [row for row in rows if wanted in (None, row[0])]
     print(
         f"{'scene':22} {'board':6} {'lamps':5} error %  of near  of stated  left out  trusted  told besides"
     )

@@ -10,6 +10,7 @@ from benchmarks import all as everything
 from benchmarks import (
     coverage,
     end_to_end,
+    far_lamps,
     fit,
     growth,
     in_order,
@@ -155,3 +156,12 @@ def test_the_symmetry_of_drawn_rows_is_judged(tmp_path, capsys):
     np.savetxt(tmp_path / "rows.csv", rows, delimiter=",", header=header, comments="")
     row_symmetry.main([str(tmp_path), "--kind", "isotropic", "--quick"])
     assert "isotropic: 0 of 2 wrong" in capsys.readouterr().out
+
+
+def test_what_the_distance_of_lamps_costs(capsys):
+    far_lamps.main(["--quick", "--workers", "1"])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("matte-ball")]
+    assert [row[2] for row in rows] == ["near", "3", "sun"]
+    errors = [float(row[-6]) for row in rows]
+    assert 0.0 < max(errors) < 2.0  # per cent
+    assert all(row[-2] == "yes" and row[-3] == "0" for row in rows)

@@ -430,8 +430,8 @@ def command(folder: Path) -> Ways:
 def run_command(path: Path) -> None:
     """Only commands that end soon are let run: without an input that is there they all do."""
     words = str(path).split("\n")
-    heavy = {"evaluate": (), "synthesize": (), "target": (), "init": (".", "..")}
-    if words[0] == "evaluate" or any(word in words for word in heavy.get(words[0], ())):
+    heavy = {"evaluate": (), "synthesize": (), "target": (), "init": ("", ".", "..")}
+    if words[0] == "evaluate" or any(word in words[1:] for word in heavy.get(words[0], ())):
         words = [*words, "--no-such-option"]
     if words[0] == "target":  # writes where it is
         words = [*words, "-o", "/no-such-folder-at-all/target.pdf", "--square", "-1"]
