@@ -93,6 +93,8 @@ def _terms(cells: Cells, value: np.ndarray) -> np.ndarray:
 def _parts(terms: np.ndarray, squares: np.ndarray, size: float) -> tuple[float, float, float]:
     """The roots of what ``squares`` (k,) over ``size`` squared are the sums of, of ``terms`` (k, 3): as likely as may
     be, single large ones cut."""
+    if not squares.any():  # rows that are hit exactly tell of none
+        return 0.0, 0.0, 0.0
     least = LEAST * max(float(squares.mean()), np.finfo(float).tiny)
     expected = np.full_like(squares, max(float(squares.mean()), np.finfo(float).tiny))
     parts = np.zeros(3)

@@ -156,8 +156,8 @@ def test_published_coefficients_lie_within_the_standard_errors():
     assert np.mean(np.abs(z) < 2.0) >= 0.9
 
 
-def test_a_goniometer_s_gloss_that_is_no_lobe_of_ours_gets_the_modes_it_needs():
-    """A cosine to the power of 20 about the mirror direction holds harmonics up to degree 20."""
+def goniometer_rows(truth):
+    """What a goniometer reads of a surface in steps of ten degrees, with noise of 1 %."""
     step = np.radians(10.0)
     theta_i, theta_r, phi_r = (
         angle.ravel()
@@ -165,14 +165,32 @@ def test_a_goniometer_s_gloss_that_is_no_lobe_of_ours_gets_the_modes_it_needs():
             step / 2 + step * np.arange(8), step * np.arange(9), 1.5 * step * np.arange(13)
         )
     )
-    incident, exit = directions(theta_i, np.zeros_like(phi_r)), directions(theta_r, phi_r)
-    truth = make_brdf("phong", {"power": 20.0})
-    true = truth(incident, exit)
+    true = truth(directions(theta_i, np.zeros_like(phi_r)), directions(theta_r, phi_r))
     noisy = true * (1.0 + 0.01 * np.random.default_rng(0).normal(size=true.shape))
     rows = GoniometerSamples(theta_i, np.zeros_like(phi_r), theta_r, phi_r, noisy, None, ("R", "G", "B"))
-    auto, twelve = (fit_table(samples_table(rows), FitOptions(order=order)).brdf for order in (None, 12))
+    return samples_table(rows)
+
+
+def test_a_goniometer_s_gloss_about_the_mirror_direction_is_one_lobe():
+    """A cosine to the power of 20; noise of 1 % on each of 936 rows leaves much less of a few unknowns."""
+    truth = make_brdf("phong", {"power": 20.0})
+    found = fit_table(goniometer_rows(truth)).brdf
+    assert [lobe.model for lobe in found.lobes] == ["round"]
+    assert relative_error(found, truth).max() <= 0.01
+
+
+def test_a_goniometer_s_gloss_that_is_no_lobe_of_ours_gets_the_modes_it_needs():
+    """Flat to 20 degrees about the mirror direction, and steep beyond."""
+
+    def truth(incident, exit):
+        cosine = ((incident * [-1.0, -1.0, 1.0]) * exit).sum(-1)
+        apart = np.arccos(np.clip(cosine, -1.0, 1.0))
+        return np.repeat((0.05 + np.exp(-((apart / 0.4) ** 6)))[:, None], 3, axis=1)
+
+    table = goniometer_rows(truth)
+    auto, twelve = (fit_table(table, FitOptions(order=order)).brdf for order in (None, 12))
     assert auto.order > 12
-    assert relative_error(auto, truth).max() <= 0.3 * relative_error(twelve, truth).min()
+    assert (relative_error(auto, truth) < 0.8 * relative_error(twelve, truth)).all()
 
 
 def test_cells_without_a_number_are_refused_in_words():

@@ -65,27 +65,41 @@ def tone_doubt(
 ) -> ToneDoubt | None:
     """What the print says against the way in which codes were read; None if nothing, or nothing surely. Where it is too
     small in the photos to be read clear of all edges, ``reader`` shows it close to them."""
-    papers = [s for s in observations if s.has_paper and s.reading is not None and not s.dark]
-    readings = [(s, s.reading.samples, s.reading.level) for s in papers if s.reading is not None]
-    shares = [black_share(samples) for _, samples, _ in readings]
-    shares = [share for share in shares if np.isfinite(share)]
-    if not shares and reader is not None:
-        small = [
-            (s, found)
-            for s in papers[:: max(1, len(papers) // _LOOKED_AT)]
-            if (found := close_print(photoset, camera, s, reader)) is not None
-        ]
-        readings = [(s, samples, samples.value.mean(1)) for s, samples in small]
-        shares = [share_of_brightest(samples) for _, samples in small]
-    powers = []
-    for one, samples, level in readings:
-        place, white = lamp_place(photoset, camera, one), samples.white
-        if place is None:
-            continue
-        power = power_of_light(samples.points[white], level[white], place)
-        if power is not None:
-            powers.append(power)
+    papers = [s for s in observations if s.has_paper and not s.dark]
+    told = [_told_clear_of_edges(photoset, camera, one) for one in papers]  # one paper in memory at a time
+    if reader is not None and not any(np.isfinite(share) for share, _ in told):
+        some = papers[:: max(1, len(papers) // _LOOKED_AT)]
+        told = [_told_close_to_edges(photoset, camera, one, reader) for one in some]
+    shares = [share for share, _ in told if np.isfinite(share)]
+    powers = [power for _, power in told if power is not None]
     return judged(float(np.median(shares)) if shares else float("nan"), np.array(powers))
+
+
+def _told_clear_of_edges(photoset: PhotoSet, camera: Camera, one: Observation) -> tuple[float, float | None]:
+    """Share of black in white, NaN where no black is seen, and the power by which white grows with light."""
+    if (reading := one.reading) is None:
+        return float("nan"), None
+    power = _power(photoset, camera, one, reading.samples, reading.level)
+    return black_share(reading.samples), power
+
+
+def _told_close_to_edges(
+    photoset: PhotoSet, camera: Camera, one: Observation, reader: Reader
+) -> tuple[float, float | None]:
+    """The same of a small print."""
+    samples = close_print(photoset, camera, one, reader)
+    if samples is None:
+        return float("nan"), None
+    power = _power(photoset, camera, one, samples, samples.value.mean(1))
+    return share_of_brightest(samples), power
+
+
+def _power(
+    photoset: PhotoSet, camera: Camera, one: Observation, samples: PaperSamples, level: np.ndarray
+) -> float | None:
+    place = lamp_place(photoset, camera, one)
+    white = samples.white
+    return None if place is None else power_of_light(samples.points[white], level[white], place)
 
 
 def black_share(samples: PaperSamples) -> float:

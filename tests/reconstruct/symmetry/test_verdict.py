@@ -134,6 +134,8 @@ def test_a_symmetry_that_is_asked_for_is_obeyed(symmetry):
     assert fit.brdf.symmetry == symmetry and fit.brdf.order == 2
     assert fit.symmetry.reason == "asked for"
     cells = fit.cells
-    np.testing.assert_allclose(fit.predicted, fit.model.evaluate(cells), rtol=1e-9)
+    # the file's digits change f by a thousandth of its error each
+    rounded = 0.001 * fit.brdf.coefficients.size * fit.standard_error(cells)
+    assert (np.abs(fit.predicted - fit.model.evaluate(cells)) <= rounded).all()
     assert np.median(np.abs(fit.predicted / cells.value - 1.0)) <= 0.02
     assert (fit.brdf.standard_errors > 0.0).all()
