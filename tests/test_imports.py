@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,11 @@ HEAVY = ("numpy", "cv2", "scipy", "numba", "matplotlib", "rawpy", "OpenImageIO",
 FILES = [path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py"))]
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imported(tree: ast.AST) -> set[str]:
     """Dotted names of all imports, wherever they stand."""
     names = set()
@@ -54,7 +60,7 @@ def room_of(name: str) -> str | None:
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_imports_go_one_way(path: Path):
     room = path.relative_to(ROOT).parts[0]
-    assert {room_of(name) for name in imported(ast.parse(path.read_text()))} - {None} <= ROOMS[room] | {room}
+    assert {room_of(name) for name in imported(tree_of(path))} - {None} <= ROOMS[room] | {room}
 
 
 def module_of(path: Path) -> str:
@@ -63,10 +69,11 @@ def module_of(path: Path) -> str:
     return ".".join([*([] if parts[0] == "photogonio" else ["photogonio"]), *parts]).removesuffix(".__init__")
 
 
+@cache
 def ours(path: Path) -> set[str]:
     """The modules of this program that a file imports, those for type checks included."""
     names = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -115,7 +122,7 @@ def test_no_imports_go_in_circles():
 def test_no_public_class_name_stands_for_two_things():
     seen: dict[str, list[str]] = {}
     for name, path in MODULES.items():
-        for node in ast.parse(path.read_text()).body:
+        for node in tree_of(path).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 seen.setdefault(node.name, []).append(name)
     assert {name: where for name, where in seen.items() if len(where) > 1} == {}
@@ -123,7 +130,7 @@ def test_no_public_class_name_stands_for_two_things():
 
 def test_private_names_stay_in_their_module():
     for path in FILES:
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "photogonio":
                 assert not [
                     alias.name
@@ -144,9 +151,7 @@ def test_the_check_sees_imports_inside_functions():
 
 def test_synthetic_uses_no_solver():
     for path in sorted((ROOT / "synthetic").rglob("*.py")):
-        used = {
-            name for name in imported(ast.parse(path.read_text())) if name.startswith("photogonio.calib.")
-        }
+        used = {name for name in imported(tree_of(path)) if name.startswith("photogonio.calib.")}
         allowed = {name for name in used for room in GEOMETRY if f"{name}.".startswith(f"{room}.")}
         assert used == allowed, path
 
@@ -154,7 +159,7 @@ def test_synthetic_uses_no_solver():
 def test_images_are_decoded_in_one_place():
     seen = set()
     for path in FILES:
-        attributes = {n.attr for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Attribute)}
+        attributes = {n.attr for n in ast.walk(tree_of(path)) if isinstance(n, ast.Attribute)}
         if attributes & DECODERS:
             seen.add(str(path.relative_to(ROOT)))
     assert seen <= IMAGE_READERS
