@@ -69,7 +69,9 @@ class Presented:
         try:
             import xarray
         except ImportError as absent:
-            raise ImportError("to_xarray needs the package xarray: pip install xarray") from absent
+            raise ImportError(
+                "to_xarray needs the package xarray: pip install 'photogonio[xarray]'"
+            ) from absent
         polar = np.arange(0.0, LAST + 1.0, STEP)
         known = self._known()
         turn = np.arange(0.0, 181.0 if known.isotropic else 359.0, TURN)

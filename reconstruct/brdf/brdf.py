@@ -91,32 +91,41 @@ class Brdf:
     def standard_error(
         self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike
     ) -> np.ndarray:
-        """One standard error of f (..., c), 1/sr, from the covariance and what is beyond it; NaN where it is not known.
+        """One standard error of f (..., c), 1/sr, from the covariance and what is beyond it; 0 below the
+        horizon, NaN where it is not known.
 
         Angles as for :meth:`evaluate`.
         """
         angles = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_r)])
         flat = modes.flat(*angles)
-        known = self.uncertainty
+        known, channels = self.uncertainty, len(self.channels)
+        told = np.isfinite(np.stack(flat)).all(axis=0)
+        above = np.maximum(np.abs(flat[0]), np.abs(flat[2])) <= 0.5 * np.pi
+        variance = np.repeat(
+            np.where(told, 0.0, np.nan)[:, None], channels, axis=1
+        )  # f is 0 below the horizon
+        rows = np.flatnonzero(told & above)
+        if known is None and np.isnan(self.standard_errors).all():
+            variance[rows] = np.nan
+            return np.sqrt(variance).reshape(*angles[0].shape, channels)
         if known is None:
             names: tuple[str, ...] = ()
             spread = np.stack([np.diag(one**2) for one in np.asarray(self.standard_errors, float).T])
         else:
             names, spread = known.parameters, known.spread()
         names = names or tuple(map(str, range(len(self.modes))))
-        variance = np.empty((len(flat[0]), len(self.channels)))
 
         def task(start: int, stop: int) -> None:
-            part = [angle[start:stop] for angle in flat]
+            part = [angle[rows[start:stop]] for angle in flat]
             change = slopes(self, part, names)
             taken = np.einsum("npc,cpq,nqc->nc", change, spread, change, optimize=True)
             if known is not None:
                 beyond = known.relative(part[0], part[2], part[3] - part[1])
                 taken = np.maximum(taken, 0.0) + (beyond[:, None] * self.evaluate(*part)) ** 2
-            variance[start:stop] = taken
+            variance[rows[start:stop]] = taken
 
-        over_rows(task, len(variance), threads=1)
-        return np.sqrt(variance).reshape(*angles[0].shape, variance.shape[1])
+        over_rows(task, len(rows), threads=1)
+        return np.sqrt(variance).reshape(*angles[0].shape, channels)
 
     def prediction_interval(
         self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike

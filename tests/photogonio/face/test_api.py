@@ -166,7 +166,7 @@ def test_the_card_and_the_lines_are_for_reading():
 
 def test_without_xarray_it_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ImportError, match="pip install xarray"):
+    with pytest.raises(ImportError, match=r"pip install .photogonio\[xarray\]"):
         plastic().to_xarray()
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,3 +80,19 @@ def test_what_is_beyond_parameters_adds_in_squares():
     known = Uncertain(("a",), np.zeros((1, 1)), scale=0.03, misfit=one)
     angle = np.array([0.4, 1.0])
     np.testing.assert_allclose(known.relative(angle, angle, angle), 0.05, rtol=1e-12)
+
+
+def test_errors_are_0_below_the_horizon_where_f_is_and_unknown_of_no_direction():
+    brdf = uncertain(brdf_of(mirror(0.3), order=1))
+    theta_i = np.array([0.3, 2.0, np.nan, 0.3])
+    error = brdf.standard_error(theta_i, 0.0, [0.2, 0.2, 0.2, -2.0], 0.5)
+    f = brdf.evaluate(theta_i, 0.0, [0.2, 0.2, 0.2, -2.0], 0.5)
+    assert (error[0] > 0.0).all() and np.isnan(error[2]).all()
+    assert (error[[1, 3]] == 0.0).all() and (f[[1, 3]] == 0.0).all()
+
+
+def test_of_a_brdf_that_knows_no_errors_none_are_worked_out():
+    brdf = brdf_of(mirror(0.3), order=1)
+    brdf = replace(brdf, standard_errors=np.full_like(brdf.coefficients, np.nan), uncertainty=None)
+    error = brdf.standard_error([0.3, 2.0], 0.0, 0.2, 0.5)
+    assert np.isnan(error[0]).all() and (error[1] == 0.0).all()
