@@ -102,7 +102,10 @@ class MeasuredBrdf(Presented, Brdf):
         albedo = " · ".join(f"{value:.3f}" for value in self.bihemispherical_albedo())
         symmetry = "turning" if self.turning else "isotropic"
         top = self.valid.get("theta_i_max")
-        known = "said for every parameter" if self.uncertainty is not None else "of no parameter but modes"
+        if self.uncertainty is not None:
+            known = "said for every parameter"
+        else:
+            known = "not known" if np.isnan(self.standard_errors).all() else "of no parameter but modes"
         valid = "" if top is None else f", valid below {top:.0f} degrees"
         return [
             f"{self.name}: {described(self)}",
