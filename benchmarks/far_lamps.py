@@ -30,6 +30,7 @@ from photogonio.synthetic.scene.hard_cases import changed
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.scene import built_in, load_scene
 from photogonio.synthetic.write.photoset import synthesize
+from tests.drawn.scenes import before_given_camera
 
 NEAR = {"kind": "point", "radius": 7.0, "distance": (350.0, 500.0)}
 LAMPS = {
@@ -53,16 +54,9 @@ class Found:
 
 def smaller(scene: Scene, width: int, lamps: int) -> Scene:
     """The scene seen by a given camera of ``width`` pixels, under at most ``lamps`` lamps (twice, if it moves)."""
-    ratio, count = width / scene.camera.size[0], lamps * (MOVING if scene.camera.motion == "moving" else 1)
-    camera = {
-        "size": tuple(round(ratio * side) for side in scene.camera.size),
-        "focal": ratio * scene.camera.focal,
-        "center": tuple(ratio * place for place in scene.camera.center),
-        "calibration": 0,
-        "given": True,
-    }
+    count = lamps * (MOVING if scene.camera.motion == "moving" else 1)
     lamp = {"count": min(scene.lamp.count, count), "attached_at": None}
-    return changed(scene, camera=camera, render={"near": 2, "edge": 4}, lamp=lamp)
+    return changed(before_given_camera(scene, width), lamp=lamp)
 
 
 def variants(scene: Scene) -> Iterator[tuple[str, str, Scene]]:

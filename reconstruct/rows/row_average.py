@@ -3,7 +3,7 @@
 Each candidate is a smooth ridge (:mod:`reconstruct.rows.smooth_ridge`) beside a free constant and the columns of at
 most one lobe of a fixed shape: the lobe is a mean from which the data may leave. All is linear, and one
 eigendecomposition of the modes' Gram matrix serves every strength of the prior and every lobe, so that the evidence
-(restricted, Harville 1977) of some thirty candidates costs milliseconds. No single one is believed: half of what lobes
+(restricted, Harville 1977) of some sixty candidates costs milliseconds. No single one is believed: half of what lobes
 have of the weight goes by evidence (Bayesian model averaging), half by stacking of what each says of neighbourhoods
 left out (Wolpert 1992; Yao et al. 2018). How much they have of it, the left-out neighbourhoods say as well: what of the
 ridge's squares they save there beyond chance. The rest is the ridge's, of the strength that predicts best, which knows

@@ -20,6 +20,7 @@ from photogonio.synthetic.scene.hard_cases import changed
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.scene import built_in, load_scene
 from photogonio.synthetic.write.photoset import synthesize
+from tests.drawn.scenes import before_given_camera
 
 pytestmark = pytest.mark.slow
 
@@ -47,10 +48,8 @@ WAS = {
     "torrance-sparrow-ball": 0.44,
     "turntable-ball": 0.29,
 }
-MORE, LEAST = (
-    1.5,
-    0.4,
-)  # times as much is still the same, of so few photos; and per cent that none has to be below
+# times as much is still the same, of so few photos; and per cent that none has to be below
+MORE, LEAST = 1.5, 0.4
 # times half the stated interval: of one set, whose errors go together in all directions, four standard errors
 STATED = 2.0
 
@@ -67,16 +66,8 @@ def small(name: str) -> Scene:
     """Few small photos; without a board where the camera stands still, lamps and camera given."""
     scene = load_scene(name)
     motion = scene.camera.motion
-    ratio = WIDTH[motion] / scene.camera.size[0]
-    camera = {
-        "size": tuple(round(ratio * side) for side in scene.camera.size),
-        "focal": ratio * scene.camera.focal,
-        "center": tuple(ratio * place for place in scene.camera.center),
-        "calibration": 0,
-        "given": True,
-    }
     lamp = {"count": min(scene.lamp.count, LAMPS[motion]), "given": scene.lamp.attached_at is None}
-    scene = changed(scene, camera=camera, lamp=lamp, render={"near": 2, "edge": 4})
+    scene = changed(before_given_camera(scene, WIDTH[motion]), lamp=lamp)
     return changed(scene, board=None) if motion == "fixed" else scene
 
 

@@ -11,6 +11,7 @@ from photogonio.reconstruct.estimate.pilot import clean
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.symmetry.verdict import asked, judge, one_rotation, twins
 from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.reconstruct.uncertainty.in_file import UNTOLD
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.tables import TURNED_PLANE, Plan, simulate
 
@@ -134,8 +135,8 @@ def test_a_symmetry_that_is_asked_for_is_obeyed(symmetry):
     assert fit.brdf.symmetry == symmetry and fit.brdf.order == 2
     assert fit.symmetry.reason == "asked for"
     cells = fit.cells
-    # the file's digits change f by a thousandth of its error each
-    rounded = 0.001 * fit.brdf.coefficients.size * fit.standard_error(cells)
+    # as many digits are in the file as change f by that share of its error, at pairs that lie between the cells
+    rounded = 2.0 * UNTOLD * fit.standard_error(cells)
     assert (np.abs(fit.predicted - fit.model.evaluate(cells)) <= rounded).all()
     assert np.median(np.abs(fit.predicted / cells.value - 1.0)) <= 0.02
     assert (fit.brdf.standard_errors > 0.0).all()
