@@ -23,33 +23,22 @@ from photogonio.calib.geometry.pose import fit_pose
 from photogonio.capture.photoset import View
 
 _MANY, _MINORITY = 4, 0.4  # photos that tell which are turned, and the share of a still camera's that may be
-_ASIDE = (
-    0.01  # of the picture's longer side, by which a still camera's photos show the board apart at the most
-)
+# of the picture's longer side, by which a still camera's photos show the board apart at the most
+_ASIDE = 0.01
 # share of the most markers in a photo that are seen by mistake in a mirrored one; markers that its mirror image shows
 _HARDLY, _FEWEST = 0.15, 3
 _POSE = 6  # numbers of a pose
 _EVEN, _ODD = 4, 4  # fx, fy, k1, k2; and what half a turn changes the sign of: cx, cy, p1, p2
-_COLUMNS = (
-    6,
-    7,
-    10,
-    11,
-    8,
-    9,
-    12,
-    13,
-)  # of them in the slopes of projectPoints, after rotation and translation
+# of them in the slopes of projectPoints, after rotation and translation
+_COLUMNS = (6, 7, 10, 11, 8, 9, 12, 13)
 _SIDES = 16  # directions of the axis that are begun with
 _ROUNDS, _PRINTS = 20, 6
 # squared standard errors by which a turned photo must be nearer the axis on the other side, and the middle one of all
 # photos on its own: else the axis goes too near the middle for anything to be amiss. More than a few photos are accused
 # where it does so plainly: a print with errors of its own may pass for it
 _SURE, _TELLING, _PLAINLY, _FEW = 16.0, 30.0, 300.0, 1.0 / 3.0
-_SPREAD, _LEAST = (
-    0.35,
-    0.5,
-)  # of what each photo says of the axis over what all say: in the middle; of a turned one
+# of what each photo says of the axis over what all say: in the middle; of a turned one
+_SPREAD, _LEAST = 0.35, 0.5
 
 
 def upright(one: Seen) -> Seen:
