@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from photogonio.capture.jit import borrowing, jit
 from photogonio.synthetic.render.room import FAR, World
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def inside(outlines: np.ndarray, p: int, x: float, y: float) -> bool:
     """Whether a point is within outline ``p``, convex and counter-clockwise."""
     last = outlines.shape[1] - 1
@@ -27,7 +27,7 @@ def inside(outlines: np.ndarray, p: int, x: float, y: float) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def covered(a: float, b: float, apart: float) -> float:
     """Fraction of a disc of angular radius ``b`` under one of ``a`` at an angle ``apart``, by plane geometry."""
     if apart >= a + b:
@@ -44,7 +44,7 @@ def covered(a: float, b: float, apart: float) -> float:
     return lens / (math.pi * b * b)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def behind_ball(balls, k, x, y, z, lx, ly, lz, distance, size):
     """Fraction of a lamp in unit direction l, its angular radius of sine ``size``, that ball k hides from a point."""
     px, py, pz, radius = balls[k, 0] - x, balls[k, 1] - y, balls[k, 2] - z, balls[k, 3]
@@ -60,7 +60,7 @@ def behind_ball(balls, k, x, y, z, lx, ly, lz, distance, size):
     return covered(math.asin(radius / to), math.asin(size), math.atan2(math.sqrt(across), along))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def lamp_from(lamps, k, x, y, z):
     """Unit direction to lamp k from a point, falloff 1/d^2 or 1, distance, sine of its angular radius."""
     if lamps[k, 0] == 1.0:
@@ -71,7 +71,7 @@ def lamp_from(lamps, k, x, y, z):
     return dx / d, dy / d, dz / d, 1.0 / squared, d, min(lamps[k, 4] / d, 1.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@borrowing
 def visible(world: World, x, y, z, lx, ly, lz, distance, size, skip: int, on_sheet: int) -> float:
     """Fraction of a lamp that a point sees past balls (but ``skip``) and sheets (but ``on_sheet``)."""
     fraction = 1.0
@@ -86,7 +86,7 @@ def visible(world: World, x, y, z, lx, ly, lz, distance, size, skip: int, on_she
     return max(fraction, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@borrowing
 def gather(world: World, x, y, z, on_sheet: int, gain: np.ndarray) -> float:
     """Irradiance over intensity of each lamp (k,) at an upward-facing point; returns the visible fractions' sum."""
     seen = 0.0
@@ -100,7 +100,7 @@ def gather(world: World, x, y, z, on_sheet: int, gain: np.ndarray) -> float:
     return seen
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def see_lamp(world: World, k: int, points: np.ndarray, skip: int, on_sheet: int) -> np.ndarray:
     """Visible fraction (n,) of lamp k from points (n, 3), past all balls but ``skip``, their own horizon apart."""
     out = np.empty(len(points))

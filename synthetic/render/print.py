@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numba import njit
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.jit import borrowing
 from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers
 
 PER_BIN = 6  # markers that may touch one bin of the lookup
@@ -123,7 +123,7 @@ def bin_markers(extent: np.ndarray, corners: np.ndarray, side: float) -> np.ndar
     return bins
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def paper_at(page: PrintedPage, x: float, y: float) -> int:
     """1 on white paper, 0 on ink, -1 beyond the page."""
     extent, squares = page.extent, page.squares

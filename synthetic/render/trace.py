@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from photogonio.capture.jit import borrowing, jit
 from photogonio.synthetic.render.light import gather, inside
 from photogonio.synthetic.render.print import paper_at
 from photogonio.synthetic.render.room import (
@@ -32,7 +32,7 @@ from photogonio.synthetic.render.room import (
 BOUNCES = 4  # reflections in mirror balls that a ray may take
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def meet_ball(balls, k, ox, oy, oz, dx, dy, dz):
     """Distance along the ray to the near side of ball ``k`` that its origin is outside of, or FAR."""
     px, py, pz = balls[k, 0] - ox, balls[k, 1] - oy, balls[k, 2] - oz
@@ -44,7 +44,7 @@ def meet_ball(balls, k, ox, oy, oz, dx, dy, dz):
     return along - math.sqrt(left) if left > 0.0 else FAR
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@borrowing
 def nearest(world: World, ox, oy, oz, dx, dy, dz, skip: int):
     """What a ray meets first: kind, index, distance. ``skip``: the ball it starts from, or -1."""
     kind, index, best = NOTHING, -1, FAR
@@ -70,7 +70,7 @@ def nearest(world: World, ox, oy, oz, dx, dy, dz, skip: int):
     return kind, index, best
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@borrowing
 def color_at(world: World, kind: int, index: int, x, y) -> int:
     """Row of World.colors that a point of board, table, sheet or its wall has."""
     if kind == BOARD:
@@ -80,7 +80,7 @@ def color_at(world: World, kind: int, index: int, x, y) -> int:
     return WALL if kind == SIDE else FIRST_SHEET + index
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@borrowing
 def ray_of(rotation, u, v):
     """Unit direction in the world through (u, v, 1) of a camera with this rotation."""
     x = rotation[0, 0] * u + rotation[1, 0] * v + rotation[2, 0]
@@ -90,7 +90,7 @@ def ray_of(rotation, u, v):
     return x * size, y * size, z * size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def label_rays(world: World, origin: np.ndarray, rotation: np.ndarray, plane: np.ndarray) -> np.ndarray:
     """A number a ray (n,) that differs wherever the picture may step: thing, ink, lit, shadow, penumbra.
 
@@ -112,7 +112,7 @@ def label_rays(world: World, origin: np.ndarray, rotation: np.ndarray, plane: np
     return labels
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def shade_ray(world, ox, oy, oz, dx, dy, dz, through, image, pixel, gain, want, n):
     """Adds what a ray sees, times ``through``, to ``image[pixel]``. If it ends on the sample it fills ``want[n]``:
 
@@ -151,7 +151,7 @@ def shade_ray(world, ox, oy, oz, dx, dy, dz, through, image, pixel, gain, want, 
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def shade_pixels(world, origin, rotation, corners, pixels, offsets, image, want_pixel, want):
     """Adds the mean over offsets x offsets of each of ``pixels`` (n,) to ``image`` (h w, c).
 
@@ -179,7 +179,7 @@ def shade_pixels(world, origin, rotation, corners, pixels, offsets, image, want_
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def floor_radiance(world: World, points: np.ndarray) -> np.ndarray:
     """Radiance (n, c) of what lies at the x, y of points (n, 3): a sheet, the page, the table."""
     out, gain, extent = (
