@@ -50,6 +50,8 @@ POLAR, ALBEDO_POLAR = 18, 35  # angles of the grids: 5 and 2.5 degrees apart
 MORE_POLAR = (0, 3, 5)  # of one grid after another
 A_WAVE = 6  # azimuths to the finest mode's wave
 ALBEDO_WAVES = 5  # in azimuth, of a lobe of two roughnesses
+FEW = (9, 2)  # polar angles and waves, of albedos that are
+FAR = 0.8  # or less: far enough below 1 to be believed
 AZIMUTHS = (36, 96)  # at least and at most
 FOLLOWED = TOLERANCE / 6  # valleys less deep are left; the rest is for valleys that the grid does not show
 VALLEYS = 70_000  # followed in a round, times the modes of a hemisphere: some thousands at order 4, 200 at 24
@@ -77,6 +79,8 @@ def violated_turning(brdf: Brdf, error: Callable[[Cells], np.ndarray]) -> bool:
     if brdf.scale != "absolute":
         return False
     fine = _albedo_grid(brdf.order)
+    if (_Albedo.of(brdf, *FEW).at(brdf, fine.theta, fine.phi) < FAR).all():
+        return False
     albedo = _Albedo.of(brdf).at(brdf, fine.theta, fine.phi)
     return bool((albedo > 1.0).any()) and bool((albedo > 1.0 + _relative(brdf, error)).any())
 
@@ -131,8 +135,8 @@ class _Albedo:
     lobes: tuple[_LobeAlbedo, ...]
 
     @classmethod
-    def of(cls, brdf: Brdf) -> _Albedo:
-        return cls(tuple(_LobeAlbedo.of(lobe) for lobe in brdf.lobes))
+    def of(cls, brdf: Brdf, polar: int = ALBEDO_POLAR, waves: int = ALBEDO_WAVES) -> _Albedo:
+        return cls(tuple(_LobeAlbedo.of(lobe, polar, waves) for lobe in brdf.lobes))
 
     def only(self, c: int) -> _Albedo:
         """Of one channel."""
@@ -154,8 +158,8 @@ class _LobeAlbedo:
     azimuth: float
 
     @classmethod
-    def of(cls, lobe: Lobe) -> _LobeAlbedo:
-        theta, count = np.linspace(0.0, HIGHEST, ALBEDO_POLAR), ALBEDO_WAVES if lobe.turning else 1
+    def of(cls, lobe: Lobe, polar: int, waves: int) -> _LobeAlbedo:
+        theta, count = np.linspace(0.0, HIGHEST, polar), waves if lobe.turning else 1
         turns = 0.5 * np.pi * (np.arange(count) + 0.5) / count
         sent = np.stack([lobe.directional_albedo(theta, lobe.azimuth + turn) for turn in turns], axis=1)
         cosines = np.cos(2.0 * np.outer(np.arange(count), turns))

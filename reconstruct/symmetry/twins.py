@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from photogonio.reconstruct.table.neighbours import expected, places
 
@@ -132,7 +132,7 @@ def _judged(ratio: np.ndarray, error: np.ndarray, theta_i: np.ndarray, theta_r: 
     left = rest / max(float(np.sum(weight * ratio**2)), 1e-300)
     slope_error = np.sqrt(max(rest / count, 1.0) / square)
     verdict = UNTOLD
-    if apart >= MATTERS and chi2.sf(np.sum(z**2), count) < CHANCE and np.mean(z > 2.0) >= SHARE:
+    if apart >= MATTERS and chdtrc(count, np.sum(z**2)) < CHANCE and np.mean(z > 2.0) >= SHARE:
         verdict = BROKEN
     elif apart < MATTERS and 3.0 * noise**2 * np.sqrt(2.0 / count) < WOULD_SHOW**2:
         verdict = HELD

@@ -64,7 +64,11 @@ class Uncertainty:
     def standard_error(self, model: Model, cells: Cells) -> np.ndarray:
         """Of ``model`` (n, c) at the directions of ``cells``, 1/sr."""
         common = np.hstack([self.basis.design(cells), model.lobes.columns(cells)[1]])
-        slopes = _shared_slopes(model, cells)
+        p = common.shape[1]
+        if self.covariance[:, p:, p:].any():
+            slopes = _shared_slopes(model, cells)
+        else:  # shapes that are held, as an average's
+            slopes = np.zeros((len(cells), self.covariance.shape[1] - p, len(self.covariance)))
         own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
         said = model.evaluate(cells)
         variance = np.stack(own, axis=1) ** 2 + (self.scale_error * said) ** 2

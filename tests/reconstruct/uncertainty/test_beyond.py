@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import qmc
 
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.reconstruct.uncertainty.beyond import HIGHEST, MOST, NOTHING, Sampled, tables_of
+from photogonio.reconstruct.uncertainty.beyond import HIGHEST, MOST, NOTHING, Sampled, halton, tables_of
 
 N = 400
 CERTAIN = np.zeros((1, 1, 1))
@@ -29,6 +29,11 @@ def sampled(missed: np.ndarray | float, total: np.ndarray | float, scale: float 
 
 def said(table, where: Cells) -> np.ndarray:
     return table.at(where.theta_i, where.theta_r, where.dphi)[:, None]
+
+
+def test_evenly_spread_numbers_are_scipys():
+    ours = np.stack([halton(N, base) for base in (2, 3, 5)], axis=1)
+    assert ours == pytest.approx(qmc.Halton(3, scramble=False).random(N), abs=1e-15)
 
 
 def test_of_nothing_there_is_no_table():
