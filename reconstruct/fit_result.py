@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.words import lobe_in_words
 from photogonio.reconstruct.estimate.lobe_search import Fitted
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit, misfit_of
@@ -19,6 +20,7 @@ from photogonio.reconstruct.model_choice import FitOptions
 from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
+from photogonio.reconstruct.represent.in_modes import SaidInModes, said_in_modes
 from photogonio.reconstruct.rows.noise_told import FreshReading, noise_told
 from photogonio.reconstruct.symmetry.verdict import Verdict
 from photogonio.reconstruct.table.cells import Cells
@@ -98,17 +100,22 @@ def result_of(
         valid=region.valid(),
     )
     held, physics = _physical(plain, model, spread, misfit, options.physics)
-    brdf = in_file(held, model, spread, misfit, KNOWN)
+    said = said_in_modes(in_file(held, model, spread, misfit, KNOWN))
+    brdf = said.brdf
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     if fresh is None and not cells.binned:
         unknowns = len(model.coefficients) + len(model.lobe_coefficients)
         leverage = np.full(len(cells), min(unknowns / len(cells), MOST_LEVERAGE))
         noise = noise_told(cells, predicted, leverage)
         fresh = FreshReading(noise, np.ones(len(cells.channels)))
-    own = {"physics": physics, "fresh reading": None if fresh is None else fresh.plain()}
+    own = {
+        "physics": physics,
+        "fresh reading": None if fresh is None else fresh.plain(),
+        "said in modes": _peaks_told(said),
+    }
     diagnostics = _diagnostics(work, final, verdict, chosen, best) | own
-    told = {key: said for key, said in diagnostics.items() if key not in SAID_ELSEWHERE}
-    told["symmetry"] = {key: said for key, said in verdict.plain().items() if key not in REASONS}
+    told = {key: item for key, item in diagnostics.items() if key not in SAID_ELSEWHERE}
+    told["symmetry"] = {key: item for key, item in verdict.plain().items() if key not in REASONS}
     brdf = replace(brdf, fit=_told(told))
     return FitResult(
         brdf,
@@ -144,6 +151,13 @@ def _diagnostics(
         "views rescaled": [work.cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "binning error": _binning_error(work),
     }
+
+
+def _peaks_told(said: SaidInModes) -> dict[str, object] | None:
+    """Of peaks that the file has no lobe for; None where there are none."""
+    if not said.peaks:
+        return None
+    return {"peaks": [lobe_in_words(peak) for peak in said.peaks], "lost": said.lost}
 
 
 def _is_empty(item: object) -> bool:

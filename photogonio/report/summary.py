@@ -47,7 +47,12 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
     names = [name for name in ("order", "lobes", "prior strength") if name in found]
     symmetry = Choice("symmetry", fit.symmetry.symmetry, fit.symmetry.reason)
     reciprocity = Choice("reciprocity", fit.symmetry.reciprocity, fit.symmetry.exchanged)
-    return symmetry, reciprocity, *(Choice(name, _short(found[name]), reason) for name in names)
+    chosen = [Choice(name, _short(found[name]), reason) for name in names]
+    peaks = found.get("said in modes")
+    if peaks:
+        why = f"the file has no such lobe; modes to order {fit.brdf.order} say it, but for {peaks['lost']:.1%} of it"
+        chosen.append(Choice("said in modes", " and ".join(peaks["peaks"]), why))
+    return symmetry, reciprocity, *chosen
 
 
 def rescaled(fit: FitResult) -> list[tuple[str, float]]:

@@ -16,6 +16,7 @@ from photogonio.reconstruct.lobes.lobe import Lobe
 
 STEP = 1e-3  # of a number, in finite differences; degrees of an azimuth times 100
 LEAST = 1e-3  # size of a number of which the step is taken
+DIGITS, FULL = 4, 12  # significant digits of errors; of covariances, which may all but cancel
 _NAME = re.compile(r"lobe (\d+) (.+)")
 
 
@@ -112,3 +113,10 @@ def _mode_slopes(brdf, angles: Sequence[np.ndarray]) -> np.ndarray:
     names = tuple(str(k) for k in range(count))
     unit = replace(brdf, coefficients=np.eye(count), standard_errors=np.zeros((count, count)), channels=names)
     return unit.evaluate(*angles)
+
+
+def rounded(values: np.ndarray, digits: int = DIGITS) -> np.ndarray:
+    """The same to so many significant digits: what is written is what is held."""
+    size = np.where(values == 0.0, 1.0, np.abs(values))
+    scale = 10.0 ** (digits - 1 - np.floor(np.log10(size)))
+    return np.round(values * scale) / scale

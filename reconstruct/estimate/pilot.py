@@ -35,6 +35,8 @@ TELLING = 0.1  # relative error of a cell that can contradict others
 ENOUGH = 0.05  # share of the cells
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
 
+NARROWEST = 0.045  # roughness of a round peak; modes of the highest order leave a twentieth of it out
+
 StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
 Progress = Callable[[str], None]
 
@@ -69,6 +71,7 @@ def clean(
     lobes: int | None,
     absolute: bool,
     kinds: Sequence[LobeSet] | None = None,
+    round_peaks: bool = False,
     rounds: int = ROUNDS,
     stray: StrayLightOn | None = None,
     progress: Progress = lambda stage: None,
@@ -76,10 +79,10 @@ def clean(
     """Remove stray light, binning error, the lamps' size and errors of scale, by turns with pilot fits of every lobe.
 
     ``view_errors`` (g,) are relative standard errors of the views' scales; ``lobes`` is how many were asked for,
-    None for any; ``kinds`` are the lobes to try, None for the isotropic ones.
+    None for any; ``kinds`` are the lobes to try, None for the isotropic ones, of measured rows with ``round_peaks``.
     """
     progress("pilot fits")
-    kinds = _kinds(lobes, absolute, binned=seen.binned) if kinds is None else kinds
+    kinds = _kinds(lobes, absolute, round_peaks=round_peaks and not seen.binned) if kinds is None else kinds
     left_out = np.zeros(len(seen.groups), bool)
     scales = ViewScales.none(view_errors)
     light = added = np.zeros_like(seen.value)
@@ -132,15 +135,24 @@ def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
     return (few.take(sure), predicted[sure]) if sure.mean() > ENOUGH else (few, predicted)
 
 
-def _kinds(lobes: int | None, absolute: bool, *, binned: bool) -> list[LobeSet]:
-    """Lobes to start from. Of measured rows also a round peak about the mirror direction, which few and far rows of a
-    narrow gloss may tell from microfacets; photos, which show the whole of it, do as well without."""
+def _kinds(lobes: int | None, absolute: bool, *, round_peaks: bool) -> list[LobeSet]:
+    """Lobes to start from, and a round peak about the mirror direction, which few and far rows of a narrow gloss may
+    tell from microfacets. The file says it in modes; photos, which show the whole of a gloss, do as well without."""
     if lobes == 0:
         return [LobeSet()]
     kinds = [*families(absolute=absolute), retro_lobe(absolute=absolute)]
-    kinds += [] if binned else [round_lobe(absolute=absolute).with_beckmann]
+    kinds += [round_lobe(absolute=absolute).with_beckmann] if round_peaks else []
     single = [_alone(family) for family in kinds]
     return single if lobes else [LobeSet(), *single]
+
+
+def _can_be_said(pilot: Fitted) -> bool:
+    """Whether no round peak is too narrow for modes."""
+    lobes = pilot.model.lobes
+    return all(
+        not family.forward or shape[0] >= NARROWEST
+        for family, shape in zip(lobes.families, lobes.shapes, strict=True)
+    )
 
 
 def _alone(family: Family) -> LobeSet:
@@ -191,6 +203,7 @@ def _piloted(
     work = Cleaned(cells, deviation, added, scales, ())
     pilots = [_pilot(work, lobes, None if anew else 0) for lobes in starts]
     if anew:
+        pilots = [one for one in pilots if _can_be_said(one)]
         pilots += _without_tails(work, pilots)
     return replace(work, pilots=tuple(pilots))
 

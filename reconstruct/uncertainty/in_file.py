@@ -9,7 +9,14 @@ from scipy.special import ndtri
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
-from photogonio.reconstruct.brdf.parameters import lobe_numbers, mode_names, number_of, with_number
+from photogonio.reconstruct.brdf.parameters import (
+    FULL,
+    lobe_numbers,
+    mode_names,
+    number_of,
+    rounded,
+    with_number,
+)
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
 from photogonio.reconstruct.represent.as_found import lobe_jacobian, lobe_parameters
@@ -19,7 +26,6 @@ from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
 
 CONDITION = 1e-6  # of the directions in which listed parameters are told apart
 LEAST = 1e-4  # relative error of f: a smaller one weighs no more
-DIGITS, FULL = 4, 12  # significant digits of errors; of covariances, which may all but cancel
 FEWEST, UNTOLD = 5, 1e-3  # digits of what is found; of f's standard error, what more of them would change
 
 
@@ -92,10 +98,3 @@ def _written(brdf: Brdf, digits: int) -> Brdf:
             lobe = with_number(lobe, what, rounded(number_of(lobe, what), digits))
         lobes.append(lobe)
     return replace(brdf, coefficients=rounded(brdf.coefficients, digits), lobes=tuple(lobes))
-
-
-def rounded(values: np.ndarray, digits: int = DIGITS) -> np.ndarray:
-    """The same to so many significant digits: what is written is what is held."""
-    size = np.where(values == 0.0, 1.0, np.abs(values))
-    scale = 10.0 ** (digits - 1 - np.floor(np.log10(size)))
-    return np.round(values * scale) / scale
