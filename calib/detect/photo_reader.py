@@ -29,6 +29,7 @@ from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.geometry.print_map import Print, draw_print
 from photogonio.calib.parallel import Found, Item, abreast
 from photogonio.capture.errors import InputError
+from photogonio.capture.linear.encoding import Coded
 from photogonio.capture.linear.signal import Region, Windows, cut
 from photogonio.capture.photoset import Board, CharucoBoard, PhotoSet, View
 from photogonio.capture.radiance import RadianceImage
@@ -37,6 +38,7 @@ ReadRadiance = Callable[[PhotoSet, View], RadianceImage]
 # gray (h, w) float32 and not saturated (h, w) bool, of a region or everywhere
 ReadLevel = Callable[[View, Region | None], tuple[np.ndarray, np.ndarray]]
 ReadPart = Callable[[View, Region | Windows], RadianceImage]
+ReadCodes = Callable[[View], Coded | None]
 Progress = Callable[[str, int, int], None]
 BothWays = tuple[Corners | None, Corners | None]  # one photo's, placed with the board's markers, and without
 
@@ -57,6 +59,7 @@ class Asked(TypedDict, total=False):
     workers: int  # that many photos are looked at side by side, and in memory at once
     keep: Keep  # sets aside what was read of a view's paper, some megabytes
     looks: Looks | None  # keeps what a first look at each view found
+    codes: ReadCodes | None  # how a view's codes became its radiance
 
 
 class Reader:
@@ -68,6 +71,7 @@ class Reader:
     def __init__(self, photoset: PhotoSet, read_radiance: ReadRadiance, **asked: Unpack[Asked]):
         self.photoset = photoset
         self.keep, self.looks = asked.get("keep", in_memory), asked.get("looks")
+        self.codes = asked.get("codes")
         self.failed: dict[str, str] = {}
         self.workers = asked.get("workers", 1)
         self._read = read_radiance

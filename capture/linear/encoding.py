@@ -100,3 +100,12 @@ class Encoding:
         middle = np.arange(full_scale + 1) / full_scale
         value = self.linear(np.repeat(middle[:, None], channels, axis=1), channels)
         return value.astype(np.float32), (np.diff(edges, axis=0) ** 2 / 12).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class Coded:
+    """How a photo's codes became radiance."""
+
+    exposure: float  # signal over radiance
+    encoding: Encoding
+    steps: float  # codes of full scale

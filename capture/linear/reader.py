@@ -10,9 +10,10 @@ import numpy as np
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.exposure import FIELDS, Exposure
-from photogonio.capture.files.images import Image, read_image
+from photogonio.capture.files.images import RAW_TONE, Image, read_header, read_image
 from photogonio.capture.linear import kernel as pointwise
 from photogonio.capture.linear.brackets import merge, trimmed
+from photogonio.capture.linear.encoding import Coded
 from photogonio.capture.linear.frames import Dark
 from photogonio.capture.linear.outliers import isolated_spots
 from photogonio.capture.linear.signal import (
@@ -167,6 +168,17 @@ class RadianceReader:
             what = f"no {missing[0]}, neither in the manifest nor in EXIF, while other photos have it"
             raise InputError(self.photoset.folder / photo.file, what)
         return exposure.only(self.fields).factor
+
+    def coded(self, view: View) -> Coded | None:
+        """How a view's codes became its radiance; None of brackets, whose photos were
+        joined, of RAW and float files, which have no curve, and of a curve that photos told."""
+        photo, encoding = view.photos[0], self.sensor.encoding
+        if len(view.photos) > 1 or self.sensor.full_scale <= 1.0 or encoding.kind == "table":
+            return None
+        tone = read_header(self.photoset.folder / photo.file, demosaic=self.photoset.radiometry.demosaic).tone
+        if tone is RAW_TONE:
+            return None
+        return Coded(self.factor(photo), encoding.own_of(tone), self.sensor.full_scale)
 
     def bracket_factors(self, view: View, signals: Sequence[Signal], factors: Sequence[float]) -> list[float]:
         """Exposures of a bracket, the stated ones corrected by what the whole photos show."""

@@ -92,5 +92,6 @@ def _found(
         read_level=radiance.read_level,
         workers=min(workers, ABREAST),
         keep=scratch.put,
+        codes=radiance.coded,
         looks=None if kept.store is None else KeptLooks(kept.store, radiance, kept.hashes),
     )

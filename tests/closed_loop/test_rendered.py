@@ -192,6 +192,7 @@ def test_codes_that_are_read_by_another_curve_are_told_by_a_print_of_few_pixels(
     manifest.write_text(text.replace('encoding = "linear"', 'encoding = "srgb"'), encoding="utf-8")
     told = {one.code: one for one in calibrate(tmp_path / "set", workers=2).diagnoses}
     assert told["print-contradicts-encoding"].detail["looks"] == "linear"
+    assert told["print-contradicts-encoding"].detail["curve"] == "linear"
 
 
 def test_an_oren_nayar_plane(plane: Score):

@@ -187,3 +187,19 @@ def test_gray_levels_are_the_mean_of_the_radiance(make, light, sensor, encoding,
     whole = reader.read(view)
     assert level == pytest.approx(whole.value.mean(2), rel=1e-5)
     assert np.array_equal(usable, ~whole.saturated) and not usable.all()
+
+
+def test_how_codes_became_radiance_is_known_of_single_photos(make, light):
+    """Decoded and divided by hand, a photo is what is read."""
+    photos = [
+        ("a.png", "sample", linear_to_srgb(light), {"exposure_time": 0.5}),
+        ("b.png", "sample", linear_to_srgb(light), {"exposure_time": 0.5, "bracket": 1}),
+        ("c.png", "sample", linear_to_srgb(light / 2), {"exposure_time": 0.25, "bracket": 1}),
+    ]
+    photoset, reader = make(photos, '[radiometry]\nencoding = "srgb"')
+    single, bracket = photoset.views("sample")
+    coded = reader.coded(single)
+    codes = linear_to_srgb(reader.read(single).value.astype(float) * coded.exposure)
+    assert np.abs(coded.encoding.linear(codes, 3) - light).max() < 1e-3
+    assert coded.steps == 65535
+    assert reader.coded(bracket) is None

@@ -6,15 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_reading import PaperReading
-from photogonio.calib.diagnose.photos.tone_curve import (
-    judged,
-    power_of_light,
-    share_of_brightest,
-    tone_doubt,
-    tone_warning,
-)
+from photogonio.calib.diagnose.photos.tone_curve import judged, tone_doubt, tone_warning
 from photogonio.capture.linear.encoding import (
     gamma_to_linear,
     linear_to_gamma,
@@ -77,30 +70,6 @@ def test_a_curve_that_is_not_read_and_one_that_is_not_there(seen, name, balls):
     assert 'encoding = "srgb"' in tone_warning(seen[0].photoset, coded)
     assert 'encoding = "linear"' in tone_warning(seen[0].photoset, decoded)
     assert coded.to_dict()["looks"] == "coded" and (coded.to_dict()["power"] is None) != balls
-
-
-def test_black_beside_white_that_is_blurred_at_its_edges():
-    """Of a small print: an eighth of the white is as bright as it is, in a light that grows along the board."""
-    rng = np.random.default_rng(0)
-    points = np.column_stack([rng.uniform(0, 100, (4000, 2)), np.zeros(4000)])
-    white, light = rng.random(4000) < 0.5, 1.0 + 0.01 * points[:, 0]
-    shown = np.where(white, np.where(rng.random(4000) < 0.25, 1.0, rng.uniform(0.8, 1.0, 4000)), 0.06) * light
-    value, square = np.repeat(shown[:, None], 3, axis=1), np.zeros(4000, int)
-    found = share_of_brightest(PaperSamples(points, white, value, 1e-6 * value, square))
-    assert found == pytest.approx(0.06, rel=0.03)  # light grows by that over the eight nearest
-
-
-@pytest.mark.parametrize("power", [0.45, 1.0, 2.2])
-def test_the_power_by_which_white_grows_with_light(power):
-    """Exact on what is lit, whatever lies in shadow."""
-    x, y = np.meshgrid(np.linspace(0, 180, 40), np.linspace(0, 140, 30))
-    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    place = np.array([20.0, 40.0, 380.0])
-    offset = place - points
-    level = (3e4 * offset[:, 2] / np.linalg.norm(offset, axis=1) ** 3) ** power
-    level[(points[:, 0] > 60) & (points[:, 0] < 90)] *= 0.1
-    assert power_of_light(points, level, place) == pytest.approx(power, abs=1e-6)
-    assert power_of_light(points, level, place + np.array([0, 0, 1e5])) is None  # evenly lit
 
 
 @pytest.mark.parametrize(
