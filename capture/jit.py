@@ -5,5 +5,6 @@ import numba
 jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 # For what makes no array but only works on those of its callers. numba counts the references to every array that a
 # tuple or a row brings along, by atomic operations: of a ray through the room, which meets a dozen arrays in each of
-# its calls, they were nine tenths of the time. A function that does make an array fails to compile so.
+# its calls, they were nine tenths of the time. A function that does make an array fails to compile so;
+# one that gave an array back would give away what is its caller's: numbers alone are returned.
 borrowing = numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)

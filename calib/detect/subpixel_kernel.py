@@ -7,6 +7,7 @@ import math
 import numba
 import numpy as np
 
+from photogonio.capture.jit import borrowing, jit
 from photogonio.capture.robust import OF_SIZE
 
 _FINE = 3  # samples of the pattern across a pixel
@@ -23,7 +24,6 @@ _CORRELATED = 1.5  # neighbouring pixels share blur: the standard error is large
 _DRAWINGS, _WEIGHINGS = 3, 4
 _VALUES = 9  # gain, offset, slopes of both along u and v, blur, shift along u and v
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 # sums in lanes
 _lanes = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 
@@ -38,7 +38,7 @@ def _taps() -> np.ndarray:
 _TAPS = _taps()
 
 
-@_jit
+@jit
 def find_shifts(tone, clear, bare, scale, flat, level, middle, half, shift, sigma):
     """Shift (n, 2) of the photo against the drawn pattern and its standard error (n,), pixels; infinite where they do
     not agree.
@@ -52,7 +52,7 @@ def find_shifts(tone, clear, bare, scale, flat, level, middle, half, shift, sigm
         sigma[k] = _fit(tone, clear, bare, scale, flat[k], level[k], middle[k], half[k], shift[k])
 
 
-@_jit
+@jit
 def _fit(tone, clear, bare, scale, flat, level, middle, half, shift):
     """Fills in one window's ``shift`` (2,); its standard error."""
     known, filled = _known(clear, bare, scale, flat, half)
@@ -71,18 +71,18 @@ def _fit(tone, clear, bare, scale, flat, level, middle, half, shift):
     return error if error < _WORST_SIGMA else np.inf
 
 
-@_jit
+@borrowing
 def _place(flat, u, v):
     """Board x and y of a pixel's offsets over the half width."""
     return _quadratic(flat[0], u, v), _quadratic(flat[1], u, v)
 
 
-@_jit
+@borrowing
 def _quadratic(of, u, v):
     return of[0] + of[1] * u + of[2] * v + of[3] * u * u + of[4] * u * v + of[5] * v * v
 
 
-@_jit
+@jit
 def _known(clear, bare, scale, flat, half):
     """Which pixels of a window (s, s) the print fills, as far as it may be used, and whether it fills enough."""
     side, (height, width) = 2 * half + 1, clear.shape
@@ -97,7 +97,7 @@ def _known(clear, bare, scale, flat, half):
     return known, filled >= _FEWEST_KNOWN * side * side
 
 
-@_jit
+@jit
 def _usable(known, level, middle, half):
     """Rows and columns (n, 2) in a window of the pixels that are known and usable, and their light (n,)."""
     side = 2 * half + 1
@@ -111,7 +111,7 @@ def _usable(known, level, middle, half):
     return places[:count], light[:count]
 
 
-@_jit
+@jit
 def _draw(tone, scale, flat, half, shift):
     """The pattern with box pixels and a slight blur, moved by ``shift``, one pixel wider than the window."""
     side, reach = 2 * half + 3, (len(_TAPS) - _FINE) // 2
@@ -126,7 +126,7 @@ def _draw(tone, scale, flat, half, shift):
     return _thinned(_thinned(fine, reach).T, reach).T
 
 
-@_jit
+@borrowing
 def _tone(tone, x, y):
     """Between four pixels of the drawing (h, w); a half beyond it."""
     height, width = tone.shape
@@ -162,7 +162,7 @@ def _thinned(fine, reach):
     return result
 
 
-@_jit
+@jit
 def _design(drawn, places, half):
     """Derivatives (9, n) of the chosen pixels by gain, offset, their slopes, blur and shift."""
     design = np.empty((_VALUES, len(places)))
@@ -178,7 +178,7 @@ def _design(drawn, places, half):
     return design
 
 
-@_jit
+@jit
 def _solve(design, level, step):
     """One linear ``step`` (2,), with Tukey's weights; its standard error, infinite where the fit is bad."""
     count = len(level)
@@ -243,7 +243,7 @@ def _residuals(design, values, level, residual):
             residual[n] -= value * row[n]
 
 
-@_jit
+@borrowing
 def _cholesky(matrix):
     """The lower factor in place of a symmetric matrix's lower half; False if it is not positive."""
     for i in range(len(matrix)):
@@ -260,7 +260,7 @@ def _cholesky(matrix):
     return True
 
 
-@_jit
+@borrowing
 def _substitute(lower, vector):
     """Solves ``lower lower' x = vector`` in place."""
     size = len(vector)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from photogonio.capture.jit import borrowing
 
 _STEPS = 12
 _SETTLED = 1e-14  # of the normal: rounding
@@ -25,7 +26,7 @@ def mirrored_point(
     return result.reshape(center.shape)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def _mirror(centers, eyes, lights, radii, result):
     """The same of rows (n, 3); radii are (n, 1)."""
     for k in range(len(centers)):
@@ -34,7 +35,7 @@ def _mirror(centers, eyes, lights, radii, result):
         result[k, 2] = centers[k, 2] + radii[k, 0] * z
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def halfway(center, eye, light, radius):
     """The ball's normal there, of one point; compiled."""
     u, v, w = eye[0] - center[0], eye[1] - center[1], eye[2] - center[2]

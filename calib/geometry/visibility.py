@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
+
+from photogonio.capture.jit import borrowing, jit
 
 # of the lamp's radius: the width of each of three lines that stand for its disc, and how far the outer two lie from
 # the middle, so that the disc's variance is kept
@@ -18,7 +19,6 @@ _WIDE, _LAMP = 9.0, 1.5
 DIMMEST = 0.05  # of the cosine beside a lamp's axis: nothing is taken for darker
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
 def lit_fraction(
     points: np.ndarray, light: np.ndarray, lamp_radius: float, balls: np.ndarray, blur: float
 ) -> np.ndarray:
@@ -27,12 +27,17 @@ def lit_fraction(
     ``blur`` (length on the board) is the radius of an even disc over which each point is taken, as a lens does.
     """
     result = np.empty(len(points))
-    for k in range(len(points)):
-        result[k] = share_of(points[k], light, lamp_radius, balls, blur * blur / 4, 0.0, blur * blur / 4)
+    _lit(points, light, float(lamp_radius), balls, blur * blur / 4, result)
     return result
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@borrowing
+def _lit(points, light, lamp_radius, balls, spread, result):
+    for k in range(len(points)):
+        result[k] = share_of(points[k], light, lamp_radius, balls, spread, 0.0, spread)
+
+
+@borrowing
 def share_of(point, light, lamp_radius, balls, xx, xy, yy):
     """Of one point and what lies about it with covariance xx, xy, yy.
 
@@ -73,7 +78,7 @@ def share_of(point, light, lamp_radius, balls, xx, xy, yy):
     return result
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def passed_by(point, light, lamp_radius, balls, xx, yy, margin):
     """Whether the way from a point to the light passes every ball by ``margin`` more than leaves all of it visible."""
     x, y, z = light[0] - point[0], light[1] - point[1], light[2] - point[2]
@@ -86,7 +91,7 @@ def passed_by(point, light, lamp_radius, balls, xx, yy, margin):
     return True
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def direct(points: np.ndarray, light: np.ndarray) -> np.ndarray:
     """cos / r^2 on the board's plane at ``points`` (n, 3), (n,); zero for a light below it."""
     result = np.zeros(len(points))
@@ -100,7 +105,7 @@ def direct(points: np.ndarray, light: np.ndarray) -> np.ndarray:
     return result
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def log_cosine(points: np.ndarray, light: np.ndarray, aim: np.ndarray) -> np.ndarray:
     """Logarithm (n,) of the cosine between a lamp's axis, which points from ``light`` (3,) at ``aim`` (3,), and its
     rays to ``points`` (n, 3)."""
@@ -121,7 +126,7 @@ def behind_ball(points: np.ndarray, eye: np.ndarray, center: np.ndarray, radius:
     return behind
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def _behind(points, eye, center, radius, behind):
     u, v, w = center[0] - eye[0], center[1] - eye[1], center[2] - eye[2]
     for k in range(len(points)):

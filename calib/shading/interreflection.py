@@ -11,6 +11,7 @@ import numpy as np
 
 from photogonio.calib.geometry.mirror import halfway
 from photogonio.calib.geometry.visibility import direct, lit_fraction
+from photogonio.capture.jit import borrowing, jit
 
 _FACETS = 160
 _GRID = 22  # nodes along the board's longer side
@@ -113,7 +114,7 @@ class Thrown:
         return thrown
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def _between(planes, place, result):
     """``planes`` (a, b, p) on whole numbers, linearly interpolated at ``place`` (n, 2) within them."""
     across, along = planes.shape[0] - 2, planes.shape[1] - 2
@@ -200,7 +201,7 @@ def glossy_bounce(
     return result
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@borrowing
 def _glossy(points, light, center, radius, f0, result):
     for k in range(len(points)):
         nx, ny, nz = halfway(center, points[k], light, radius)

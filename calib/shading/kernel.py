@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numba
 import numpy as np
 
 from photogonio.calib.geometry.visibility import DIMMEST, passed_by, share_of
+from photogonio.capture.jit import borrowing, jit
 
 _LIT = 0.9  # share of the lamp seen: lit
 _FEWEST_LIT = 0.1  # of the samples, that tell the lamp's strength
-
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
 def lens(aside: np.ndarray, falloff: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -21,17 +19,21 @@ def lens(aside: np.ndarray, falloff: Sequence[float] | np.ndarray) -> np.ndarray
     return np.exp(falloff[0] * aside + falloff[1] * aside**2)
 
 
-@_jit
-def straight_light(points, place, narrow, aim):
+def straight_light(points: np.ndarray, place: np.ndarray, narrow: float, aim: np.ndarray) -> np.ndarray:
     """Direct light (n,) on the board's plane at ``points`` (n, 3) of a lamp of unit strength at ``place`` (3,), which
     falls off beside its axis toward ``aim`` (3,) with the ``narrow``-th power of the cosine."""
     result = np.empty(len(points))
-    for k in range(len(points)):
-        result[k] = _straight(points[k], place, narrow, aim)
+    _all_straight(points, place, float(narrow), aim, result)
     return result
 
 
-@_jit
+@borrowing
+def _all_straight(points, place, narrow, aim, result):
+    for k in range(len(points)):
+        result[k] = _straight(points[k], place, narrow, aim)
+
+
+@borrowing
 def light_on_board(
     points, white, spread, across, place, strength, black, lamp, narrow, aim, tilts, soft, balls, result
 ):
@@ -50,7 +52,7 @@ def light_on_board(
         result[3, k] = 1 + tilts[0] * across[0, k] + tilts[1] * across[1, k]
 
 
-@_jit
+@borrowing
 def slopes_of_shaded(
     points,
     spread,
@@ -76,17 +78,16 @@ def slopes_of_shaded(
     ``light`` (4, n) is that of :func:`light_on_board`. Where the way to the lamp passes all balls by ``margin`` more
     than leaves all of it visible, no ball matters.
     """
-    count, gradient = len(places), np.empty(3)
+    count = len(places)
     for k in range(len(points)):
         around, tone, bare, shaded, tilt = spread[k], light[0, k], light[1, k], light[2, k], light[3, k]
         xx, xy, yy = around[0] + soft, around[1], around[2] + soft
         clear = passed_by(points[k], place, lamp, balls, xx, yy, margin)
         if clear:
-            _by_place(points[k], place, narrow, aim, gradient)
+            by_x, by_y, by_z = _by_place(points[k], place, narrow, aim)
             for p in range(count):
-                change = 0.0
-                for axis in range(3):
-                    change += gradient[axis] * (places[p, axis] - place[axis])
+                change = by_x * (places[p, 0] - place[0]) + by_y * (places[p, 1] - place[1])
+                change += by_z * (places[p, 2] - place[2])
                 result[rows[p], k] = shaded * change / step[p] * tilt
         else:
             for p in range(count):
@@ -101,7 +102,7 @@ def slopes_of_shaded(
             result[rows[count + m], k] = slope
 
 
-@_jit
+@borrowing
 def _straight(point, place, narrow, aim):
     """:func:`straight_light` at one point."""
     height = place[2]
@@ -119,20 +120,27 @@ def _straight(point, place, narrow, aim):
     return light * math.exp(narrow * math.log(max(cosine, DIMMEST)))
 
 
-@_jit
-def _by_place(point, place, narrow, aim, gradient):
+@borrowing
+def _all_shares(points, place, lamp, balls, soft, share):
+    for k in range(len(points)):
+        share[k] = share_of(points[k], place, lamp, balls, soft, 0.0, soft)
+
+
+@borrowing
+def _by_place(point, place, narrow, aim):
     """Derivative (3,) of the logarithm of :func:`_straight` by the lamp's place; 0 for a lamp below the board."""
     x, y, z = place[0] - point[0], place[1] - point[1], place[2] - point[2]
     ax, ay, az = aim[0] - place[0], aim[1] - place[1], aim[2] - place[2]
     squared, axis, along = x * x + y * y + z * z, ax * ax + ay * ay + az * az, -(x * ax + y * ay + z * az)
     lit = 1.0 if place[2] > 0 else 0.0
     beam = narrow if along > DIMMEST * math.sqrt(squared * axis) else 0.0
-    gradient[0] = lit * (-3 * x / squared + beam * ((x - ax) / along - x / squared + ax / axis))
-    gradient[1] = lit * (-3 * y / squared + beam * ((y - ay) / along - y / squared + ay / axis))
-    gradient[2] = lit * (1 / z - 3 * z / squared + beam * ((z - az) / along - z / squared + az / axis))
+    by_x = lit * (-3 * x / squared + beam * ((x - ax) / along - x / squared + ax / axis))
+    by_y = lit * (-3 * y / squared + beam * ((y - ay) / along - y / squared + ay / axis))
+    by_z = lit * (1 / z - 3 * z / squared + beam * ((z - az) / along - z / squared + az / axis))
+    return by_x, by_y, by_z
 
 
-@_jit
+@jit
 def misfits(points, tone, level, places, lamp, balls, soft, tolerance, result):
     """How badly a lamp at each of ``places`` (m, 3), whose strength is fitted to what is lit, agrees with ``level``
     (n,): means, to ``result`` (m,), of squares over ``tolerance`` of the light, each at most 1."""
@@ -140,9 +148,10 @@ def misfits(points, tone, level, places, lamp, balls, soft, tolerance, result):
     bare, share, ratio, aim = np.empty(count), np.empty(count), np.empty(count), np.zeros(3)
     for m in range(len(places)):
         lit = 0
+        _all_straight(points, places[m], 0.0, aim, bare)
+        _all_shares(points, places[m], lamp, balls, soft, share)
         for k in range(count):
-            bare[k] = tone[k] * _straight(points[k], places[m], 0.0, aim)
-            share[k] = share_of(points[k], places[m], lamp, balls, soft, 0.0, soft)
+            bare[k] *= tone[k]
             if share[k] > _LIT and bare[k] > 0:
                 ratio[lit] = level[k] / bare[k]
                 lit += 1

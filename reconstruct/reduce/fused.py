@@ -181,7 +181,8 @@ def _band(
 
 def compiled_before() -> bool:
     """Whether a compiled kernel is on disk; the first use takes some seconds if none is."""
-    return any(Path(str(reduce_rows.stats.cache_path)).glob("stages.reduce_rows-*.nbi"))
+    module = reduce_rows.py_func.__module__.rpartition(".")[2]
+    return any(Path(str(reduce_rows.stats.cache_path)).glob(f"{module}.reduce_rows-*.nbi"))
 
 
 @lru_cache(maxsize=4)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from photogonio.capture.radiance import RadianceImage
+from photogonio.reconstruct.reduce.fused import compiled_before
 from photogonio.reconstruct.reduce.reduce import reduce_view, reduce_view_plainly
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 
@@ -92,6 +93,12 @@ def test_the_same_bytes_for_any_number_of_threads(world):
     assert len(tables[0]) > 1024  # more than the kernel makes room for at first
     for table in tables[1:]:
         assert_same_bytes(tables[0], table)
+
+
+def test_that_the_kernel_was_compiled_before_is_known_from_the_disk(world):
+    world = world("ball")
+    reduce_view(world.setup, world.view, noisy_photo(world), 2, world.options)
+    assert compiled_before()
 
 
 def test_a_photo_read_only_around_the_sample_gives_the_same_bytes(world):
