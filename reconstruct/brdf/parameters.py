@@ -51,6 +51,17 @@ def named_number(name: str, lobes: Sequence[Lobe]) -> tuple[int, str]:
     return found
 
 
+def is_shared(name: str, lobes: Sequence[Lobe]) -> bool:
+    """Whether channels have the same of a lobe's number: its shape, and the base reflectance of a dielectric."""
+    found = lobe_parameter(name, lobes)
+    if found is None:
+        return False
+    lobe, what = lobes[found[0]], found[1]
+    return (
+        what.startswith("roughness") or what == "azimuth" or (what == "f0" and lobe.fresnel == "dielectric")
+    )
+
+
 def number_of(lobe: Lobe, what: str) -> np.ndarray:
     """(c,) the value of a number, the same for all channels where they share it."""
     shared = {

@@ -11,6 +11,7 @@ from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.brdf.parameters import (
     either_side,
+    is_shared,
     lobe_parameter,
     named_number,
     number_of,
@@ -81,10 +82,12 @@ def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
     rng = np.random.default_rng(seed)
     modes, spread = len(brdf.modes), known.spread()
     shared = np.array(
-        [k >= modes and _is_shared(name, brdf) for k, name in enumerate(known.parameters)], bool
+        [k >= modes and is_shared(name, brdf.lobes) for k, name in enumerate(known.parameters)], bool
     )
     own, common = np.flatnonzero(~shared), np.flatnonzero(shared)
-    together = rng.normal(size=(count, len(common))) @ _root(spread[0][np.ix_(common, common)]).T
+    # the same in all channels of a file of ours; of others the mean, since a shape has but one value
+    mean = spread.mean(axis=0)[np.ix_(common, common)]
+    together = rng.normal(size=(count, len(common))) @ _root(mean).T
     changes = np.zeros((count, len(known.parameters), len(brdf.channels)))
     changes[:, common] = together[:, :, None]
     for c, one in enumerate(spread):
@@ -92,25 +95,36 @@ def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
         gain = across @ np.linalg.pinv(one[np.ix_(common, common)], rcond=1e-12, hermitian=True)
         alone = one[np.ix_(own, own)] - gain @ across.T
         noise = rng.normal(size=(count, len(own))) @ _root(alone).T
-        changes[:, own, c] = together @ gain.T + noise
+        changes[:, own, c] = _kept_within(together @ gain.T, noise, *_bounds(brdf, known, own, c))
     return [_moved(brdf, known, change) for change in changes]
+
+
+def _bounds(brdf: Brdf, known: Uncertain, own: np.ndarray, c: int) -> tuple[np.ndarray, np.ndarray]:
+    """How far the numbers ``own`` of a channel may move: weights and grounds to 0, base reflectances from 0 to 1."""
+    low, high = np.full(len(own), -np.inf), np.full(len(own), np.inf)
+    for k, p in enumerate(own):
+        found = lobe_parameter(known.parameters[p], brdf.lobes) if p >= len(brdf.modes) else None
+        if found is not None:
+            value = number_of(brdf.lobes[found[0]], found[1])[c]
+            low[k], high[k] = -value, 1.0 - value if found[1] == "f0" else np.inf
+    return low, high
+
+
+def _kept_within(centre: np.ndarray, noise: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(n, k) ``centre`` and ``noise`` together; where that leaves the bounds, less the noise, which is as likely: so what
+    all but cancels, as a ground and a constant mode, moves together, and f scatters as before."""
+
+    def inside(change: np.ndarray) -> np.ndarray:
+        return ((change >= low) & (change <= high)).all(axis=1)
+
+    turned = ~inside(centre + noise) & inside(centre - noise)
+    return centre + np.where(turned, -1.0, 1.0)[:, None] * noise
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:
     """A square root, (p, p)."""
     values, vectors = np.linalg.eigh(covariance)
     return vectors * np.sqrt(np.maximum(values, 0.0))
-
-
-def _is_shared(name: str, brdf: Brdf) -> bool:
-    """Whether channels have the same of a lobe's number."""
-    found = lobe_parameter(name, brdf.lobes)
-    if found is None:
-        return False
-    lobe, what = brdf.lobes[found[0]], found[1]
-    return (
-        what.startswith("roughness") or what == "azimuth" or (what == "f0" and lobe.fresnel == "dielectric")
-    )
 
 
 def _moved(brdf: Brdf, known: Uncertain, change: np.ndarray) -> Brdf:

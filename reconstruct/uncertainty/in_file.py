@@ -11,6 +11,7 @@ from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.brdf.parameters import (
     FULL,
+    is_shared,
     lobe_numbers,
     mode_names,
     number_of,
@@ -24,7 +25,7 @@ from photogonio.reconstruct.uncertainty.beyond import Sampled, tables_of
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
 
-CONDITION = 1e-6  # of the directions in which listed parameters are told apart
+CONDITION = 0.01  # of the directions in which listed parameters are told apart
 LEAST = 1e-4  # relative error of f: a smaller one weighs no more
 FEWEST, UNTOLD = 5, 1e-3  # digits of what is found; of f's standard error, what more of them would change
 
@@ -50,7 +51,7 @@ def in_file(brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, known
     at = Sampled.of(found, names, model, spread, misfit, known)
     found = _shortest(found, at)
     wider = float(spread.half_width(np.ones(1))[0]) / float(ndtri(0.975))
-    covariance = wider**2 * _covariance(model, spread, rows, at)
+    covariance = wider**2 * _covariance(found, model, spread, rows, at)
     errors = rounded(np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)).T)
     missed, unseen = tables_of(at, covariance, wider)
     scale = rounded(np.array(spread.scale_error)).item()
@@ -58,11 +59,12 @@ def in_file(brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, known
     return replace(found, standard_errors=errors[: len(rows)], uncertainty=uncertain)
 
 
-def _covariance(model: Model, spread: Uncertainty, rows: np.ndarray, at: Sampled) -> np.ndarray:
+def _covariance(found: Brdf, model: Model, spread: Uncertainty, rows: np.ndarray, at: Sampled) -> np.ndarray:
     """(c, p, p) of the modes at ``rows`` of the fit's and of the lobes' numbers.
 
     Modes that models have which predict as well, and that the file does not list, go together with those that it
-    lists: what they do to f counts as what the listed parameters would do that come nearest to it.
+    lists: what they do to f counts as what the channel's own listed parameters would do that come nearest to it. Shapes
+    belong to all channels, and have one error.
     """
     lobes, modes = lobe_jacobian(model, covers_of(model)), len(rows)
     channels, listed = lobes.shape[0], modes + lobes.shape[1]
@@ -72,12 +74,14 @@ def _covariance(model: Model, spread: Uncertainty, rows: np.ndarray, at: Sampled
     other = np.setdiff1d(np.arange(spread.modes), rows)
     if len(other):
         design = spread.basis.design(at.cells)[:, other]
+        names = [*mode_names(found.symmetry, found.modes), *lobe_parameters(model)]
+        own = np.flatnonzero([not is_shared(name, found.lobes) for name in names])
         for c in range(channels):
             weight = 1.0 / np.maximum(at.total[:, [c]], LEAST * at.size[:, [c]])
-            slopes = weight * at.change[:, :, c]
+            slopes = weight * at.change[:, own, c]
             scale = np.maximum(np.linalg.norm(slopes, axis=0), np.finfo(float).tiny)
             nearest = np.linalg.lstsq(slopes / scale, weight * design, rcond=CONDITION)[0]
-            change[c][:, other] = nearest / scale[:, None]
+            change[c][np.ix_(own, other)] = nearest / scale[:, None]
     return change @ spread.covariance @ np.swapaxes(change, 1, 2)
 
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
+from photogonio.reconstruct.brdf.parameters import is_shared
+from photogonio.reconstruct.brdf.spread import drawn
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
 from photogonio.reconstruct.lobes.families import families
@@ -90,3 +92,33 @@ def test_errors_of_few_parts_are_wider():
     )
     wider = 2.5706 / ndtri(0.975)
     np.testing.assert_allclose(few.standard_errors, wider * many.standard_errors, rtol=1e-3)
+
+
+def with_shared_shapes(model, order: int) -> Uncertainty:
+    """Errors that channels have in common where they have the shapes in common, as of one fit of all; those of modes up
+    to ``order`` three times as large in the first channel."""
+    spread = spread_of(model, order, 0.003)
+    shapes = spread.modes + spread.coefficients + np.arange(len(model.lobes.flat()))
+    size = np.ones((2, spread.covariance.shape[1]))
+    size[0, : spread.modes] = 3.0
+    whole = spread.covariance[:1] * size[:, :, None] * size[:, None, :]
+    assert (whole[0][np.ix_(shapes, shapes)] == whole[1][np.ix_(shapes, shapes)]).all()
+    return replace(spread, covariance=whole)
+
+
+@pytest.mark.parametrize("family", [METAL, families(absolute=True)[2]])  # of a metal; of a coat
+def test_what_channels_share_has_one_error_and_draws_scatter_as_is_said(family):
+    model, draws = model_of(family), 400
+    brdf = in_file(listed(model, 6), model, with_shared_shapes(model, 6), NONE, 1.6)
+    errors = dict(zip(brdf.uncertainty.parameters, brdf.uncertainty.standard_errors, strict=True))
+    shared = [name for name in errors if is_shared(name, brdf.lobes)]
+    assert "lobe 0 roughness" in shared and ("lobe 0 f0" in shared) == family.has_ground
+    for name in shared:
+        assert errors[name][0] == errors[name][1] > 0.0
+    alone = replace(brdf, uncertainty=replace(brdf.uncertainty, scale=0.0, misfit=None, unseen=None))
+    where = cells(50)
+    angles = where.theta_i, where.phi_i, where.theta_r, where.phi_r
+    apart = np.array([one.evaluate(*angles) for one in drawn(alone, draws, 3)]) - alone.evaluate(*angles)
+    # of as many draws a deviation is known to 1 / sqrt(2 n) of itself, and f bends a little between them
+    scatter = np.sqrt(np.mean(apart**2, axis=0)) / told(alone, where)
+    np.testing.assert_allclose(scatter, 1.0, atol=5.0 / np.sqrt(2.0 * draws) + 0.03)
