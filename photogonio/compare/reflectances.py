@@ -15,6 +15,7 @@ from photogonio.capture.files.documents import read_json
 from photogonio.capture.manifest.schema import array
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
+from photogonio.reconstruct.brdf.covariance_file import COEFFICIENTS
 from photogonio.reconstruct.brdf.merl import CHANNELS
 from photogonio.reconstruct.brdf.scatmech import is_scatmech, read_scatmech, scatmech_brdf
 from photogonio.reconstruct.export.gltf import read_gltf
@@ -29,7 +30,6 @@ from photogonio.synthetic.brdf.files import check_values, grid_arrays
 from photogonio.synthetic.render.world import brdf_from
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
-COEFFICIENTS = "coefficients.json"
 # what process and calibrate write that holds no BRDF itself
 BESIDE = ("setup.json", "report.html", "coverage.png", "fit.png", "lobes.png")
 MOST_NAMED = 5  # results of a folder
@@ -111,7 +111,13 @@ def _read_json(path: Path) -> Known:
     if isinstance(document, dict) and document.get("format") == TRUTH_FORMAT:
         return _read_truth(path, document.get("brdf"))
     brdf = load_brdf(path)
-    return Known(path.name, brdf.channels, isotropic=not brdf.turning, evaluate=brdf)
+    known = brdf.uncertainty
+    told: tuple[str, ...] = ()
+    if known is not None and known.missing is not None:
+        told = (
+            f"{path.name}: {known.missing.get('file')} is missing beside it: how sure f is cannot be told",
+        )
+    return Known(path.name, brdf.channels, isotropic=not brdf.turning, evaluate=brdf, warnings=told)
 
 
 def _read_truth(path: Path, truth: object) -> Known:

@@ -102,10 +102,7 @@ class MeasuredBrdf(Presented, Brdf):
         albedo = " · ".join(f"{value:.3f}" for value in self.bihemispherical_albedo())
         symmetry = "turning" if self.turning else "isotropic"
         top = self.valid.get("theta_i_max")
-        if self.uncertainty is not None:
-            known = "said for every parameter"
-        else:
-            known = "not known" if np.isnan(self.standard_errors).all() else "of no parameter but modes"
+        known = self._how_sure()
         valid = "" if top is None else f", valid below {top:.0f} degrees"
         return [
             f"{self.name}: {described(self)}",
@@ -114,6 +111,17 @@ class MeasuredBrdf(Presented, Brdf):
             f"standard errors {known}{valid}",
             f"from {self.source.get('command', 'no command that is told')}",
         ]
+
+    def _how_sure(self) -> str:
+        known = self.uncertainty
+        if known is not None and known.missing is not None:
+            return f"said for every parameter, but {known.missing.get('file')} is missing beside the file"
+        errors = self.standard_errors if known is None else known.standard_errors
+        if np.isnan(errors).all():
+            return "not known"
+        if known is None:
+            return "of no parameter but modes"
+        return "of some parameters not known" if np.isnan(errors).any() else "said for every parameter"
 
     def _known(self) -> Known:
         return Known(self.name, self.channels, isotropic=not self.turning, evaluate=self)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf import schema as coefficients
+from photogonio.reconstruct.brdf.covariance_file import is_beside, name_beside, write_beside, write_whole
 from photogonio.reconstruct.brdf.errors import Uncertain
-from photogonio.reconstruct.brdf.errors_schema import write_beside
 from photogonio.reconstruct.brdf.fresh import fresh_deviation, fresh_only
 from photogonio.reconstruct.brdf.parameters import slopes
 from photogonio.reconstruct.lobes.lobe import Lobe
@@ -180,18 +178,16 @@ class Brdf:
     def save(self, path: Path | str) -> None:
         """Write the coefficient file (docs/modes.md), whole or not at all. Inverse of :func:`load_brdf`.
 
-        The covariance of more than 150 parameters goes to ``covariance.npz`` beside it.
+        The covariance of more than 150 parameters goes to ``covariance.npz`` beside it, or, where that is another
+        file's, to one with this file's name before it. Raises photogonio.capture.errors.InputError where it cannot
+        be written.
         """
-        text, path = _text(coefficients.document(self)), Path(path)
-        write_beside(self.uncertainty, path.parent)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-        finally:  # there only if the writing was cut short
-            Path(temporary).unlink(missing_ok=True)
+        path = Path(path)
+        beside = name_beside(path)
+        text = _text(coefficients.document(self, beside)).encode()
+        if self.uncertainty is not None and is_beside(self.uncertainty):
+            write_beside(self.uncertainty, path.with_name(beside))
+        write_whole(path, lambda file: file.write(text))
 
     def _constant(self) -> np.ndarray | None:
         """(c,) the sum of the modes where it is the same everywhere, else None."""

@@ -47,17 +47,25 @@ class Uncertain:
     misfit: RelativeTable | None = None  # what all photos miss alike
     unseen: RelativeTable | None = None  # what other models that predict as well say
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of "beyond", kept on a round trip
+    missing: dict[str, object] | None = (
+        None  # what the file names as its covariance, where that is not beside it
+    )
 
     def spread(self) -> np.ndarray:
-        """(c, p, p) the covariance; without one, of errors that know nothing of one another."""
+        """(c, p, p) the covariance; without one, of errors that know nothing of one another; NaN if it is missing."""
         if self.covariance is not None:
             return self.covariance
+        if self.missing is not None:
+            count, channels = self.standard_errors.shape
+            return np.broadcast_to(np.nan, (channels, count, count))
         return np.stack([np.diag(np.square(one)) for one in self.standard_errors.T])
 
     def only(self, channels: list[int]) -> Uncertain:
         """Of some channels alone, by their places."""
         covariance = None if self.covariance is None else self.covariance[channels]
-        return replace(self, standard_errors=self.standard_errors[:, channels], covariance=covariance)
+        errors = self.standard_errors[:, channels]
+        missing = None if self.missing is None else {k: v for k, v in self.missing.items() if k == "file"}
+        return replace(self, standard_errors=errors, covariance=covariance, missing=missing)
 
     def relative(self, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> np.ndarray:
         """(n,) what is beyond the parameters, relative to f; angles (n,) in radians."""

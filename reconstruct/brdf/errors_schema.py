@@ -2,38 +2,36 @@
 
 from __future__ import annotations
 
-import hashlib
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.covariance_file import BESIDE, hash_of, is_beside, read_beside, triangles_of
 from photogonio.reconstruct.brdf.errors import RelativeTable, Uncertain
-from photogonio.reconstruct.brdf.parameters import lobe_parameter
+from photogonio.reconstruct.brdf.parameters import lobe_parameter, mode_names
 from photogonio.reconstruct.lobes.lobe import Lobe
 
-MOST_INSIDE = 150  # parameters whose covariance is in the file itself
-BESIDE = "covariance.npz"
+OVER = 1e-3  # of a correlation of 1: rounding
 _BEYOND = {"scale", "misfit", "unseen"}
 _AXES = ("theta_i", "theta_r", "dphi")
 
 
-def errors_document(known: Uncertain) -> dict[str, object]:
-    """Plain values of the keys ``parameters``, ``standard_errors``, ``covariance``, ``beyond``; the covariance
-    of many parameters is named, and is written by :func:`write_beside`."""
+def errors_document(known: Uncertain, beside: str = BESIDE) -> dict[str, object]:
+    """Plain values of the keys ``parameters``, ``standard_errors``, ``covariance``, ``beyond``; the covariance of many
+    parameters is named as the file ``beside``, which :func:`reconstruct.brdf.covariance_file.write_beside` writes."""
     said: dict[str, object] = {
         "parameters": list(known.parameters),
         "standard_errors": known.standard_errors.tolist(),
     }
-    if known.covariance is not None:
-        triangles = _triangles(known.covariance)
-        inside = len(known.parameters) <= MOST_INSIDE
+    if known.missing is not None:
+        said["covariance"] = known.missing
+    elif known.covariance is not None:
+        triangles = triangles_of(known.covariance)
+        inside = not is_beside(known)
         said["covariance"] = (
-            {"channels": triangles.tolist()}
-            if inside
-            else {"file": BESIDE, "sha256": hashlib.sha256(triangles.tobytes()).hexdigest()}
+            {"channels": triangles.tolist()} if inside else {"file": beside, "sha256": hash_of(triangles)}
         )
     tables = {"misfit": known.misfit, "unseen": known.unseen}
     said["beyond"] = {
@@ -44,100 +42,108 @@ def errors_document(known: Uncertain) -> dict[str, object]:
     return said
 
 
-def is_beside(known: Uncertain | None) -> bool:
-    """Whether the covariance is in a file beside the coefficients."""
-    return known is not None and known.covariance is not None and len(known.parameters) > MOST_INSIDE
-
-
-def write_beside(known: Uncertain | None, folder: Path) -> None:
-    """Write the lower triangles, by rows, one a channel, as the array ``channels`` of an .npz; nothing where they are
-    not to stand beside the coefficients."""
-    if known is not None and known.covariance is not None and is_beside(known):
-        np.savez_compressed(folder / BESIDE, channels=_triangles(known.covariance))
-
-
 def parse_errors(
-    path: Path | str, document: dict[str, Any], size: tuple[int, int], lobes: tuple[Lobe, ...]
+    path: Path | str,
+    document: dict[str, Any],
+    symmetry: str,
+    modes: np.ndarray,
+    channels: int,
+    lobes: tuple[Lobe, ...],
 ) -> Uncertain:
-    """Inverse of :func:`errors_document`; ``size`` is that of the modes' coefficients."""
-    names = _names(path, document, size[0], lobes)
-    shape = (len(names), size[1])
-    errors = _numbers(
-        f"{path}: standard_errors", document.get("standard_errors", np.full(shape, np.nan)), shape
-    )
+    """Inverse of :func:`errors_document`."""
+    names = _names(path, document, mode_names(symmetry, modes), lobes)
+    shape = (len(names), channels)
+    errors = parse_standard_errors(path, document, shape)
     beyond = document.get("beyond", {})
     if not isinstance(beyond, dict):
-        raise InputError(f"{path}: beyond", f"an object is needed, not {beyond!r}")
+        raise InputError(f"{path}: beyond", f"an object is needed, not {beyond!r:.60}")
     scale = beyond.get("scale", 0.0)
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0.0 <= scale < np.inf:
-        raise InputError(f"{path}: beyond.scale", f"a number of 0 or more is needed, not {scale!r}")
+        raise InputError(f"{path}: beyond.scale", f"a number of 0 or more is needed, not {scale!r:.60}")
+    covariance, missing = _covariance(Path(path), document.get("covariance"), shape, errors)
     return Uncertain(
         parameters=names,
         standard_errors=errors,
-        covariance=_covariance(path, document.get("covariance"), shape),
+        covariance=covariance,
         scale=float(scale),
         misfit=_table(f"{path}: beyond.misfit", beyond.get("misfit")),
         unseen=_table(f"{path}: beyond.unseen", beyond.get("unseen")),
         extra={key: value for key, value in beyond.items() if key not in _BEYOND},
+        missing=missing,
     )
 
 
-def _names(path, document, modes: int, lobes: tuple[Lobe, ...]) -> tuple[str, ...]:
+def parse_standard_errors(path: Path | str, document: dict[str, Any], shape: tuple[int, int]) -> np.ndarray:
+    """(p, c) of 0 or more; NaN where the file says ``null``, since they are not known."""
+    where = f"{path}: standard_errors"
+    given = document.get("standard_errors", np.full(shape, np.nan))
+    values = _numbers(where, given, shape)
+    if (values < 0.0).any() or np.isinf(values).any() or _has_nan(given):
+        raise InputError(where, "numbers of 0 or more are needed, or null where one is not known")
+    return values
+
+
+def _has_nan(given: Any) -> bool:
+    """Whether a list holds NaN itself, which is no JSON."""
+    if isinstance(given, list):
+        return any(map(_has_nan, given))
+    return isinstance(given, float) and given != given
+
+
+def _names(path, document, modes: list[str], lobes: tuple[Lobe, ...]) -> tuple[str, ...]:
     names = document.get("parameters")
     if names is None:
-        return tuple(f"mode {k}" for k in range(modes))
+        return tuple(modes)
+    where = f"{path}: parameters"
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{path}: parameters", "a list of names is needed")
-    if len(names) < modes:
-        raise InputError(
-            f"{path}: parameters", f"the {modes} modes come first, and only {len(names)} are named"
-        )
-    for name in names[modes:]:
+        raise InputError(where, "a list of names is needed")
+    if len(names) < len(modes):
+        raise InputError(where, f"the {len(modes)} modes come first, and only {len(names)} are named")
+    for said, own in zip(names, modes, strict=False):
+        if said.split() != own.split():
+            raise InputError(where, f"{own!r} is needed where it says {said!r:.60}, in the order of modes")
+    for name in names[len(modes) :]:
         if lobe_parameter(name, lobes) is None:
-            raise InputError(f"{path}: parameters", f"there is no {name!r} in this file")
+            raise InputError(where, f"there is no {name!r:.60} in this file")
+    twice = sorted({name for name in names if names.count(name) > 1}) if len(set(names)) < len(names) else []
+    if twice:
+        raise InputError(where, f"{twice[0]!r:.60} is named twice")
     return tuple(names)
 
 
-def _covariance(path, given: Any, shape: tuple[int, int]) -> np.ndarray | None:
+def _covariance(
+    path: Path, given: Any, shape: tuple[int, int], errors: np.ndarray
+) -> tuple[np.ndarray | None, dict[str, Any] | None]:
+    """(c, p, p), and what the file names where that is not beside it."""
     if given is None:
-        return None
+        return None, None
     where = f"{path}: covariance"
-    if not isinstance(given, dict):
-        raise InputError(where, f"an object is needed, not {given!r}")
+    if not isinstance(given, dict) or not ("channels" in given or isinstance(given.get("file"), str)):
+        raise InputError(where, f'an object with "channels" or "file" is needed, not {given!r:.60}')
     p, c = shape
     triangles = given.get("channels")
     if triangles is None:
-        triangles = _beside(where, Path(path).parent / BESIDE, given)
+        triangles = read_beside(path, given, shape, errors)
         if triangles is None:
-            return None
+            return None, given
     values = _numbers(f"{where}.channels", triangles, (c, p * (p + 1) // 2))
     if not np.isfinite(values).all():
         raise InputError(f"{where}.channels", "every number must be finite")
     rows, columns = np.tril_indices(p)
     whole = np.zeros((c, p, p))
     whole[:, rows, columns] = whole[:, columns, rows] = values
-    return whole
+    _check_spread(where, whole)
+    return whole, None
 
 
-def _beside(where: str, path: Path, given: dict[str, Any]) -> np.ndarray | None:
-    """What lies beside the file, or None: a file of coefficients may travel alone."""
-    if not path.is_file():
-        return None
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            triangles = np.asarray(file["channels"], float)
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
-        raise InputError(path, f"cannot be read as the covariance of the file beside it: {error}") from None
-    known = given.get("sha256")
-    if known is not None and hashlib.sha256(triangles.tobytes()).hexdigest() != known:
-        raise InputError(where, f"{path.name} beside it is of other coefficients")
-    return triangles
-
-
-def _triangles(covariance: np.ndarray) -> np.ndarray:
-    """(c, p (p + 1) / 2) lower triangles by rows."""
-    rows, columns = np.tril_indices(covariance.shape[1])
-    return np.ascontiguousarray(covariance[:, rows, columns])
+def _check_spread(where: str, whole: np.ndarray) -> None:
+    variance = np.diagonal(whole, axis1=1, axis2=2)
+    if (variance < 0.0).any():
+        raise InputError(where, "a variance is negative")
+    size = np.sqrt(variance)
+    most = (1.0 + OVER) * size[:, :, None] * size[:, None, :]
+    if (np.abs(whole) > most + np.finfo(float).tiny).any():
+        raise InputError(where, "two parameters go together by more than 1")
 
 
 def _table_document(table: RelativeTable | None) -> dict[str, object]:
@@ -155,7 +161,7 @@ def _table(where: str, given: Any) -> RelativeTable | None:
     if given is None:
         return None
     if not isinstance(given, dict):
-        raise InputError(where, f"an object is needed, not {given!r}")
+        raise InputError(where, f"an object is needed, not {given!r:.60}")
     if not given.get("relative"):
         return None
     axes = [_axis(f"{where}.{name}", given.get(name)) for name in _AXES]
@@ -164,8 +170,10 @@ def _table(where: str, given: Any) -> RelativeTable | None:
         values = np.array(given["relative"], float)
     except (TypeError, ValueError):
         raise InputError(f"{where}.relative", "numbers are needed") from None
-    if values.size != np.prod(shape) or not np.isfinite(values).all() or (values < 0.0).any():
-        raise InputError(f"{where}.relative", f"{shape} numbers of 0 or more are needed, not {values.shape}")
+    if values.size != np.prod(shape):
+        raise InputError(f"{where}.relative", f"{shape} numbers are needed, not {values.shape}")
+    if not (np.isfinite(values) & (values >= 0.0)).all():
+        raise InputError(f"{where}.relative", "every number must be finite, and 0 or more")
     theta_i, theta_r, dphi = axes
     return RelativeTable(theta_i, theta_r, dphi, values.reshape(shape))
 

@@ -17,6 +17,7 @@ FIRST = {  # what the lobes of version 1 are in version 2
 }
 DECIMALS = 11  # of an azimuth in degrees: more are those of its being turned into radians and back
 MOST_OF_TWO = 12.0  # roughness of one of two axes: what a search of their mean up to 1 may reach
+OVER = 1e-6  # of a base reflectance of 1: rounding
 _FIRST_KEYS = {"model", "roughness", "f0", "weight"}
 _KEYS = _FIRST_KEYS | {"distribution", "masking", "fresnel", "azimuth", "ground"}
 _CHOICES = {"distribution": DISTRIBUTIONS, "masking": MASKINGS, "fresnel": FRESNELS}
@@ -65,10 +66,12 @@ def parse_lobe(path: Path | str, place: int, given: dict[str, Any], channels: in
         known |= _choices(where, given, model)
     known["roughness"] = _roughness(f"{where}.roughness", given.get("roughness"), known["model"], version)
     known["azimuth"] = float(np.radians(_number(f"{where}.azimuth", given.get("azimuth", 0.0))))
-    known["weight"] = _channels(f"{where}.weight", given.get("weight"), channels)
+    known["weight"] = _channels(
+        f"{where}.weight", given.get("weight"), channels, least=0.0 if version > 1 else -np.inf
+    )
     known["f0"] = _f0(f"{where}.f0", given.get("f0"), known, channels, version)
     if known["model"] == "coat":
-        known["ground"] = _channels(f"{where}.ground", given.get("ground"), channels)
+        known["ground"] = _channels(f"{where}.ground", given.get("ground"), channels, least=0.0)
     keys = _FIRST_KEYS if version == 1 else _KEYS
     return Lobe(**known, extra={key: value for key, value in given.items() if key not in keys})
 
@@ -104,7 +107,10 @@ def _f0(where: str, given: Any, known: dict[str, Any], channels: int, version: i
     if version > 1 and known["model"] in PEAKS:
         return np.ones(channels)
     if known.get("fresnel") != "dielectric":
-        return _channels(where, given, channels)
+        values = _channels(where, given, channels, least=0.0 if version > 1 else -np.inf)
+        if version > 1 and (values > 1.0 + OVER).any():
+            raise InputError(where, f"numbers from 0 to 1 are needed, not {given!r:.60}")
+        return values
     f0 = _number(where, given)
     if not 0.0 < f0 < 1.0:
         raise InputError(where, f"one number between 0 and 1 is needed, not {given!r}")
@@ -117,7 +123,7 @@ def _number(where: str, given: Any) -> float:
     return float(given)
 
 
-def _channels(where: str, given: Any, channels: int) -> np.ndarray:
+def _channels(where: str, given: Any, channels: int, least: float = -np.inf) -> np.ndarray:
     try:
         values = np.array(given, float)
     except (TypeError, ValueError):
@@ -126,6 +132,8 @@ def _channels(where: str, given: Any, channels: int) -> np.ndarray:
         raise InputError(where, f"{(channels,)} numbers are needed, one a channel, not {values.shape}")
     if not np.isfinite(values).all():
         raise InputError(where, "every number must be finite")
+    if (values < least).any():
+        raise InputError(where, f"numbers of {least:g} or more are needed, not {given!r:.60}")
     return values
 
 

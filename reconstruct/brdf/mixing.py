@@ -1,4 +1,5 @@
-"""A BRDF of other channels, each a weighted sum of the old: exact, since modes and lobes are linear in the channels.
+"""A BRDF of other channels, each a weighted sum of the old: exact, since modes and lobes are linear in the channels,
+but for lobes and grounds that would reflect less than nothing, or more than all, in one of the new.
 
 What is not known of the channels' errors is how they go together, but for what they share, the lobes' shapes; beyond
 that they are taken to know nothing of one another.
@@ -39,12 +40,12 @@ def mixed(brdf: Brdf, matrix: np.ndarray, channels: tuple[str, ...]) -> Brdf:
 def _lobe(lobe: Lobe, matrix: np.ndarray) -> Lobe:
     """Schlick's factor is f0 + (1 - f0) s: both weight and weight times f0 are mixed."""
     weight = matrix @ lobe.weight
-    weight = np.where(np.abs(weight) < LEAST, LEAST, weight)
+    weight = np.maximum(weight, LEAST)
     if lobe.peak or lobe.fresnel == "dielectric":
         f0 = np.full(len(matrix), lobe.f0[0])
     else:
-        f0 = matrix @ (lobe.weight * lobe.f0) / weight
-    ground = None if lobe.ground is None else matrix @ lobe.ground
+        f0 = np.clip(matrix @ (lobe.weight * lobe.f0) / weight, 0.0, 1.0)
+    ground = None if lobe.ground is None else np.maximum(matrix @ lobe.ground, 0.0)
     return replace(lobe, weight=weight, f0=f0, ground=ground)
 
 

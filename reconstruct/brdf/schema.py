@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.brdf.errors_schema import errors_document, parse_errors
+from photogonio.reconstruct.brdf.covariance_file import BESIDE
+from photogonio.reconstruct.brdf.errors_schema import errors_document, parse_errors, parse_standard_errors
 from photogonio.reconstruct.brdf.lobe_schema import (
     first_document,
     is_of_first_version,
@@ -47,13 +48,14 @@ _KEYS = {
 _ERROR_KEYS = {"parameters", "covariance", "beyond"}  # of version 2
 
 
-def document(brdf) -> dict:
-    """What the file says of a :class:`reconstruct.brdf.brdf.Brdf`, in JSON's types. Inverse of :func:`parse`."""
+def document(brdf, beside: str = BESIDE) -> dict:
+    """What the file says of a :class:`reconstruct.brdf.brdf.Brdf`, in JSON's types, the covariance of many parameters
+    being in the file ``beside``. Inverse of :func:`parse`."""
     version = 1 if brdf.version == 1 and is_first_version(brdf) else 2
     lobes = [(first_document if version == 1 else lobe_document)(lobe) for lobe in brdf.lobes]
     errors = {"standard_errors": _plain(np.asarray(brdf.standard_errors, float))}
     if brdf.uncertainty is not None:
-        errors = _plain(errors_document(brdf.uncertainty))
+        errors = _plain(errors_document(brdf.uncertainty, beside))
     return {
         "format": FORMAT,
         "version": version,
@@ -115,11 +117,12 @@ def parse(path: Path | str, document: Any) -> dict[str, Any]:
     known["lobes"] = tuple(parse_lobe(path, k, lobe, len(channels), version) for k, lobe in enumerate(lobes))
     known["uncertainty"] = None
     if version > 1 and _ERROR_KEYS & set(document):
-        known["uncertainty"] = parse_errors(path, document, size, known["lobes"])
+        known["uncertainty"] = parse_errors(
+            path, document, known["symmetry"], rows, len(channels), known["lobes"]
+        )
         errors = known["uncertainty"].standard_errors[: len(rows)]
     else:
-        given = document.get("standard_errors", np.full(size, np.nan))
-        errors = _array(path, "standard_errors", given, size, True)
+        errors = parse_standard_errors(path, document, size)
     keys = _KEYS if version == 1 else _KEYS | _ERROR_KEYS
     known |= {
         "version": version,
@@ -186,12 +189,14 @@ def _modes(path, document, symmetry) -> np.ndarray:
 def _order(path, document, symmetry, rows) -> int:
     largest = int(rows[:, [0] if symmetry == "isotropic" else [0, 2]].max(initial=0))
     order = document.get("order", largest)
-    if not isinstance(order, int) or isinstance(order, bool) or not largest <= order <= HIGHEST:
+    if not isinstance(order, int) or isinstance(order, bool):
+        raise InputError(f"{path}: order", f"a whole number is needed, not {order!r:.60}")
+    if not largest <= order <= HIGHEST:
         raise InputError(f"{path}: order", f"the modes reach order {largest}, not {order!r:.60}")
     return order
 
 
-def _array(path, key, given, shape, may_miss=False) -> np.ndarray:
+def _array(path, key, given, shape) -> np.ndarray:
     try:
         values = np.array(given, float)
     except (TypeError, ValueError):
@@ -202,9 +207,9 @@ def _array(path, key, given, shape, may_miss=False) -> np.ndarray:
         raise InputError(
             f"{path}: {key}", f"{shape} numbers are needed (modes, channels), not {values.shape}"
         )
-    if not (may_miss or np.isfinite(values).all()) or (np.abs(values) > LARGEST).any():
+    if not np.isfinite(values).all() or (np.abs(values) > LARGEST).any():
         raise InputError(f"{path}: {key}", f"every number must be finite, and at most {LARGEST:g}")
-    if not may_miss and not _numbers_only(given):
+    if not _numbers_only(given):
         raise InputError(f"{path}: {key}", "numbers are needed")
     return values
 

@@ -74,9 +74,14 @@ def albedo_beyond(brdf: Brdf, known: Uncertain) -> dict[str, np.ndarray]:
 def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
     """``count`` BRDFs drawn from the covariance: what is beyond the parameters stays as it is.
 
-    Numbers that channels share are drawn once. Raises InputError where no covariance is known.
+    Numbers that channels share are drawn once. Raises InputError where no covariance is known, or ``count`` is no
+    number of draws.
     """
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 0:
+        raise InputError("sample", f"a whole number of 0 or more is needed, not {count!r:.60}")
     known = brdf.uncertainty
+    if known is not None and known.missing is not None:
+        raise InputError("sample", f"{known.missing.get('file')} is missing beside the file of coefficients")
     if known is None or not np.isfinite(known.spread()).all():
         raise InputError("sample", "the file does not say how sure its numbers are")
     rng = np.random.default_rng(seed)
@@ -111,11 +116,11 @@ def _bounds(brdf: Brdf, known: Uncertain, own: np.ndarray, c: int) -> tuple[np.n
 
 
 def _kept_within(centre: np.ndarray, noise: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """(n, k) ``centre`` and ``noise`` together; where that leaves the bounds, less the noise, which is as likely: so what
-    all but cancels, as a ground and a constant mode, moves together, and f scatters as before."""
+    """(n, k) ``centre`` and ``noise`` together; where that leaves the bounds, less the noise, which is as likely: so
+    what all but cancels, as a ground and a constant mode, moves together, and f scatters as before."""
 
     def inside(change: np.ndarray) -> np.ndarray:
-        return ((change >= low) & (change <= high)).all(axis=1)
+        return np.all((change >= low) & (change <= high), axis=1)
 
     turned = ~inside(centre + noise) & inside(centre - noise)
     return centre + np.where(turned, -1.0, 1.0)[:, None] * noise

@@ -12,8 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.covariance_file import MOST_INSIDE
 from photogonio.reconstruct.brdf.errors import Uncertain
-from photogonio.reconstruct.brdf.errors_schema import MOST_INSIDE
 from photogonio.reconstruct.brdf.parameters import FULL, mode_names, named_number, rounded
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.lobes.lobe import Lobe

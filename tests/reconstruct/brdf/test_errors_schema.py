@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
 import pytest
 
-from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from tests.drawn.brdfs import RETROS, brdf_of, coat, mirror, refused, uncertain
 
@@ -18,20 +16,6 @@ def test_a_round_trip_keeps_every_bit(tmp_path):
     load_brdf(tmp_path / "a.json").save(tmp_path / "b.json")
     assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
     assert json.loads((tmp_path / "a.json").read_text())["version"] == 2
-
-
-def test_many_parameters_have_their_covariance_beside_the_file(tmp_path):
-    brdf = uncertain(brdf_of(mirror(0.3), order=14))
-    assert len(brdf.uncertainty.parameters) > 150
-    brdf.save(tmp_path / "coefficients.json")
-    assert "channels" not in json.loads((tmp_path / "coefficients.json").read_text())["covariance"]
-    back = load_brdf(tmp_path / "coefficients.json")
-    np.testing.assert_array_equal(back.uncertainty.covariance, brdf.uncertainty.covariance)
-    uncertain(brdf_of(mirror(0.3), order=14), seed=9).save(tmp_path / "other.json")
-    with pytest.raises(InputError, match=r"covariance: covariance\.npz beside it is of other coefficients"):
-        load_brdf(tmp_path / "coefficients.json")
-    (tmp_path / "covariance.npz").unlink()
-    assert load_brdf(tmp_path / "coefficients.json").uncertainty.covariance is None
 
 
 GOOD = {"format": "surface-scattering-modes", "version": 2, "channels": ["Y"], "modes": [[0, 0, 0]],
@@ -45,9 +29,26 @@ WRONG = {
     "standard_errors": {"parameters": ["S 0 0 0"], "standard_errors": [[0.1], [0.2]]},
     "covariance": {"parameters": ["S 0 0 0"], "covariance": [1.0]},
     "covariance.channels": {"parameters": ["S 0 0 0"], "covariance": {"channels": [[1.0, 2.0]]}},
+    "parameters   ": {"parameters": ["S 2 0 0"]},
+    "parameters    ": {"lobes": [MIRROR], "parameters": ["S 0 0 0", "lobe 0 f0", "lobe 0 f0"]},
+    "standard_errors ": {"standard_errors": [[-1]], "parameters": ["S 0 0 0"]},
+    "standard_errors  ": {"standard_errors": [[float("nan")]], "parameters": ["S 0 0 0"]},
+    "standard_errors   ": {"standard_errors": [[float("inf")]], "parameters": ["S 0 0 0"]},
+    "covariance ": {"covariance": {}},
+    "covariance  ": {"covariance": {"channels": [[-1.0]]}},
+    "covariance   ": {
+        "lobes": [MIRROR],
+        "parameters": ["S 0 0 0", "lobe 0 f0"],
+        "covariance": {"channels": [[1.0, 3.0, 4.0]]},
+    },
+    "covariance.file": {"covariance": {"file": "../covariance.npz"}},
+    "lobes[0].f0": {"lobes": [MIRROR | {"f0": [2.0]}]},
+    "lobes[0].weight": {"lobes": [MIRROR | {"weight": [-0.1]}]},
+    "lobes[0].ground": {"lobes": [MIRROR | {"model": "coat", "f0": 0.04, "ground": [-0.1]}]},
     "beyond": {"beyond": 0.1},
     "beyond.scale": {"beyond": {"scale": -0.1}},
     "beyond.misfit.theta_i": {"beyond": {"misfit": TABLE | {"theta_i": [50, 40]}}},
+    "beyond.misfit.relative": {"beyond": {"misfit": TABLE | {"relative": [[[float("nan")]]]}}},
     "beyond.unseen.relative": {"beyond": {"unseen": TABLE | {"relative": [0.1, 0.2]}}},
 }
 
