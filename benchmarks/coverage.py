@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from photogonio.calib.radiometry.scale import tie
 from photogonio.calib.remarks import Remarks
 from photogonio.calib.views import light_of
 from photogonio.capture.photoset import PhotoSet, View
+from photogonio.evaluate.scenes import spread_over_processes
 from tests.drawn.setups import SAMPLE, SIZE, World, draw_corners, draw_patch, draw_world, observe, photoset_of
 
 LEVEL = 0.95
@@ -158,8 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="four sets")
     asked = parser.parse_args(arguments)
     count = 4 if asked.quick else asked.sets
-    with get_context("spawn").Pool(asked.workers) as pool:
-        parts = list(pool.map(_one, [(k, asked.paper) for k in range(count)]))
+    parts = list(spread_over_processes(_one, [(k, asked.paper) for k in range(count)], asked.workers))
     print(
         f"{count} set-ups, {'with' if asked.paper else 'without'} paper: share of truths within 95 % intervals"
     )

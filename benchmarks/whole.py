@@ -20,6 +20,7 @@ import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from unittest import mock
 
 from benchmarks.board_set import converted, make_board_set
 from photogonio.reconstruct.modes.parallel import cores
@@ -52,11 +53,17 @@ def child(what: str, folder: Path, out: Path, workers: int, quick: bool) -> dict
 
 
 def apart(what: str, folder: Path, out: Path, options: argparse.Namespace, cache: Path) -> dict[str, float]:
-    """:func:`child` in a process of its own; with the wall clock of it all."""
+    """:func:`child` in a process of its own, with the wall clock of it all; in this one, but for one task, where it is
+    only shown that it runs."""
+    if options.quick and what != "decode":
+        start = time.perf_counter()
+        with mock.patch.dict(os.environ, PHOTOGONIO_CACHE=str(cache)):
+            found = child(what, folder, out, options.workers, quick=True)
+        return found | {"wall": time.perf_counter() - start}
     command = [sys.executable, "-m", "benchmarks.whole", "--child", what, str(folder), str(out)]
     start = time.perf_counter()
     done = subprocess.run(
-        [*command, "--workers", str(options.workers), *(["--quick"] if options.quick else [])],
+        [*command, "--workers", str(options.workers)],
         check=True,
         capture_output=True,
         text=True,

@@ -112,8 +112,10 @@ def evaluate_scenes(scenes: Sequence[Scene], sets: Path, *, workers: int, report
 
 
 def spread_over_processes(work: Callable[[Job], Done], jobs: Sequence[Job], workers: int) -> Iterator[Done]:
-    """The results of ``work`` on each job in their order, ``workers`` jobs at a time, each in a process."""
-    if not jobs:
+    """The results of ``work`` on each job in their order, ``workers`` jobs at a time, each in a process; one at a time
+    in this one."""
+    if min(workers, len(jobs)) <= 1:
+        yield from map(work, jobs)
         return
     # spawned, so that the libraries' threads are not copied in the midst of something
     with get_context("spawn").Pool(min(workers, len(jobs)), _on_its_own) as pool:
