@@ -11,7 +11,6 @@ from photogonio.face.files import load
 from photogonio.face.known import KnownBrdf
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.formats import find_format
-from photogonio.reconstruct.export.loss import PLACE
 from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
@@ -51,10 +50,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     if asked and not form.ordered:
         raise InputError(f"--order {args.order}", f"--format {args.format} holds no modes")
     with staged_file(out) as stage:
-        remark = form.write(brdf, stage, **asked)
-        loss = form.loss(brdf, stage)
-        if loss is not None and form.room:
-            state_loss(stage, str(loss))
+        remark, loss = form.put(brdf, stage, **asked)
     if loss is not None:
         reporter.say(f"{args.format}: {loss}")
     if remark:
@@ -67,9 +63,3 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         "scale": brdf.scale,
         "loss": None if loss is None else loss.to_dict(),
     }
-
-
-def state_loss(path: Path, text: str) -> None:
-    """Put what was found into the file that left room for it."""
-    data = path.read_bytes()
-    path.write_bytes(data.replace(PLACE.encode(), f"photogonio: {text}".encode(), 1))

@@ -21,6 +21,7 @@ from photogonio.reconstruct.brdf.scatmech import is_scatmech, read_scatmech, sca
 from photogonio.reconstruct.export.gltf import read_gltf
 from photogonio.reconstruct.export.openpbr import read_openpbr
 from photogonio.reconstruct.goniometer.foreign import known_everywhere
+from photogonio.reconstruct.goniometer.pabopto import beginning, is_pabopto
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
@@ -63,7 +64,7 @@ def find_brdf(path: Path) -> Path:
     coefficients beside it.
 
     Raises:
-        InputError: the folder holds several results.
+        InputError: the folder holds several results, or nothing that holds a BRDF.
     """
     if not path.is_dir():
         beside = path.with_name(COEFFICIENTS)
@@ -76,6 +77,10 @@ def find_brdf(path: Path) -> Path:
             more = ", ..." if len(several) > MOST_NAMED else ""
             names = ", ".join(several[:MOST_NAMED]) + more
             raise InputError(path, f"holds {len(several)} results; name one of them: {names}")
+        if not any(is_pabopto(beginning(file)) for file in path.iterdir() if file.is_file()):
+            raise InputError(
+                path, f"holds no result of process or fit ({COEFFICIENTS}), and no set's truth.json"
+            )
     return found or path
 
 
@@ -205,7 +210,15 @@ def _read_table(path: Path, told: Told) -> Known:
     samples = read_samples(path, told)
     at = _at(samples.incident, samples.exit)
     said = tuple(f"{path.name}: {warning}" for warning in samples.warnings)
-    return Known(path.name, samples.channels, isotropic=False, at=at, value=samples.value, warnings=said)
+    one = _of_one_rotation(samples.incident)
+    return Known(path.name, samples.channels, isotropic=one, at=at, value=samples.value, warnings=said)
+
+
+def _of_one_rotation(incident: np.ndarray) -> bool:
+    """Whether light came from one azimuth only, so that nothing tells of a surface that changes as it turns."""
+    oblique = incident[np.hypot(incident[:, 0], incident[:, 1]) > 1e-6, :2]
+    turn = oblique / np.linalg.norm(oblique, axis=1, keepdims=True)
+    return len(turn) == 0 or bool(np.ptp(turn, axis=0).max() < 1e-6)
 
 
 def _at(incident: np.ndarray, exit: np.ndarray) -> Directions:

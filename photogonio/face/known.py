@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import Known
-from photogonio.face.measured import Albedo
+from photogonio.face.directions import checked_angles
+from photogonio.face.measured import Albedo, four_angles
 from photogonio.face.presented import Presented
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.modes.integrals import albedo_of
@@ -34,12 +35,15 @@ class KnownBrdf(Presented):
     symmetry = property(lambda self: "isotropic" if self.known.isotropic else "general")
     scale = "absolute"
     valid: ClassVar[dict[str, float]] = {}
+    fit: ClassVar[dict[str, object]] = {}
+    source: ClassVar[dict[str, object]] = {}
     uncertainty = None
 
-    def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
-        """f (..., c), 1/sr, at unit vectors (..., 3) that broadcast together; 0 below the surface.
+    def __call__(self, incident: ArrayLike, exit: ArrayLike) -> np.ndarray:
+        """f (..., c), 1/sr, at vectors (..., 3) of any length that broadcast together; 0 below the surface, NaN where
+        one is no direction.
 
-        Raises InputError where f is known at single pairs only.
+        Raises InputError where they are no such vectors, or f is known at single pairs only.
         """
         return self._f(incident, exit)
 
@@ -47,19 +51,43 @@ class KnownBrdf(Presented):
         self, theta_i: ArrayLike, phi_i: ArrayLike, theta_r: ArrayLike, phi_r: ArrayLike
     ) -> np.ndarray:
         """f (..., c), 1/sr, at angles in radians that broadcast together."""
-        return self._f(unit_vectors(theta_i, phi_i), unit_vectors(theta_r, phi_r))
+        given = checked_angles(theta_i=theta_i, phi_i=phi_i, theta_r=theta_r, phi_r=phi_r)
+        return self._f(unit_vectors(*given[:2]), unit_vectors(*given[2:]))
 
     def angles(
         self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, phi_i: ArrayLike = 0.0
     ) -> np.ndarray:
         """f (..., c), 1/sr; dphi = phi_r - phi_i, pi is forward."""
-        return self.evaluate(theta_i, phi_i, theta_r, np.asarray(phi_i, float) + np.asarray(dphi, float))
+        given = checked_angles(theta_i=theta_i, theta_r=theta_r, dphi=dphi, phi_i=phi_i)
+        theta_i, theta_r, dphi, phi_i = given
+        return self.evaluate(theta_i, phi_i, theta_r, phi_i + dphi)
+
+    def standard_error(self, *where: ArrayLike) -> np.ndarray:
+        """NaN (..., c): the file says nothing of it. ``where`` as of a measured BRDF."""
+        theta_i, phi_i, theta_r, phi_r = four_angles(where)
+        return np.full_like(self.evaluate(theta_i, phi_i, theta_r, phi_r), np.nan)
+
+    def prediction_interval(self, *where: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """The same of both ends."""
+        nothing = self.standard_error(*where)
+        return nothing, nothing.copy()
+
+    def sample(self, n: int, seed: int = 0) -> list[KnownBrdf]:
+        """Raises InputError: the file does not say how sure it is."""
+        raise InputError(self.name, "does not say how sure it is, so nothing can be drawn; fit it first")
+
+    def save(self, path: str | Path) -> None:
+        """Raises InputError: it has no coefficients to be saved."""
+        raise InputError(self.name, "holds no coefficients to be saved; export it, or fit it first")
 
     def directional_albedo(self, theta_i: ArrayLike, phi_i: ArrayLike = 0.0) -> np.ndarray:
         """(..., c) fraction of the light from (theta_i, phi_i) that is sent out, by quadrature."""
-        theta, phi = np.broadcast_arrays(np.asarray(theta_i, float), np.asarray(phi_i, float))
+        theta, phi = np.broadcast_arrays(*checked_angles(theta_i=theta_i, phi_i=phi_i))
+        theta, phi = np.abs(theta), np.where(theta < 0.0, phi + np.pi, phi)
         sent = [albedo_of(self._safe, t, p, finest=FINEST) for t, p in zip(theta.flat, phi.flat, strict=True)]
-        return np.reshape(sent, (*theta.shape, len(self.channels)))
+        value = np.reshape(sent, (*theta.shape, len(self.channels)))
+        value[~np.isfinite(theta + phi)] = np.nan
+        return value
 
     def _safe(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         """f, 0 where it was not measured."""
@@ -113,11 +141,16 @@ class KnownBrdf(Presented):
         )
         return [
             f"{self.name}: no coefficients, f known {pairs}",
-            f"{'turning' if self.turning else 'isotropic'}, channels {', '.join(self.channels)}",
+            f"{self._turns()}, channels {', '.join(self.channels)}",
             "albedo: ask for it, by quadrature" if self.known.value is None else "albedo not known",
             "standard errors not known",
             "from a file of its own kind",
         ]
+
+    def _turns(self) -> str:
+        if not self.turning:
+            return "isotropic"
+        return "turning" if self.known.value is None else "turning or isotropic"
 
     def _known(self) -> Known:
         return self.known

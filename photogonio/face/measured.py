@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from photogonio.compare.reflectances import Known
+from photogonio.face.directions import checked_angles, checked_directions
 from photogonio.face.presented import Presented
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.spread import albedo_error, drawn
@@ -43,6 +44,11 @@ class MeasuredBrdf(Presented, Brdf):
         """Of the set or file that it came from."""
         return str(self.source.get("name", "BRDF"))
 
+    def __call__(self, incident: ArrayLike, exit: ArrayLike) -> np.ndarray:
+        """f (..., c), 1/sr, at vectors (..., 3) of any length that broadcast together; 0 below the surface, NaN where
+        one is no direction. Raises InputError where they are no such vectors."""
+        return super().__call__(*checked_directions(incident, exit))
+
     def angles(
         self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, phi_i: ArrayLike = 0.0
     ) -> np.ndarray:
@@ -50,7 +56,9 @@ class MeasuredBrdf(Presented, Brdf):
 
         ``phi_i`` matters only where the surface changes as it turns.
         """
-        return self.evaluate(theta_i, phi_i, theta_r, np.asarray(phi_i, float) + np.asarray(dphi, float))
+        given = checked_angles(theta_i=theta_i, theta_r=theta_r, dphi=dphi, phi_i=phi_i)
+        theta_i, theta_r, dphi, phi_i = given
+        return self.evaluate(theta_i, phi_i, theta_r, phi_i + dphi)
 
     def standard_error(self, *where: ArrayLike) -> np.ndarray:
         """One standard error of f (..., c), 1/sr; 1.96 of them are a 95 % interval.
@@ -58,12 +66,12 @@ class MeasuredBrdf(Presented, Brdf):
         ``where`` is incident and exit unit vectors (..., 3); or theta_i, theta_r, dphi; or theta_i, phi_i, theta_r,
         phi_r, in radians. NaN where the file does not say.
         """
-        return super().standard_error(*_four_angles(where))
+        return super().standard_error(*four_angles(where))
 
     def prediction_interval(self, *where: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Between what and what, (..., c) each, 1/sr, 95 % of fresh readings lie; ``where`` as for
         :meth:`standard_error`. NaN where it came from no measured rows."""
-        return super().prediction_interval(*_four_angles(where))
+        return super().prediction_interval(*four_angles(where))
 
     def albedo(self) -> Albedo:
         """Under even light from the whole hemisphere, with its error."""
@@ -130,12 +138,15 @@ class MeasuredBrdf(Presented, Brdf):
         return self._only_place(channel, self.channels)
 
 
-def _four_angles(where: tuple[ArrayLike, ...]) -> tuple[ArrayLike, ...]:
+def four_angles(where: tuple[ArrayLike, ...]) -> tuple[ArrayLike, ...]:
     """theta_i, phi_i, theta_r, phi_r of two directions, or of three or four angles."""
     if len(where) == 2:
-        return (*spherical_angles(where[0]), *spherical_angles(where[1]))
+        incident, exit = checked_directions(*where)
+        return (*spherical_angles(incident), *spherical_angles(exit))
     if len(where) == 3:
-        return (where[0], 0.0, where[1], where[2])
+        theta_i, theta_r, dphi = checked_angles(theta_i=where[0], theta_r=where[1], dphi=where[2])
+        return (theta_i, 0.0, theta_r, dphi)
     if len(where) != 4:
         raise TypeError("expected two directions, or three or four angles")
-    return where
+    names = ("theta_i", "phi_i", "theta_r", "phi_r")
+    return tuple(checked_angles(**dict(zip(names, where, strict=True))))

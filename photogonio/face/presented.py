@@ -8,15 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from photogonio.capture.errors import InputError
 from photogonio.compare.compare import Comparison, compare
 from photogonio.compare.reflectances import Known, find_brdf, load_known
+from photogonio.face.directions import checked_directions
 from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.html import image_bytes
 from photogonio.report.plots import overview_figure
+from photogonio.system.outputs import staged_file
 
 if TYPE_CHECKING:
     import xarray
@@ -51,6 +54,11 @@ class Presented:
         Only pairs with both angles below ``mask`` (radians) count; with ``scale`` one factor a channel is free. Raises
         InputError where they cannot be compared.
         """
+        if not isinstance(other, Presented | str | Path):
+            raise InputError("compare", f"a BRDF, or its file or folder, is needed, not {other!r:.60}")
+        number = isinstance(mask, int | float | np.number) and not isinstance(mask, bool)
+        if not (number and 0.0 < mask <= 0.5 * np.pi):
+            raise InputError("mask", f"an angle in radians is needed, up to pi / 2, not {mask!r:.60}")
         reference = other._known() if isinstance(other, Presented) else load_known(find_brdf(Path(other)))
         return compare(self._known(), reference, mask=mask, scale=scale)
 
@@ -97,25 +105,31 @@ class Presented:
         error = getattr(self, "standard_error", None)
         return f, np.full_like(f, np.nan) if error is None else error(theta_i, phi_i, theta_r, phi_r)
 
-    def _f(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+    def _f(self, incident: ArrayLike, exit: ArrayLike) -> np.ndarray:
         """f (..., c), 1/sr, at unit vectors (..., 3)."""
         known = self._known()
         if known.evaluate is None:
             raise InputError(known.name, "is known at single pairs of directions only; fit it first")
-        incident, exit = np.broadcast_arrays(np.asarray(incident, float), np.asarray(exit, float))
+        incident, exit = np.broadcast_arrays(*checked_directions(incident, exit))
         shape = incident.shape[:-1]
-        above = ((incident[..., 2] >= 0.0) & (exit[..., 2] >= 0.0)).ravel()
+        incident, exit = (_of_length_one(one.reshape(-1, 3)) for one in (incident, exit))
+        above = (incident[:, 2] >= 0.0) & (exit[:, 2] >= 0.0)
         value = np.zeros((above.size, len(self.channels)))
-        value[above] = known.evaluate(incident.reshape(-1, 3)[above], exit.reshape(-1, 3)[above])
+        value[above] = known.evaluate(incident[above], exit[above])
+        value[np.isnan(incident[:, 2] + exit[:, 2])] = np.nan
         return value.reshape(*shape, len(self.channels))
 
     def _export(self, source: Any, format: str, path: Path, order: int | None) -> str:
         form = find_format(format)
+        if order is not None and (isinstance(order, bool) or not isinstance(order, int | np.integer)):
+            raise InputError("order", f"a whole number is needed, not {order!r:.60}")
         if order is not None and not form.ordered:
             raise InputError(f"order {order}", f"{format} holds no modes")
+        if not path.parent.is_dir():
+            raise InputError(path, f"there is no folder {path.parent}")
         asked = {} if order is None else {"order": order}
-        remark = form.write(source, path, **asked)
-        loss = form.loss(source, path)
+        with staged_file(path) as stage:
+            remark, loss = form.put(source, stage, **asked)
         return "; ".join(str(one) for one in (remark, loss) if one)
 
     def _only_place(self, channel: str, channels: tuple[str, ...]) -> int:
@@ -159,3 +173,8 @@ class Presented:
             'stroke-dasharray="4 3"/>'
             f'<polygon points="100,104 {points}" fill="#c8ccd2" stroke="#24292f"/></svg>'
         )
+
+
+def _of_length_one(vectors: np.ndarray) -> np.ndarray:
+    """(n, 3) of vectors that have a length."""
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

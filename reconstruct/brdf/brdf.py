@@ -137,7 +137,8 @@ class Brdf:
 
     def directional_albedo(self, theta_i: ArrayLike, phi_i: ArrayLike = 0.0) -> np.ndarray:
         """(..., c) fraction of the light from (theta_i, phi_i) that is sent out; modes in closed form. 0
-        below the horizon."""
+        below the horizon; a negative theta_i is on the other side of the normal."""
+        theta_i, phi_i = _on_one_side(theta_i, phi_i)
         value = integrals.directional_albedo(
             self.symmetry, self.modes, self.coefficients, self.quantity, theta_i, phi_i
         )
@@ -146,7 +147,7 @@ class Brdf:
                 value = value + _albedo_of_turning(lobe, theta_i, phi_i, value.shape)
             else:
                 value = value + np.broadcast_to(lobe.directional_albedo(theta_i), value.shape)
-        return np.where(_below(np.broadcast_arrays(theta_i, phi_i)[0])[..., None], 0.0, value)
+        return np.where((np.broadcast_arrays(theta_i, phi_i)[0] > 0.5 * np.pi)[..., None], 0.0, value)
 
     def bihemispherical_albedo(self) -> np.ndarray:
         """(c,) fraction of even illumination that is sent out; modes in closed form."""
@@ -202,9 +203,10 @@ class Brdf:
         return modes.evaluate_pairs(self.symmetry, self.modes, self.coefficients, angles)
 
 
-def _below(theta: np.ndarray) -> np.ndarray:
-    """Whether polar angles, radians, are no angles from the normal to the horizon."""
-    return (theta < 0.0) | (theta > np.pi / 2)
+def _on_one_side(theta: ArrayLike, phi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """The same direction with a polar angle of 0 or more."""
+    theta, phi = np.asarray(theta, float), np.asarray(phi, float)
+    return np.abs(theta), np.where(theta < 0.0, phi + np.pi, phi)
 
 
 def load_brdf(path: Path | str) -> Brdf:

@@ -17,7 +17,7 @@ from photogonio.reconstruct.brdf.radiance import read_radiance
 from photogonio.reconstruct.export import principled
 from photogonio.reconstruct.export.csv_table import write_csv
 from photogonio.reconstruct.export.gltf import read_gltf, write_gltf
-from photogonio.reconstruct.export.loss import Evaluate, Loss, loss_of
+from photogonio.reconstruct.export.loss import PLACE, Evaluate, Loss, loss_of
 from photogonio.reconstruct.export.merl_table import write_merl_table
 from photogonio.reconstruct.export.mitsuba import wavelengths_of, write_mitsuba
 from photogonio.reconstruct.export.modes_file import write_modes
@@ -43,6 +43,16 @@ class Format:
         None  # the source's channels (n, c) to the file's
     )
     room: bool = False  # the file says its loss itself
+
+    def put(self, brdf: Any, path: Path, **asked: Any) -> tuple[str | None, Loss | None]:
+        """Write a BRDF (or what is known as one is) to ``path``, with its loss in it where there is room; a remark, and
+        the loss."""
+        remark = self.write(brdf, path, **asked)
+        loss = self.loss(brdf, path)
+        if loss is not None and self.room:
+            stated = path.read_bytes().replace(PLACE.encode(), f"photogonio: {loss}".encode(), 1)
+            path.write_bytes(stated)
+        return remark, loss
 
     def loss(self, brdf: Any, path: Path) -> Loss | None:
         """What the file at ``path``, written of ``brdf`` (or of what is known as one is), loses; None where it is not

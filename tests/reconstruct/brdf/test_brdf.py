@@ -91,4 +91,6 @@ def test_f_is_zero_below_the_horizon(symmetry):
     assert (f[above] != 0.0).all()
     edge = brdf.evaluate(np.pi / 2, 0.0, np.array([np.pi / 2, 0.3]), 0.0)
     assert np.isfinite(edge).all() and edge[1, 0] != 0.0
-    np.testing.assert_array_equal(brdf.directional_albedo(np.array([1.7, -0.1]), 0.0), 0.0)
+    np.testing.assert_array_equal(brdf.directional_albedo(np.array([1.7, -1.7]), 0.0), 0.0)
+    turned = brdf.directional_albedo(np.array([0.4]), np.pi + 0.2)  # the other side of the normal
+    np.testing.assert_array_equal(brdf.directional_albedo(np.array([-0.4]), 0.2), turned)
