@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 
 
-def executor(text: str) -> int:
-    """Worker processes of "local:N"."""
-    kind, _, number = text.partition(":")
-    if kind != "local" or not number.isdecimal() or int(number) < 1:
-        raise argparse.ArgumentTypeError(f"expected local:N, found {text!r}")
-    return int(number)
+def executor(text: str) -> str:
+    """ "local:N" or "dask://HOST:PORT"."""
+    kind, _, rest = text.partition(":")
+    host, _, port = rest.removeprefix("//").rpartition(":")
+    if kind == "local" and rest.isdecimal() and int(rest) >= 1:
+        return f"local:{int(rest)}"
+    if kind == "dask" and rest.startswith("//") and host and port.isdecimal() and 0 < int(port) < 65536:
+        return text
+    raise argparse.ArgumentTypeError(f"expected local:N or dask://HOST:PORT, found {text!r}")
 
 
 def positive(text: str) -> int:

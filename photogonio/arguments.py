@@ -7,8 +7,8 @@ import sys
 from typing import NoReturn
 
 from photogonio import __version__
-from photogonio.argument_values import executor, mask, whole
-from photogonio.option_groups import fit_options, table_options, workers_option
+from photogonio.argument_values import mask, whole
+from photogonio.option_groups import executor_option, fit_options, table_options, workers_option
 
 _KINDS = "a result's folder, coefficients.json, truth.json, or what export writes"
 _PAPERS = ("a4", "a3", "letter")
@@ -71,6 +71,7 @@ def _process(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("set", metavar="SET", help="folder with photoset.toml")
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: SET's name + -brdf)")
     fit_options(parser)
+    executor_option(parser)
 
 
 def _batch(commands: argparse._SubParsersAction) -> None:
@@ -84,13 +85,8 @@ def _batch(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "-o", "--out", metavar="OUT", default="library", help="folder to write (default: library)"
     )
-    parser.add_argument(
-        "--executor",
-        metavar="local:N",
-        type=executor,
-        help="how many worker processes and threads in all (default: one a core)",
-    )
     fit_options(parser, workers=False)
+    executor_option(parser)
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from photogonio.argument_values import auto_or_whole, lobes, names, pairs, positive
+from photogonio.argument_values import auto_or_whole, executor, lobes, names, pairs, positive
 
 _SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
 # as photogonio.reconstruct.goniometer.told has them, which would import numpy
@@ -83,3 +83,13 @@ def fit_options(parser: argparse.ArgumentParser, *, workers: bool = True) -> Non
 
 def workers_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--workers", metavar="N", type=positive, help="default: one a core")
+
+
+def executor_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--executor",
+        metavar="E",
+        type=executor,
+        help="who reduces photos: local:N, so many workers here in all (default: one a core), or dask://HOST:PORT, "
+        "the workers of a dask scheduler",
+    )

@@ -33,6 +33,7 @@ class Options:
     robust: bool = True  # single values that contradict their neighbours lose their say
     channels: tuple[str, ...] | None = None  # None: all
     workers: int | None = None  # None: one a core
+    executor: str | None = None  # "dask://HOST:PORT": photos are reduced there; None: by workers here
 
     def threads(self) -> int:
         return self.workers or os.cpu_count() or 1

@@ -41,6 +41,7 @@ from photogonio.report.trust import DISTRUSTED, faults_of
 from photogonio.result import Result
 from photogonio.run.calibrate_photos import calibrated
 from photogonio.run.circumstances import Circumstances, packed
+from photogonio.run.cluster import cluster_of
 from photogonio.run.colours import in_colours, require_mixable
 from photogonio.run.fit_photos import fitted, fitted_photos
 from photogonio.run.reduce_photos import Plan, Reduced, reduce_photos
@@ -68,7 +69,7 @@ def process(
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
-    with Scratch() as scratch:
+    with Scratch() as scratch, cluster_of(options.executor) as cluster:
         setup, radiance, kept, correction = calibrated(photoset, reporter, options.threads(), scratch)
         space = photoset.radiometry.colour
         require_mixable(photoset, setup.scale, options.channels)
@@ -81,7 +82,7 @@ def process(
             white_patches=photoset.white_patches,
         )
         for last in (False, True):
-            plan = Plan(int(level.value), around, options.threads(), kept.store, kept.hashes)
+            plan = Plan(int(level.value), around, options.threads(), kept.store, kept.hashes, None, cluster)
             reduced = _reduced(radiance, setup, plan, reporter)
             refuse_empty(reduced.table)
             watch.lap("reduce")

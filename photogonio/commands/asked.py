@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from photogonio.capture.errors import InputError
 from photogonio.options import Options
 from photogonio.reconstruct.goniometer.told import Told
 
@@ -21,8 +22,24 @@ def options_of(args: argparse.Namespace) -> Options:
         prior=args.prior,
         robust=args.robust == "on",
         channels=args.channels,
-        workers=args.workers,
+        workers=_workers(args),
+        executor=_there(args),
     )
+
+
+def _workers(args: argparse.Namespace) -> int | None:
+    """How many here. Raises InputError where --workers and --executor say different things."""
+    kind, _, number = (getattr(args, "executor", None) or "").partition(":")
+    if kind != "local":
+        return args.workers
+    if args.workers not in (None, int(number)):
+        raise InputError(f"--executor local:{number}", f"contradicts --workers {args.workers}")
+    return int(number)
+
+
+def _there(args: argparse.Namespace) -> str | None:
+    executor = getattr(args, "executor", None)
+    return executor if executor and executor.startswith("dask://") else None
 
 
 def told_of(args: argparse.Namespace) -> Told:

@@ -14,6 +14,7 @@ from photogonio.batch.work import Job, in_processes, result_key, shared
 from photogonio.capture.errors import InputError
 from photogonio.commands.asked import options_of
 from photogonio.options import Options
+from photogonio.run.cluster import cluster_of
 from photogonio.system.outputs import check_place, staged_file
 from photogonio.system.progress import Reporter
 
@@ -22,9 +23,9 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, options = Path(args.out), options_of(args)
     check_place(out, folder=True)
     places = find_sets(args.sets)
-    out.mkdir(parents=True, exist_ok=True)
-    workers = replace(options, workers=args.executor).threads()
-    at_once, each = shared(workers, len(places))
+    with cluster_of(options.executor):  # is refused before any set is begun
+        out.mkdir(parents=True, exist_ok=True)
+    at_once, each = shared(options.threads(), len(places))
     found, jobs = _sorted_out(places, replace(options, workers=each), out)
     kept = len(found)
     reporter.say(f"{len(places)} sets, {kept} of them done before; {at_once} at once")

@@ -1,8 +1,9 @@
 """Photos to facet tables, several at a time: while one is reduced, others are read and decoded.
 
 Each worker takes one photo from its file to its table, so that memory holds one frame a worker and the tables,
-however many photos there are. Decoders, numpy and the compiled kernel all release the interpreter. Tables are
-added in the order of the views, whichever is done first, so that any number of workers gives the same bytes.
+however many photos there are. Decoders, numpy and the compiled kernel all release the interpreter, so that workers are
+threads here, or whatever a cluster has. Tables are added in the order of the views, whichever is done first, so that
+any workers give the same bytes.
 """
 
 from __future__ import annotations
@@ -21,17 +22,13 @@ from photogonio.cache.store import Store
 from photogonio.calib.remarks import LeftOut
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.images import Image
 from photogonio.capture.linear.reader import RadianceReader
-from photogonio.capture.radiance import RadianceImage, exposure_fault
-from photogonio.reconstruct.reduce.directions import ReduceOptions, region_of
-from photogonio.reconstruct.reduce.reduce import reduce_view
+from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.table.facet_table import FacetTable, add_tables
+from photogonio.run.cluster import Ask, Cluster
+from photogonio.run.one_photo import PhotoTable, Work, seen_in, table_of
 from photogonio.run.surroundings import PhotoAround
 from photogonio.system.provenance import hash_file
-
-BORDER = 24  # pixels around the sample that are read too: finding spots and spills takes neighbours
-SPARSE = 4  # every so many pixels tell whether a photo is black or full
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +52,7 @@ class Plan:
     store: Store | None = None  # where finished photos are kept, and taken from
     hashes: Mapping[str, str] = field(default_factory=dict)  # of files, that are known
     around: PhotoAround | None = None  # reads on the way what a photo shows around the sample
+    cluster: Cluster | None = None  # does it instead of workers here
 
 
 def reduce_photos(
@@ -70,7 +68,7 @@ def reduce_photos(
     """
     with nullcontext(plan.store.folder) if plan.store else TemporaryDirectory() as folder:
         job = _Job(reader, setup, plan, plan.store or Store(Path(folder)))
-        results = _run_all(job, plan.workers, progress)
+        results = _run_all(job, plan, progress)
         done = [result for result in results if isinstance(result, _Done)]
         failed = tuple(result for result in results if isinstance(result, LeftOut))
         if not done:
@@ -95,10 +93,12 @@ class _Done:
     at_hand: bool
 
 
-def _run_all(job: _Job, workers: int, progress: Callable[[int, int], None]) -> list[_Done | LeftOut]:
+def _run_all(job: _Job, plan: Plan, progress: Callable[[int, int], None]) -> list[_Done | LeftOut]:
     """Every view's result, in the order of the views."""
+    if plan.cluster is not None:
+        return _run_there(job, plan.cluster, progress)
     views = job.setup.views
-    pool = ThreadPoolExecutor(max(1, min(workers, len(views))))
+    pool = ThreadPoolExecutor(max(1, min(plan.workers, len(views))))
     try:
         futures = [pool.submit(job.run, view) for view in views]
         for done, future in enumerate(as_completed(futures), 1):
@@ -107,6 +107,42 @@ def _run_all(job: _Job, workers: int, progress: Callable[[int, int], None]) -> l
     finally:
         pool.shutdown(cancel_futures=True)  # after Ctrl-C: only the photos that are being decoded
     return [_result(view, future) for view, future in zip(views, futures, strict=True)]
+
+
+def _run_there(job: _Job, cluster: Cluster, progress: Callable[[int, int], None]) -> list[_Done | LeftOut]:
+    """Likewise, by a cluster; what is at hand is not asked of it."""
+    views, results = job.setup.views, dict[int, _Done | LeftOut]()
+    asks, keys = list[Ask](), dict[int, str]()
+    for number, view in enumerate(views):
+        try:
+            key = job.key(view)
+            hashes = job.hashes_of(view)
+        except InputError as error:
+            results[number] = LeftOut(view.name, error.what)
+            continue
+        found = job.at_hand(view, key)
+        if found is not None:
+            results[number] = found
+        else:
+            keys[number] = key
+            asks.append(Ask(replace(view, marks=None), job.views[view.name], hashes))
+    numbers = list(keys)
+    progress(len(results), len(views))
+    for k, found_there in cluster.answers(job.work, asks, lambda ask: _here(job, ask)):
+        number = numbers[k]
+        if isinstance(found_there, LeftOut):
+            results[number] = found_there
+        else:
+            results[number] = job.kept(views[number], keys[number], found_there)
+        progress(len(results), len(views))
+    return [results[number] for number in range(len(views))]
+
+
+def _here(job: _Job, ask: Ask) -> PhotoTable | LeftOut:
+    try:
+        return seen_in(job.work, ask.view, ask.photo)
+    except InputError as error:
+        return LeftOut(ask.view.name, error.what)
 
 
 def _raise_unless_input(future: Future) -> None:
@@ -124,8 +160,9 @@ class _Job:
     """What all views share. Finished tables wait in the store, not in memory, until they are added."""
 
     def __init__(self, reader: RadianceReader, setup: Setup, plan: Plan, store: Store):
-        self.reader, self.setup, self.plan, self.store = reader, setup, plan, store
-        self.threads = max(1, plan.workers // max(1, len(setup.views)))
+        self.setup, self.plan, self.store = setup, plan, store
+        threads = max(1, plan.workers // max(1, len(setup.views)))
+        self.work = Work(reader, setup, plan.level, plan.options, plan.around, threads)
         self.views = {view.name: view for view in reader.photoset.views("sample")}
         self.hashes = dict(plan.hashes)
         # without a store to keep them in, results need no more than a number
@@ -133,72 +170,54 @@ class _Job:
 
     def run(self, view: ViewSetup) -> _Done:
         """Sees to it that one view's table is in the store. Raises InputError if the view cannot be used."""
-        key = key_of(view.name) if self.shared is None else key_of(self.shared, view, self._photo_key(view))
-        if self.shared is not None:
-            around = self.store.get_array(key)
-            if (around is not None or self.plan.around is None) and self.store.get(key) is not None:
-                return _Done(view, key, None, None if self.plan.around is None else around, True)
-        reader = _remembering(self.reader)
-        photo = self.views[view.name]
-        around = None if self.plan.around is None else self.plan.around(reader, self.setup, view, photo)
-        table = self._reduce(reader, view)
-        if around is not None and self.shared is not None:
-            self.store.put_array(key, around)
-        return _Done(view, key, None if self.store.put(key, table) else table, around, False)
+        key = self.key(view)
+        found = self.at_hand(view, key)
+        return found or self.kept(view, key, seen_in(self.work, view, self.views[view.name]))
+
+    def key(self, view: ViewSetup) -> str:
+        """What a view's table is kept under. Raises InputError if a file cannot be read."""
+        return key_of(view.name) if self.shared is None else key_of(self.shared, view, self._photo_key(view))
+
+    def at_hand(self, view: ViewSetup, key: str) -> _Done | None:
+        """A view that an earlier run left in the store."""
+        if self.shared is None:
+            return None
+        around = self.store.get_array(key)
+        if (around is None and self.plan.around is not None) or self.store.get(key) is None:
+            return None
+        return _Done(view, key, None, None if self.plan.around is None else around, True)
+
+    def kept(self, view: ViewSetup, key: str, seen: PhotoTable) -> _Done:
+        """What a view gave, set aside."""
+        if seen.around is not None and self.shared is not None:
+            self.store.put_array(key, seen.around)
+        return _Done(view, key, None if self.store.put(key, seen.table) else seen.table, seen.around, False)
 
     def table(self, done: _Done) -> FacetTable:
         """The table of a finished view."""
         found = self.store.get(done.key) if done.table is None else done.table
-        return (
-            self._reduce(self.reader, done.view) if found is None else found
-        )  # another run may have cleared the store
+        if found is None:  # another run may have cleared the store
+            return table_of(self.work, done.view, self.views[done.view.name])
+        return found
 
-    def _reduce(self, reader: RadianceReader, view: ViewSetup) -> FacetTable:
-        region = region_of(self.setup, view.pose)
-        if region[0] == region[2]:
-            raise InputError(view.name, "the sample is outside the picture")
-        radiance = reader.read(self.views[view.name], _with_border(region, self.setup.camera.size))
-        fault = exposure_fault(_sparse(radiance))
-        if fault:
-            raise InputError(view.name, fault)
-        table = reduce_view(
-            self.setup, view, radiance, self.plan.level, self.plan.options, threads=self.threads
-        )
-        if len(table) == 0:
-            raise InputError(view.name, "no pixel of the sample can be used")
-        return table
+    def hashes_of(self, view: ViewSetup) -> dict[str, str]:
+        """SHA-256 of a view's files. Raises InputError if one cannot be read."""
+        files = [photo.file for photo in self.views[view.name].photos]
+        for file in files:
+            if file in self.hashes:
+                continue
+            try:
+                self.hashes[file] = hash_file(self.work.reader.photoset.folder / file)
+            except OSError as error:
+                raise InputError(file, f"cannot be read: {error.strerror}") from error
+        return {file: self.hashes[file] for file in files}
 
     def _photo_key(self, view: ViewSetup) -> str:
         """Of the bytes of a view's files, and of what the reader knows of them and their light."""
-        photos, light = self.views[view.name].photos, self.views[view.name].light
-        for photo in photos:
-            if photo.file in self.hashes:
-                continue
-            try:
-                self.hashes[photo.file] = hash_file(self.reader.photoset.folder / photo.file)
-            except OSError as error:
-                raise InputError(photo.file, f"cannot be read: {error.strerror}") from error
-        hashes = [self.hashes[photo.file] for photo in photos]
-        exposures = [self.reader.exposures.get(photo.file) for photo in photos]
-        return key_of(hashes, exposures, light, [photo.turned for photo in photos])
-
-
-def _remembering(reader: RadianceReader) -> RadianceReader:
-    """The same reader, that decodes each photo once and holds it: for one view."""
-    held: dict[Path, Image] = {}
-
-    def decode(path: Path, *, demosaic: str) -> Image:
-        if path not in held:
-            held[path] = reader.decode(path, demosaic=demosaic)
-        return held[path]
-
-    return replace(reader, decode=decode)
-
-
-def _sparse(radiance: RadianceImage) -> RadianceImage:
-    """Every SPARSE-th pixel of every SPARSE-th row."""
-    names = ("value", "variance", "valid", "saturated")
-    return RadianceImage(*(getattr(radiance, name)[::SPARSE, ::SPARSE] for name in names))
+        photo = self.views[view.name]
+        hashes = list(self.hashes_of(view).values())
+        exposures = [self.work.reader.exposures.get(one.file) for one in photo.photos]
+        return key_of(hashes, exposures, photo.light, [one.turned for one in photo.photos])
 
 
 def _shared_key(reader: RadianceReader, setup: Setup, plan: Plan) -> str:
@@ -209,8 +228,3 @@ def _shared_key(reader: RadianceReader, setup: Setup, plan: Plan) -> str:
     place = (setup.camera, setup.sample, setup.channels)
     around = getattr(plan.around, "__name__", None)
     return key_of(code_key(), sensor, frames, place, plan.level, plan.options, around)
-
-
-def _with_border(region: tuple[int, int, int, int], size: tuple[int, int]) -> tuple[int, int, int, int]:
-    x0, y0, x1, y1 = region
-    return max(x0 - BORDER, 0), max(y0 - BORDER, 0), min(x1 + BORDER, size[0]), min(y1 + BORDER, size[1])

@@ -1,0 +1,237 @@
+"""Photos reduced on other machines, through dask.distributed.
+
+A worker reads a photo where it lies, if it finds the same bytes there; else the photo is sent to it. Few photos are
+under way at a time, so that neither the scheduler nor this process holds more than those. A worker that dies has its
+photos done again by others; where nobody is left to do one, it is done here.
+"""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from photogonio.cache.kept import code_key
+from photogonio.calib.remarks import LeftOut
+from photogonio.calib.setup import ViewSetup
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import read_image
+from photogonio.capture.photoset import View
+from photogonio.run.one_photo import PhotoTable, Work, seen_in
+from photogonio.system.compiled import keep_fresh
+from photogonio.system.memory import keep_freed
+from photogonio.system.provenance import hash_file
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+COMING = 30.0  # seconds in which the first worker must come, or another when all are gone
+ABREAST = 2  # photos under way for each thread of a worker: one is reduced, one waits there
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """One photo to be reduced."""
+
+    view: ViewSetup
+    photo: View
+    hashes: Mapping[str, str]  # SHA-256 of its files
+    sent: Mapping[str, bytes] = field(default_factory=dict)  # files that the worker cannot read
+
+
+@dataclass(frozen=True, slots=True)
+class Lacking:
+    """The worker does not find the photo's files."""
+
+
+@dataclass(frozen=True, slots=True)
+class Foreign:
+    """The worker is of another version."""
+
+    worker: str
+
+
+Answer = PhotoTable | LeftOut | Lacking | Foreign
+
+
+class Cluster:
+    """Workers of a scheduler that all have this version of the program."""
+
+    def __init__(self, client: Client, name: str):
+        self.client, self.name = client, name
+        self.sending = False  # some worker could not read a file: all photos are sent
+        self.sent = 0  # bytes of photos
+        self._require_same_version()
+
+    def answers(
+        self, work: Work, asks: Sequence[Ask], here: Callable[[Ask], PhotoTable | LeftOut]
+    ) -> Iterator[tuple[int, PhotoTable | LeftOut]]:
+        """What each photo gave, with its number, as they are done; ``here`` does those that no worker could.
+
+        Raises:
+            InputError: a worker came that is of another version.
+        """
+        queue = list(range(len(asks)))[::-1]
+        waiting: dict[Future[Answer], int] = {}
+        pool, shared = self.client.get_executor(pure=False), self._shared(work)
+        try:
+            while queue or waiting:
+                threads = self._threads()
+                while queue and len(waiting) < ABREAST * threads:
+                    number = queue.pop()
+                    filled = self._filled(work, asks[number])
+                    waiting[pool.submit(answer, code_key(), shared, filled)] = number
+                done, _ = wait(waiting, COMING, FIRST_COMPLETED)
+                if not done and not self._threads():  # all are gone, and none came
+                    break
+                for future in done:
+                    number = waiting.pop(future)
+                    found = self._found(future, asks[number], here)
+                    if found is None:
+                        queue.append(number)
+                    else:
+                        yield number, found
+        finally:
+            for future in waiting:
+                future.cancel()
+        left = sorted([*queue, *waiting.values()])
+        yield from ((number, here(asks[number])) for number in left)
+
+    def _found(
+        self, future: Future[Answer], ask: Ask, here: Callable[[Ask], PhotoTable | LeftOut]
+    ) -> PhotoTable | LeftOut | None:
+        """What a worker gave; None: the photo must be sent to it."""
+        from distributed import KilledWorker
+
+        try:
+            found = future.result()
+        except (KilledWorker, CancelledError, OSError, TimeoutError):
+            return here(ask)
+        if isinstance(found, Foreign):
+            raise InputError(self.name, _told_foreign([found.worker]))
+        if isinstance(found, Lacking):
+            self.sending = True
+            return None
+        return found
+
+    def _filled(self, work: Work, ask: Ask) -> Ask:
+        """With the photo's files, where workers cannot read them."""
+        if not self.sending:
+            return ask
+        files = {name: (work.reader.photoset.folder / name).read_bytes() for name in ask.hashes}
+        self.sent += sum(map(len, files.values()))
+        return replace(ask, sent=files)
+
+    def _shared(self, work: Work) -> object:
+        """``work`` on the cluster, which makes it anew where it was lost."""
+        reader = replace(work.reader, decode=read_image)
+        reader = replace(reader, photoset=replace(reader.photoset, folder=reader.photoset.folder.resolve()))
+        bare = replace(work, reader=reader, setup=replace(work.setup, views=(), boards=()), threads=1)
+        with warnings.catch_warnings():  # of more than 10 MB: it goes once to each worker
+            warnings.filterwarnings("ignore", "Sending large graph")
+            return self.client.submit(opened, code_key(), pickle.dumps(bare), pure=False)
+
+    def _threads(self) -> int:
+        """Of all workers; none where the scheduler is gone."""
+        try:
+            return sum(self.client.nthreads().values()) if self.client.status == "running" else 0
+        except (OSError, TimeoutError):
+            return 0
+
+    def _require_same_version(self) -> None:
+        from distributed import TimeoutError as NoWorker
+
+        try:
+            self.client.wait_for_workers(1, COMING)
+        except (NoWorker, TimeoutError):
+            raise InputError(self.name, f"has no worker, and none came in {COMING:.0f} s") from None
+        names = {
+            address: told["name"]
+            for address, told in self.client.scheduler_info(n_workers=-1)["workers"].items()
+        }
+        found = self.client.run(code_key, on_error="return")
+        others = [f"{names.get(at, at)} ({at})" for at, key in sorted(found.items()) if key != code_key()]
+        if others:
+            raise InputError(self.name, _told_foreign(others))
+
+
+def _told_foreign(workers: Sequence[str]) -> str:
+    return (
+        f"worker {', '.join(workers)} is of another version of photogonio or of its libraries, or has none; "
+        "install the same there"
+    )
+
+
+def opened(code: str, packed: bytes) -> Work | None:
+    """On a worker: what the photos of a set share; None if its version is another."""
+    if code != code_key():
+        return None
+    keep_freed()
+    keep_fresh()
+    return pickle.loads(packed)
+
+
+def answer(code: str, work: Work | None, ask: Ask) -> Answer:
+    """On a worker: what a photo gives. A photo that cannot be used is an answer too."""
+    if work is None or code != code_key():
+        from distributed import get_worker
+
+        worker = get_worker()
+        return Foreign(f"{worker.name} ({worker.address})")
+    if not ask.sent and not _has_files(work.reader.photoset.folder, ask.hashes):
+        return Lacking()
+    try:
+        if not ask.sent:
+            return seen_in(work, ask.view, ask.photo)
+        with TemporaryDirectory(prefix="photogonio-") as folder:
+            return seen_in(work, ask.view, ask.photo, _unpacked(Path(folder), ask.sent))
+    except InputError as error:
+        return LeftOut(ask.view.name, error.what)
+
+
+def _has_files(folder: Path, hashes: Mapping[str, str]) -> bool:
+    """Whether they are here, and not others of their names."""
+    try:
+        return all(hash_file(folder / name) == digest for name, digest in hashes.items())
+    except OSError:
+        return False
+
+
+def _unpacked(folder: Path, files: Mapping[str, bytes]) -> dict[str, Path]:
+    places = {name: folder / f"{k}{Path(name).suffix}" for k, name in enumerate(files)}
+    for name, place in places.items():
+        place.write_bytes(files[name])
+    return places
+
+
+@contextmanager
+def cluster_of(executor: str | None) -> Iterator[Cluster | None]:
+    """The workers that ``dask://HOST:PORT`` names; None for workers in this process.
+
+    Raises:
+        InputError: there is no such scheduler, it has no worker, or one of another version.
+    """
+    if executor is None or not executor.startswith("dask://"):
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            f"--executor {executor}", "needs dask.distributed: pip install 'photogonio[cluster]'"
+        ) from None
+    make = partial(Client, set_as_default=False, timeout=COMING)
+    try:
+        client = make("tcp://" + executor.removeprefix("dask://"))
+    except (OSError, TimeoutError, ValueError) as error:
+        why = str(error) or "no answer"
+        raise InputError(f"--executor {executor}", f"no scheduler can be reached there ({why})") from None
+    with client:
+        yield Cluster(client, f"--executor {executor}")

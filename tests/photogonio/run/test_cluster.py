@@ -1,0 +1,107 @@
+"""Photos reduced by a cluster's workers: the same bytes as here, whoever they are and whatever becomes of them."""
+
+from __future__ import annotations
+
+import pickle
+import threading
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from photogonio.cache.store import Store
+from photogonio.capture.errors import InputError
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.reconstruct.reduce.directions import ReduceOptions
+from photogonio.run import cluster
+from photogonio.run.reduce_photos import Plan, reduce_photos
+from tests.photogonio.run.test_reduce_photos import SIZE, bytes_of, made_setup, write_photo, write_set
+
+FILES = [f"s{k}.png" for k in range(4)]
+
+
+@pytest.fixture(scope="module")
+def photos(tmp_path_factory) -> Path:
+    """Four photos, of which the last is black."""
+    folder = tmp_path_factory.mktemp("cluster") / "set"
+    folder.mkdir()
+    write_set(folder, FILES)
+    for k, name in enumerate(FILES[:3]):
+        write_photo(folder / name, k)
+    cv2.imwrite(str(folder / FILES[3]), np.zeros((SIZE[1], SIZE[0], 3), np.uint16))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def scheduler():
+    """Two workers that are spoken to over the network."""
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None
+        ) as made:
+            yield made.scheduler_address.replace("tcp://", "dask://")
+
+
+def reduced(folder: Path, **plan):
+    plan = Plan(**{"level": 2, "options": ReduceOptions()} | plan)
+    return reduce_photos(prepare(load_photoset(folder)), made_setup(FILES), plan)
+
+
+def test_the_same_bytes_as_here_and_nothing_twice(photos, scheduler, tmp_path):
+    here, store = reduced(photos, workers=2), Store(tmp_path / "kept")
+    with cluster.cluster_of(scheduler) as workers:
+        there = reduced(photos, cluster=workers, store=store)
+        again = reduced(photos, cluster=workers, store=store)
+        assert workers.sent == 0
+        assert bytes_of(there.table) == bytes_of(again.table) == bytes_of(here.table)
+        assert (there.at_hand, again.at_hand) == (0, 3)
+        assert there.left_out == here.left_out and "black" in there.left_out[0].reason
+        # a worker that does not find the files has them sent
+        monkey = pytest.MonkeyPatch()
+        monkey.setattr(cluster, "_has_files", lambda folder, hashes: False)
+        with monkey.context():
+            sent = reduced(photos, cluster=workers)
+        monkey.undo()
+        assert bytes_of(sent.table) == bytes_of(here.table) and sent.left_out == here.left_out
+        assert workers.sent >= sum((photos / name).stat().st_size for name in FILES)
+
+
+def test_workers_of_another_version_are_refused_by_name(scheduler, monkeypatch):
+    with cluster.cluster_of(scheduler) as workers:
+        # workers answer in a thread of their own
+        monkeypatch.setattr(cluster, "code_key", lambda: threading.current_thread().name)
+        with pytest.raises(InputError, match=r"worker .*tcp://.* of another version"):
+            cluster.Cluster(workers.client, "--executor")
+
+
+def test_a_worker_looks_at_the_version_and_at_the_files(photos):
+    work = cluster.Work(prepare(load_photoset(photos)), made_setup(FILES), 2, ReduceOptions())
+    view = made_setup(FILES).views[0]
+    ask = cluster.Ask(view, load_photoset(photos).views("sample")[0], {FILES[0]: "0" * 64})
+    assert cluster.opened("another", pickle.dumps(work)) is None
+    # other bytes under the same name
+    assert cluster.answer(cluster.code_key(), work, ask) == cluster.Lacking()
+    sent = replace(ask, sent={FILES[0]: (photos / FILES[0]).read_bytes()})
+    found = cluster.answer(cluster.code_key(), work, sent)
+    assert bytes_of(found.table) == bytes_of(cluster.seen_in(work, view, ask.photo).table)
+
+
+def test_a_photo_that_kills_its_workers_is_done_here(photos):
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    one = object.__new__(cluster.Cluster)
+    lost: cluster.Future = cluster.Future()
+    lost.set_exception(distributed.KilledWorker("photo", None, 3))
+    assert one._found(lost, "ask", lambda ask: f"here: {ask}") == "here: ask"
+
+
+def test_no_scheduler_is_said_so(monkeypatch):
+    pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    monkeypatch.setattr(cluster, "COMING", 0.2)
+    with pytest.raises(InputError, match="no scheduler"), cluster.cluster_of("dask://127.0.0.1:1"):
+        pass
