@@ -8,7 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from photogonio.cache.running import job_in
 from photogonio.cache.scratch import Scratch
+from photogonio.cache.store import default_folder
 from photogonio.calib.remarks import LeftOut
 from photogonio.calib.setup import Setup
 from photogonio.calib.setup_file import save_setup
@@ -69,7 +71,7 @@ def process(
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
-    with Scratch() as scratch, cluster_of(options.executor) as cluster:
+    with Scratch() as scratch, cluster_of(options.executor) as cluster, job_in(default_folder()):
         setup, radiance, kept, correction = calibrated(photoset, reporter, options.threads(), scratch)
         space = photoset.radiometry.colour
         require_mixable(photoset, setup.scale, options.channels)

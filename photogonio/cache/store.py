@@ -9,13 +9,15 @@ from __future__ import annotations
 import hashlib
 import io
 import os
+import re
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
+from photogonio.cache.running import used_since
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import array_of
 from photogonio.reconstruct.table.facet_table import FacetTable
@@ -23,7 +25,10 @@ from photogonio.reconstruct.table.table_file import save_table, table_in
 from photogonio.system.outputs import part_name
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
-MOST_BYTES = 2 << 30
+SIZE_VARIABLE = "PHOTOGONIO_CACHE_SIZE"  # environment: how much is kept, such as 500MB or 20GB
+MOST_BYTES = 2 << 30  # that are kept, unless it says otherwise
+LARGEST = 2 << 30  # bytes of one entry; what is larger is none of ours
+UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 SUFFIX = ".npz"
 SEAL = 32  # bytes
 PIECE = 1 << 20  # that are hashed at a time
@@ -33,8 +38,8 @@ class Store:
     """A folder of facet tables and small files by key. Any number of runs, threads and hosts may share it; nothing
     that is wrong with it ends a run."""
 
-    def __init__(self, folder: Path):
-        self.folder = folder
+    def __init__(self, folder: Path, most_bytes: int = MOST_BYTES):
+        self.folder, self.most_bytes = folder, most_bytes
         self.damaged: list[str] = []  # names of entries that were found so, and thrown away
 
     def get(self, key: str) -> FacetTable | None:
@@ -91,7 +96,7 @@ class Store:
                 if path.is_dir():
                     self.discard(key, suffix)
                 return None
-            whole = path.stat().st_size <= MOST_BYTES
+            whole = path.stat().st_size <= LARGEST
             content = path.read_bytes() if whole else b""
             os.utime(path)  # last used, for prune
         except OSError:
@@ -108,21 +113,35 @@ class Store:
         self.damaged.append(path.name)
         _remove(path)
 
-    def prune(self, most_bytes: int = MOST_BYTES) -> None:
-        """Drop what was not used for longest until the rest fits in ``most_bytes``."""
-        found = []
-        for path in self.folder.glob("*/*"):
-            try:
-                stat = path.lstat()
-            except OSError:  # another run was quicker
-                continue
-            found.append((stat.st_mtime, stat.st_size, path))
+    def prune(self, most_bytes: int | None = None) -> None:
+        """Drop what was not used for longest until the rest fits in ``most_bytes`` (default: the store's), but for what
+        live jobs used (:mod:`.running`)."""
+        most_bytes = self.most_bytes if most_bytes is None else most_bytes
+        found = list(self._entries())
         total = sum(size for _, size, _ in found)
-        for _, size, path in sorted(found, key=lambda entry: entry[0]):
-            if total <= most_bytes:
+        if total <= most_bytes:
+            return
+        spared = used_since(self.folder)
+        for used, size, path in sorted(found):
+            if total <= most_bytes or used >= spared:
                 break
-            _remove(path)
+            _remove(Path(path))
             total -= size
+
+    def _entries(self) -> Iterator[tuple[float, int, str]]:
+        """When each was used last, its bytes, its path."""
+        for folder in self.folder.glob("??/"):
+            try:
+                with os.scandir(folder) as inside:
+                    entries = list(inside)
+            except OSError:
+                continue
+            for entry in entries:
+                try:
+                    stat = entry.stat(follow_symlinks=False)
+                except OSError:  # another run was quicker
+                    continue
+                yield stat.st_mtime, stat.st_size, entry.path
 
     def _make_room(self, path: Path) -> None:
         """The folder for an entry, and no folder in its own place."""
@@ -158,14 +177,42 @@ def _remove(path: Path) -> None:
 
 
 def default_store() -> Store | None:
-    """The user's cache folder, or that of the environment's PHOTOGONIO_CACHE; None if that is set empty."""
+    """The user's cache folder, or that of the environment's PHOTOGONIO_CACHE; None if that is set empty.
+
+    Raises:
+        InputError: PHOTOGONIO_CACHE_SIZE is no size.
+    """
+    most = size_of(os.environ.get(SIZE_VARIABLE, ""))
     if VARIABLE in os.environ:
         named = os.environ[VARIABLE]
-        return Store(Path(named)) if named else None
+        return Store(Path(named), most) if named else None
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
         base = Path.home() / "Library" / "Caches"
     else:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Store(Path(base) / "photogonio" / "views")
+    return Store(Path(base) / "photogonio" / "views", most)
+
+
+def size_of(text: str) -> int:
+    """Bytes of a size such as "500MB", "20 GB" or "2e9"; the default's if there is none.
+
+    Raises:
+        InputError: it is no size.
+    """
+    if not text.strip():
+        return MOST_BYTES
+    found = re.fullmatch(r"([0-9.]+(?:e[0-9]+)?)\s*([KMGT]?)B?", text.strip().upper().replace("E", "e"))
+    try:
+        return int(float(found[1]) * UNITS[found[2]]) if found else int("none")
+    except (ValueError, OverflowError):
+        raise InputError(
+            SIZE_VARIABLE, f"expected a size such as 500MB or 20GB, found {text!r:.40}"
+        ) from None
+
+
+def default_folder() -> Path | None:
+    """That of :func:`default_store`."""
+    store = default_store()
+    return None if store is None else store.folder

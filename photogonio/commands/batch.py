@@ -11,6 +11,8 @@ from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, LEDGER, SetEntry, 
 from photogonio.batch.sets import SetPlace, find_sets
 from photogonio.batch.summary import page_text, table_text
 from photogonio.batch.work import Job, in_processes, result_key, shared
+from photogonio.cache.running import job_in
+from photogonio.cache.store import default_folder
 from photogonio.capture.errors import InputError
 from photogonio.commands.asked import options_of
 from photogonio.options import Options
@@ -20,6 +22,11 @@ from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    with job_in(default_folder()):
+        return _run(args, reporter)
+
+
+def _run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, options = Path(args.out), options_of(args)
     check_place(out, folder=True)
     places = find_sets(args.sets)

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 from benchmarks.damaged_cache import DAMAGES, NAMES, QUICK, damage, written
-from photogonio.cache.store import Store
+from photogonio.cache import running
+from photogonio.cache.running import job_in
+from photogonio.cache.store import Store, default_store
+from photogonio.capture.errors import InputError
 from photogonio.pipeline import process
 from photogonio.report import page
 from photogonio.system.progress import Reporter
@@ -77,6 +80,55 @@ def test_the_oldest_go_first(store):
     store.prune(most_bytes=300)
     assert store.read("aa", ".json") is None
     assert store.read("cc", ".json") is not None
+
+
+def kept(store, *names):
+    for name in names:
+        assert store.put_bytes(name, ".json", lambda path: path.write_bytes(bytes(100)))
+
+
+def test_nothing_of_a_live_job_is_thrown_out(store):
+    kept(store, "aa", "bb")
+    for name in ("aa", "bb"):
+        os.utime(store.folder / name / f"{name}.json", (1, 1))
+    with job_in(store.folder), job_in(store.folder):
+        kept(store, "cc", "dd")
+        assert store.read("aa", ".json") is not None  # old, and used by the job
+        store.prune(most_bytes=0)
+        assert [name for name in ("aa", "bb", "cc", "dd") if store.read(name, ".json")] == ["aa", "cc", "dd"]
+    assert list((store.folder / "running").iterdir()) == []
+    store.prune(most_bytes=0)
+    assert store.read("cc", ".json") is None
+
+
+def test_a_job_that_was_killed_keeps_nothing_for_long(store):
+    place = running._entered(store.folder / "running" / "job")
+    kept(store, "aa")
+    store.prune(most_bytes=0)
+    assert store.read("aa", ".json") is not None
+    beaten = store.folder / "running" / "job.alive"
+    last = beaten.stat().st_mtime - running.GONE - 1
+    os.utime(beaten, (last, last))
+    store.prune(most_bytes=0)
+    assert store.read("aa", ".json") is None
+    assert place is not None and list(place.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [("", 2 << 30), ("500MB", 500_000_000), ("1.5 g", 1_500_000_000), ("2e9", 2_000_000_000)],
+)
+def test_the_environment_says_how_much_is_kept(monkeypatch, tmp_path, text, size):
+    monkeypatch.setenv("PHOTOGONIO_CACHE", str(tmp_path))
+    monkeypatch.setenv("PHOTOGONIO_CACHE_SIZE", text)
+    assert default_store().most_bytes == size
+
+
+@pytest.mark.parametrize("text", ["much", "-1", "1e999", "5 PB"])
+def test_sizes_that_are_none_are_refused(monkeypatch, text):
+    monkeypatch.setenv("PHOTOGONIO_CACHE_SIZE", text)
+    with pytest.raises(InputError, match="PHOTOGONIO_CACHE_SIZE"):
+        default_store()
 
 
 def test_a_damaged_cache_never_ends_a_run_and_gives_the_same_bytes(
