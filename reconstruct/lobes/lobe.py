@@ -130,7 +130,7 @@ class Lobe:
             separable=self.masking == "separable",
             beckmann=self.distribution == "beckmann",
             f0=float(self.f0[0]) if self.fresnel == "dielectric" else -1.0,
-            table=np.empty((0, 2)) if albedo is None else albedo.table,
+            table=np.empty(0) if albedo is None else albedo.table,
             entered=albedo.entered if albedo is not None and albedo.turning else None,
             factors=factors,
         )

@@ -30,9 +30,7 @@ class LobeTerms:
     separable: bool
     beckmann: bool
     f0: float  # of the exact dielectric formula; below 0: Schlick's, whose f0 is in the factors
-    table: (
-        np.ndarray
-    )  # (k, 2) 1 - E of a coat: values at even steps of sqrt(cos), and what comes on; (0, 2) of others
+    table: np.ndarray  # (k,) 1 - E of a coat at even steps of cos; (0,) of others
     entered: Callable[..., np.ndarray] | None  # of a coat that turns: angles to (1 - E(i)) (1 - E(r))
     factors: np.ndarray  # (2, c) of the lobe, and of (1 - h.i)^5 of it, or of (1 - E(i)) (1 - E(r))
 
@@ -100,7 +98,7 @@ def mirror_values(
     result = np.zeros((len(angles[0]), 1))
     kind = (along != across, separable, beckmann)
     axes, factors = np.array([along, across, azimuth]), np.array([[1.0], [0.0]])
-    _add_mirror(*angles, axes, kind, f0, np.empty((0, 2)), np.empty(0), factors, _NO_BASE, result)
+    _add_mirror(*angles, axes, kind, f0, np.empty(0), np.empty(0), factors, _NO_BASE, result)
     return result[:, 0]
 
 
@@ -168,13 +166,12 @@ def _reflect(length2, index, lobe):
 
 @_inline
 def _enter(table, cos, entered):
-    """1 - E of directions, on straight lines between even steps of sqrt(cos)."""
-    pieces = len(table)
+    """1 - E of directions, on straight lines between even steps of cos."""
+    pieces = len(table) - 1
     for j in range(LANES):
-        entered[j] = math.sqrt(cos[j]) * pieces
-    for j in range(LANES):
-        k = min(int(entered[j]), pieces - 1)
-        entered[j] = table[k, 0] + table[k, 1] * (entered[j] - k)
+        place = cos[j] * pieces
+        k = min(int(place), pieces - 1)
+        entered[j] = table[k] + (table[k + 1] - table[k]) * (place - k)
 
 
 @_inline
