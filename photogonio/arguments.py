@@ -36,6 +36,7 @@ def build_parser() -> argparse.ArgumentParser:
         _batch,
         _calibrate,
         _fit,
+        _add,
         _synthesize,
         _evaluate,
         _compare,
@@ -117,6 +118,23 @@ def _fit(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("-o", "--out", metavar="OUT", help="folder to write (default: TABLE's name + -brdf)")
     table_options(parser)
+    fit_options(parser)
+
+
+def _add(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "add",
+        "sessions of photos of one sample, each with its own set-up, in one fit",
+        "photogonio add monday-brdf tuesday-brdf -o wood",
+    )
+    parser.add_argument(
+        "tables",
+        metavar="RESULT",
+        nargs="+",
+        help="what process left of each session: its folder or table.npz",
+    )
+    parser.add_argument("-o", "--out", metavar="OUT", default="added-brdf", help="default: added-brdf")
     fit_options(parser)
 
 

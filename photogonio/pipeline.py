@@ -171,7 +171,7 @@ def fit(
     wanted = told.to_dict() | options.to_dict()
     provenance = Provenance(canonical_command("fit", path.name, wanted), hash_inputs(path))
     if read.known is not None:
-        result = _fitted_again(read.known, cells, options, provenance, reporter)
+        result = fit_again(read.known, cells, options, provenance, reporter)
     else:
         found = fitted(cells, options, options.symmetry, read.scale, reporter)
         _announce(found, cells, reporter)
@@ -191,10 +191,14 @@ def fit(
     return result
 
 
-def _fitted_again(
+def fit_again(
     known: Circumstances, table: FacetTable, options: Options, provenance: Provenance, reporter: Reporter
 ) -> Result:
-    """The result of photos that were calibrated and reduced before."""
+    """The result of photos that were calibrated and reduced before.
+
+    Raises:
+        InputError: what was asked cannot be done.
+    """
     if known.space != "camera" and options.channels:
         raise InputError("--channels", "all are needed, since the colours are mixed of them")
     reporter.tell(*known.diagnoses)
