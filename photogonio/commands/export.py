@@ -36,7 +36,7 @@ def one_channel(brdf: Brdf | KnownBrdf, name: str) -> Brdf | KnownBrdf:
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     form = find_format(args.format, args.basis)
-    path = find_brdf(Path(args.coefficients))
+    path = find_brdf(Path(args.coefficients), everywhere=True)
     out = Path(args.out) if args.out else Path(path.stem + form.suffix)
     brdf = source_of(path, args.format)
     if isinstance(brdf, Brdf):

@@ -22,7 +22,7 @@ _ANGLES = np.radians([0.0, 30.0, 60.0])
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
-    out, path = Path(args.out), find_brdf(Path(args.coefficients))
+    out, path = Path(args.out), find_brdf(Path(args.coefficients), everywhere=True)
     kind = out.suffix.removeprefix(".").lower()
     if kind not in ("png", "svg"):
         raise InputError(args.out, "expected a name that ends in .png or .svg")

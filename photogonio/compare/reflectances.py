@@ -13,6 +13,7 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import read_arrays
 from photogonio.capture.files.documents import read_json
 from photogonio.capture.manifest.schema import array
+from photogonio.compare.gridded import between_rows
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.brdf.covariance_file import COEFFICIENTS
@@ -33,6 +34,7 @@ from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
 # what process and calibrate write that holds no BRDF itself
 BESIDE = ("setup.json", "report.html", "coverage.png", "fit.png", "lobes.png")
+TABLE = "table.npz"  # that they were fitted to
 MOST_NAMED = 5  # results of a folder
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -40,7 +42,8 @@ Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """A BRDF known everywhere (``evaluate``), or at given pairs of directions only (``at`` and ``value``)."""
+    """A BRDF known everywhere (``evaluate``), or at given pairs of directions (``at`` and ``value``); of a whole grid
+    of pairs also what lies between them."""
 
     name: str
     channels: tuple[str, ...]
@@ -59,16 +62,17 @@ class Known:
         return self.evaluate(at.incident, at.exit)
 
 
-def find_brdf(path: Path) -> Path:
+def find_brdf(path: Path, *, everywhere: bool = False) -> Path:
     """The file itself, or the coefficients or the truth in a folder; of a result's setup, report or picture, the
-    coefficients beside it.
+    coefficients beside it, and of its table too where f must be known ``everywhere``.
 
     Raises:
         InputError: the folder holds several results, or nothing that holds a BRDF.
     """
     if not path.is_dir():
         beside = path.with_name(COEFFICIENTS)
-        return beside if path.name in BESIDE and path.is_file() and beside.is_file() else path
+        at_hand: tuple[str, ...] = (*BESIDE, TABLE) if everywhere else BESIDE
+        return beside if path.name in at_hand and path.is_file() and beside.is_file() else path
     inside = (path / name for name in (COEFFICIENTS, "truth.json"))
     found = next((file for file in inside if file.is_file()), None)
     if found is None:
@@ -203,7 +207,8 @@ def _on_grid(path: Path, grid: np.ndarray, value: np.ndarray) -> Known:
     theta_i, theta_r, dphi = grid.T
     at = _at(unit_vectors(theta_i, np.zeros_like(dphi)), unit_vectors(theta_r, dphi))
     value = value.reshape(len(grid), -1)
-    return Known(path.name, _names(value.shape[1]), isotropic=True, at=at, value=value)
+    between = between_rows(at.incident, at.exit, value)
+    return Known(path.name, _names(value.shape[1]), True, between, at, value)
 
 
 def _read_table(path: Path, told: Told) -> Known:
@@ -211,7 +216,8 @@ def _read_table(path: Path, told: Told) -> Known:
     at = _at(samples.incident, samples.exit)
     said = tuple(f"{path.name}: {warning}" for warning in samples.warnings)
     one = _of_one_rotation(samples.incident)
-    return Known(path.name, samples.channels, isotropic=one, at=at, value=samples.value, warnings=said)
+    between = between_rows(samples.incident, samples.exit, samples.value) if one else None
+    return Known(path.name, samples.channels, one, between, at, samples.value, said)
 
 
 def _of_one_rotation(incident: np.ndarray) -> bool:

@@ -139,10 +139,13 @@ class KnownBrdf(Presented):
         pairs = (
             "everywhere" if self.known.value is None else f"at {len(self.known.value)} pairs of directions"
         )
+        pairs += (
+            ", and between them" if self.known.value is not None and self.known.evaluate is not None else ""
+        )
         return [
             f"{self.name}: no coefficients, f known {pairs}",
             f"{self._turns()}, channels {', '.join(self.channels)}",
-            "albedo: ask for it, by quadrature" if self.known.value is None else "albedo not known",
+            "albedo not known" if self.known.evaluate is None else "albedo: ask for it, by quadrature",
             "standard errors not known",
             "from a file of its own kind",
         ]

@@ -260,10 +260,12 @@ def verdict_lines(faults: Iterable[Fault]) -> list[str]:
 
 def told_distrust(brdf: Brdf, name: str) -> list[str]:
     """What a coefficient file says of itself, to whoever uses it."""
-    codes = brdf.fit.get(DISTRUSTED)
-    if not isinstance(codes, list) or not codes:
-        return []
-    return [f"{name} says of itself that it is not to be trusted: {', '.join(map(str, codes))}"]
+    codes, known, told = brdf.fit.get(DISTRUSTED), brdf.uncertainty, []
+    if isinstance(codes, list) and codes:
+        told.append(f"{name} says of itself that it is not to be trusted: {', '.join(map(str, codes))}")
+    if known is not None and known.missing is not None:
+        told.append(f"{known.missing.get('file')} is missing beside {name}: how sure f is cannot be told")
+    return told
 
 
 def trust_numbers(faults: Iterable[Fault]) -> dict[str, object]:

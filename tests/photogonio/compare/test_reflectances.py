@@ -3,7 +3,7 @@
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.compare.reflectances import BESIDE, MOST_NAMED, find_brdf
+from photogonio.compare.reflectances import BESIDE, MOST_NAMED, TABLE, find_brdf
 
 
 def result(folder):
@@ -37,3 +37,10 @@ def test_of_several_results_one_must_be_named(tmp_path):
     with pytest.raises(InputError, match=r"holds 6 results; name one of them: s0, s1, s2, s3, s4, \.\.\."):
         find_brdf(tmp_path)
     assert find_brdf(tmp_path / "s1").parent.name == "s1"
+
+
+def test_of_a_table_the_coefficients_beside_it_are_shown(tmp_path):
+    for name in ("coefficients.json", TABLE):
+        (tmp_path / name).write_text("{}")
+    assert find_brdf(tmp_path / TABLE) == tmp_path / TABLE
+    assert find_brdf(tmp_path / TABLE, everywhere=True) == tmp_path / "coefficients.json"
