@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
+
 from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, SetEntry
 from photogonio.batch.sets import SetPlace
 from photogonio.cache.file_hashes import remembered_hashes
@@ -21,6 +23,7 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST
 from photogonio.options import Options
 from photogonio.pipeline import process
+from photogonio.report.budget import budget_numbers
 from photogonio.report.summary import numbers
 from photogonio.report.trust import verdict_lines
 from photogonio.result import Result
@@ -80,10 +83,20 @@ def numbers_of(result: Result) -> dict[str, object]:
     roughness = [lobe.mean_roughness for lobe in result.brdf.lobes]
     return {
         **{name: found[name] for name in kept},
+        "error": _albedo_error(result),
         "roughness": min(roughness) if roughness else None,
         "warnings": sorted({one.code for one in result.diagnoses}),
         "left_out": len(result.left_out),
     }
+
+
+def _albedo_error(result: Result) -> list[float] | None:
+    """Standard error of the albedo, relative, a channel; None where it is not known."""
+    for one in budget_numbers(result.brdf):
+        if one["of"] == "albedo":
+            value, error = (np.asarray(one[name], float) for name in ("value", "standard_error"))
+            return [float(e / v) for e, v in zip(error, value, strict=True)] if (value > 0.0).all() else None
+    return None
 
 
 def in_processes(
@@ -133,7 +146,12 @@ def shared(workers: int, sets: int) -> tuple[int, int]:
 
 
 def _available() -> float:
-    """Bytes of memory that are free, where the system tells; else as much as anybody wants."""
+    """Bytes of memory that are free, where the system tells, or a scheduler such as SLURM allows; else as much as
+    anybody wants."""
+    return min(_free(), _allowed(Path("/sys/fs/cgroup")))
+
+
+def _free() -> float:
     try:
         for line in Path("/proc/meminfo").read_text().splitlines():
             if line.startswith("MemAvailable:"):
@@ -141,6 +159,26 @@ def _available() -> float:
     except OSError:
         pass
     return float("inf")
+
+
+def _allowed(root: Path) -> float:
+    """What the process's own control group, and those above it, leave (version 2)."""
+    left = float("inf")
+    try:
+        lines = Path("/proc/self/cgroup").read_text().splitlines()
+        own = next((line[3:].lstrip("/") for line in lines if line.startswith("0::")), "")
+    except OSError:
+        return left
+    for folder in (root / own, *(root / own).parents):
+        try:
+            most = (folder / "memory.max").read_text().strip()
+            if most != "max":
+                left = min(left, float(most) - float((folder / "memory.current").read_text()))
+        except (OSError, ValueError):
+            continue
+        if folder == root:
+            break
+    return left
 
 
 def _on_its_own() -> None:

@@ -17,7 +17,7 @@ from photogonio.capture.errors import InputError
 from photogonio.commands.asked import options_of
 from photogonio.options import Options
 from photogonio.run.cluster import cluster_of
-from photogonio.system.outputs import check_place, staged_file
+from photogonio.system.outputs import check_place, remove_leftovers, staged_file
 from photogonio.system.progress import Reporter
 
 
@@ -42,6 +42,7 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
             found[entry.set] = entry
         reporter.say(_told(entry))
         reporter.progress("sets", len(found), len(places))
+    remove_leftovers(out)
     entries = [found[place.name] for place in places]
     rewrite(out / LEDGER, entries)
     for name, text in (("summary.csv", table_text(entries)), ("summary.html", page_text(entries, out))):

@@ -37,12 +37,37 @@ ABREAST = 2  # photos under way for each thread of a worker: one is reduced, one
 
 
 @dataclass(frozen=True, slots=True)
+class FileMark:
+    """What a file is known by: it is the same where size and time are; else where its bytes are."""
+
+    size: int
+    changed: int  # nanoseconds
+    digest: str  # SHA-256; empty: not known
+
+    @classmethod
+    def of(cls, path: Path, digest: str = "") -> FileMark:
+        """Raises OSError if there is none."""
+        stat = path.stat()
+        return cls(stat.st_size, stat.st_mtime_ns, digest)
+
+    def fits(self, path: Path) -> bool:
+        """Whether a file here is the same."""
+        try:
+            found = FileMark.of(path)
+            if found.size != self.size:
+                return False
+            return found.changed == self.changed or hash_file(path) == self.digest
+        except OSError:
+            return False
+
+
+@dataclass(frozen=True, slots=True)
 class Ask:
     """One photo to be reduced."""
 
     view: ViewSetup
     photo: View
-    hashes: Mapping[str, str]  # SHA-256 of its files
+    files: Mapping[str, FileMark]
     sent: Mapping[str, bytes] = field(default_factory=dict)  # files that the worker cannot read
 
 
@@ -125,7 +150,7 @@ class Cluster:
         """With the photo's files, where workers cannot read them."""
         if not self.sending:
             return ask
-        files = {name: (work.reader.photoset.folder / name).read_bytes() for name in ask.hashes}
+        files = {name: (work.reader.photoset.folder / name).read_bytes() for name in ask.files}
         self.sent += sum(map(len, files.values()))
         return replace(ask, sent=files)
 
@@ -185,7 +210,7 @@ def answer(code: str, work: Work | None, ask: Ask) -> Answer:
 
         worker = get_worker()
         return Foreign(f"{worker.name} ({worker.address})")
-    if not ask.sent and not _has_files(work.reader.photoset.folder, ask.hashes):
+    if not ask.sent and not _has_files(work.reader.photoset.folder, ask.files):
         return Lacking()
     try:
         if not ask.sent:
@@ -196,12 +221,9 @@ def answer(code: str, work: Work | None, ask: Ask) -> Answer:
         return LeftOut(ask.view.name, error.what)
 
 
-def _has_files(folder: Path, hashes: Mapping[str, str]) -> bool:
+def _has_files(folder: Path, files: Mapping[str, FileMark]) -> bool:
     """Whether they are here, and not others of their names."""
-    try:
-        return all(hash_file(folder / name) == digest for name, digest in hashes.items())
-    except OSError:
-        return False
+    return all(mark.fits(folder / name) for name, mark in files.items())
 
 
 def _unpacked(folder: Path, files: Mapping[str, bytes]) -> dict[str, Path]:

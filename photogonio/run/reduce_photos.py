@@ -25,7 +25,7 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.table.facet_table import FacetTable, add_tables
-from photogonio.run.cluster import Ask, Cluster
+from photogonio.run.cluster import Ask, Cluster, FileMark
 from photogonio.run.one_photo import PhotoTable, Work, seen_in, table_of
 from photogonio.run.surroundings import PhotoAround
 from photogonio.system.provenance import hash_file
@@ -116,7 +116,7 @@ def _run_there(job: _Job, cluster: Cluster, progress: Callable[[int, int], None]
     for number, view in enumerate(views):
         try:
             key = job.key(view)
-            hashes = job.hashes_of(view)
+            files = job.files_of(view)
         except InputError as error:
             results[number] = LeftOut(view.name, error.what)
             continue
@@ -125,7 +125,7 @@ def _run_there(job: _Job, cluster: Cluster, progress: Callable[[int, int], None]
             results[number] = found
         else:
             keys[number] = key
-            asks.append(Ask(replace(view, marks=None), job.views[view.name], hashes))
+            asks.append(Ask(replace(view, marks=None), job.views[view.name], files))
     numbers = list(keys)
     progress(len(results), len(views))
     for k, found_there in cluster.answers(job.work, asks, lambda ask: _here(job, ask)):
@@ -200,22 +200,27 @@ class _Job:
             return table_of(self.work, done.view, self.views[done.view.name])
         return found
 
-    def hashes_of(self, view: ViewSetup) -> dict[str, str]:
-        """SHA-256 of a view's files. Raises InputError if one cannot be read."""
-        files = [photo.file for photo in self.views[view.name].photos]
-        for file in files:
-            if file in self.hashes:
-                continue
+    def files_of(self, view: ViewSetup) -> dict[str, FileMark]:
+        """What a view's files are known by. Raises InputError if one cannot be read."""
+        folder, found = self.work.reader.photoset.folder, {}
+        for photo in self.views[view.name].photos:
             try:
-                self.hashes[file] = hash_file(self.work.reader.photoset.folder / file)
+                found[photo.file] = FileMark.of(folder / photo.file, self.hashes.get(photo.file, ""))
             except OSError as error:
-                raise InputError(file, f"cannot be read: {error.strerror}") from error
-        return {file: self.hashes[file] for file in files}
+                raise InputError(photo.file, f"cannot be read: {error.strerror}") from error
+        return found
 
     def _photo_key(self, view: ViewSetup) -> str:
         """Of the bytes of a view's files, and of what the reader knows of them and their light."""
         photo = self.views[view.name]
-        hashes = list(self.hashes_of(view).values())
+        for one in photo.photos:
+            if one.file in self.hashes:
+                continue
+            try:
+                self.hashes[one.file] = hash_file(self.work.reader.photoset.folder / one.file)
+            except OSError as error:
+                raise InputError(one.file, f"cannot be read: {error.strerror}") from error
+        hashes = [self.hashes[one.file] for one in photo.photos]
         exposures = [self.work.reader.exposures.get(one.file) for one in photo.photos]
         return key_of(hashes, exposures, photo.light, [one.turned for one in photo.photos])
 

@@ -52,8 +52,36 @@ def part_name(name: str) -> str:
     """What a file or folder is called until it is whole: no other run has it, whether on this host or on another, dead
     or alive."""
     end = name.encode()[-80:].decode(errors="ignore")  # with the suffix
-    host = re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())[:32]
-    return f".part-{host}-{os.getpid()}-{secrets.token_hex(4)}-{end}"
+    return f".part-{_host()}-{os.getpid()}-{secrets.token_hex(4)}-{end}"
+
+
+def _host() -> str:
+    return re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())[:32]
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Take away what runs on this host that are dead, since they were killed, left unfinished below ``folder``."""
+    name = re.compile(rf"\.part-{re.escape(_host())}-(\d+)-[0-9a-f]{{8}}-")
+    for path in list(folder.rglob(".part-*")):
+        found = name.match(path.name)
+        if found is None or _is_alive(int(found[1])):
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    if os.name != "posix":  # there a signal of 0 ends a process
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        pass
+    return True
 
 
 def check_place(target: Path, *, folder: bool) -> None:

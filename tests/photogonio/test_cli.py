@@ -23,6 +23,8 @@ from tests.places import ROOT
 
 COMMANDS = (
     "process",
+    "batch",
+    "add",
     "calibrate",
     "fit",
     "synthesize",

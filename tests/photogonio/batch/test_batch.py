@@ -3,9 +3,11 @@
 import csv
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 
+from photogonio.batch import work
 from photogonio.batch.ledger import SetEntry, read_ledger
 from photogonio.batch.sets import SetPlace
 from photogonio.batch.work import Job, in_processes
@@ -50,7 +52,10 @@ def test_the_summary_has_a_line_a_set(library):
     assert [row["set"] for row in rows] == ["a", "b/c", "bad"]
     # the set is on a relative scale; noise of 2e-4 of full scale on pixels of a tenth of it
     assert float(rows[0]["albedo"]) > 0 and float(rows[0]["misfit"]) < 0.02 and rows[2]["albedo"] == ""
+    # a hundred thousand noisy pixels tell the albedo to far better than a tenth; nothing is known to no error at all
+    assert 0.0 < float(rows[0]["error"]) < 0.1 and rows[2]["error"] == ""
     page = (out / "summary.html").read_text()
+    assert all(f'data-key="{key}"' in page for key in ("albedo", "roughness", "error", "count"))
     assert page.count('class="card"') == 3 and page.count("data:image/png") == 2
     assert "http://" not in page and "https://" not in page
 
@@ -107,7 +112,19 @@ def test_a_process_that_dies_costs_its_set_a_try(tmp_path):
     assert found == {"bad": "done", "good": "done", "better": "done", "worst": "failed"}
 
 
-@pytest.mark.parametrize("word", ["dask", "local:0", "local:x"])
+def test_a_group_that_may_have_less_memory_than_is_free_has_less(tmp_path, monkeypatch):
+    lines = Path("/proc/self/cgroup")
+    own = lines.read_text().split("0::")[-1].strip().lstrip("/") if lines.is_file() else None
+    if own is None:
+        pytest.skip("the system has no control groups")
+    (tmp_path / own).mkdir(parents=True, exist_ok=True)
+    assert work._allowed(tmp_path) == float("inf")
+    (tmp_path / own / "memory.max").write_text("5000\n")
+    (tmp_path / own / "memory.current").write_text("1000\n")
+    assert work._allowed(tmp_path) == 4000.0
+
+
+@pytest.mark.parametrize("word", ["dask", "dask://here", "dask://:8786", "dask://a:0", "local:0", "local:x"])
 def test_executors_that_are_none_are_refused(archive, word, capsys):
     with pytest.raises(SystemExit) as raised:
         main(["batch", str(archive), "--executor", word])

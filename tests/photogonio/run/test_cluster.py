@@ -19,6 +19,7 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.run import cluster
 from photogonio.run.reduce_photos import Plan, reduce_photos
+from photogonio.system.provenance import hash_file
 from tests.photogonio.run.test_reduce_photos import SIZE, bytes_of, made_setup, write_photo, write_set
 
 FILES = [f"s{k}.png" for k in range(4)]
@@ -83,9 +84,15 @@ def test_workers_of_another_version_are_refused_by_name(scheduler, monkeypatch):
 def test_a_worker_looks_at_the_version_and_at_the_files(photos):
     work = cluster.Work(prepare(load_photoset(photos)), made_setup(FILES), 2, ReduceOptions())
     view = made_setup(FILES).views[0]
-    ask = cluster.Ask(view, load_photoset(photos).views("sample")[0], {FILES[0]: "0" * 64})
+    mark = cluster.FileMark.of(photos / FILES[0], hash_file(photos / FILES[0]))
+    ask = cluster.Ask(view, load_photoset(photos).views("sample")[0], {FILES[0]: mark})
     assert cluster.opened("another", pickle.dumps(work)) is None
-    # other bytes under the same name
+    here, later = photos / FILES[0], replace(mark, changed=mark.changed + 1)
+    assert mark.fits(here) and replace(mark, digest="").fits(here) and later.fits(here)
+    # other bytes under the same name, and a name that is not here
+    assert not replace(later, digest="0" * 64).fits(here) and not replace(mark, size=mark.size + 1).fits(here)
+    assert not mark.fits(photos / "nowhere.png")
+    ask = replace(ask, files={FILES[0]: replace(later, digest="")})
     assert cluster.answer(cluster.code_key(), work, ask) == cluster.Lacking()
     sent = replace(ask, sent={FILES[0]: (photos / FILES[0]).read_bytes()})
     found = cluster.answer(cluster.code_key(), work, sent)

@@ -2,13 +2,23 @@
 
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.system.outputs import check_place, part_name, plain, staged_file, staged_folder, to_json
+from photogonio.system.outputs import (
+    check_place,
+    part_name,
+    plain,
+    remove_leftovers,
+    staged_file,
+    staged_folder,
+    to_json,
+)
 
 
 def names(folder):
@@ -159,3 +169,14 @@ def test_devices_loops_and_places_that_only_pass_for_folders_are_refused_before_
             with pytest.raises(InputError, match=words):
                 check_place(place, folder=folder)
     assert [path.name for path in tmp_path.iterdir()] == ["loop"]
+
+
+def test_what_dead_runs_left_is_taken_away_and_no_more(tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    mine, other = part_name("b"), part_name("c").replace(f"-{os.getpid()}-", f"-{dead.pid}-")
+    elsewhere = other.replace(".part-", ".part-x")
+    for name in (mine, other, elsewhere, "set"):
+        (tmp_path / "a" / name / "deep").mkdir(parents=True)
+    remove_leftovers(tmp_path)
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == sorted([mine, elsewhere, "set"])

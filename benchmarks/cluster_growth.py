@@ -1,0 +1,205 @@
+"""How time, bytes and memory grow with the photos that a cluster reduces; and what becomes of workers that are killed.
+
+    python -m benchmarks.cluster_growth [--quick] [--photos 60,240,960] [--workers 2] [--megapixels 0.3] [--send]
+                                        [--kills 0]
+
+Drawn photos with the calibration known, reduced here and by workers that are processes of a local dask cluster, in
+turns. "there" over "here" is the ratio of their times, with the same number of workers; "sent" are the photos' bytes
+with --send, as if no folder were shared; "back" the tables'. "scheduler" is the largest resident memory of the process
+that holds the scheduler and nothing else. With --kills, so many times two workers are killed (-9) while photos are
+reduced; their nannies start others. Bytes of tables must be the same, else the exit status is 1. Last, the powers p of
+quantity ~ photos^p.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.end_to_end import made_setup, make_set
+from photogonio.calib.setup import Setup
+from photogonio.capture.linear.prepare import prepare
+from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.reconstruct.reduce.directions import ReduceOptions
+from photogonio.reconstruct.table.facet_table import SUMS, FacetTable
+from photogonio.run.cluster import Cluster, cluster_of
+from photogonio.run.reduce_photos import Plan, reduce_photos
+
+LEVEL, SHARE = 3, 0.06
+SECONDS = 3.0  # between kills, at most
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One size of set."""
+
+    photos: int
+    here: float  # seconds
+    there: float
+    sent: float  # MB of photos
+    back: float  # MB of tables
+    scheduler: float  # MB
+
+
+class Scheduler:
+    """A dask scheduler and its workers, each a process of its own."""
+
+    def __init__(self, workers: int):
+        dask = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+        self.folder = tempfile.TemporaryDirectory()
+        self.file = Path(self.folder.name) / "scheduler.json"
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": Path(__file__).parents[1]}
+        words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(self.file)]
+        self.process = subprocess.Popen([*dask, *words], **quiet)
+        dask = [sys.executable, "-m", "distributed.cli.dask_worker"]
+        words = [
+            "--scheduler-file",
+            str(self.file),
+            "--nworkers",
+            str(workers),
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+        ]
+        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+        self.workers = subprocess.Popen(
+            [*dask, *words, "--local-directory", self.folder.name], env=environment, **quiet
+        )
+
+    @property
+    def address(self) -> str:
+        """``dask://HOST:PORT``, when it is up."""
+        import json
+
+        for _ in range(600):
+            if self.file.is_file() and self.file.stat().st_size:
+                return json.loads(self.file.read_text())["address"].replace("tcp://", "dask://")
+            time.sleep(0.1)
+        raise TimeoutError("the scheduler did not start")
+
+    def peak(self) -> float:
+        """MB, NaN where the system does not tell."""
+        try:
+            lines = Path(f"/proc/{self.process.pid}/status").read_text().splitlines()
+        except OSError:
+            return float("nan")
+        return next(int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM"))
+
+    def close(self) -> None:
+        for process in (self.workers, self.process):
+            process.terminate()
+        for process in (self.workers, self.process):
+            process.wait()
+        self.folder.cleanup()
+
+
+def timed(reader: RadianceReader, setup: Setup, plan: Plan) -> tuple[float, FacetTable]:
+    start = time.perf_counter()
+    table = reduce_photos(reader, setup, plan).table
+    return time.perf_counter() - start, table
+
+
+def same(one: FacetTable, other: FacetTable) -> bool:
+    pairs = [(getattr(one, f.name), getattr(other, f.name)) for f in fields(FacetTable)]
+    return all(a.tobytes() == b.tobytes() if isinstance(a, np.ndarray) else a == b for a, b in pairs)
+
+
+class Killer(threading.Thread):
+    """Kills two workers now and then until it is told to stop."""
+
+    def __init__(self, cluster: Cluster, kills: int):
+        super().__init__(daemon=True)
+        self.cluster, self.left, self.done = cluster, kills, threading.Event()
+        self.killed = 0
+
+    def run(self) -> None:
+        rng = np.random.default_rng(1)
+        while self.left and not self.done.wait(rng.uniform(0.2, SECONDS)):
+            running = list(self.cluster.client.run(os.getpid, on_error="ignore").values())
+            for process in rng.permutation(running)[:2]:
+                os.kill(int(process), signal.SIGKILL)
+                self.killed += 1
+            self.left -= 1
+
+
+def measured(
+    folder: Path, photos: int, cluster: Cluster, scheduler: Scheduler, options: argparse.Namespace
+) -> Row:
+    setup, reader = made_setup(photos, ".png", SHARE, options.megapixels), prepare(load_photoset(folder))
+    cluster.sending, cluster.sent = options.send, 0
+    here = Plan(LEVEL, ReduceOptions(), options.workers)
+    there = Plan(LEVEL, ReduceOptions(), options.workers, cluster=cluster)
+    few = made_setup(min(photos, 2 * options.workers), ".png", SHARE, options.megapixels)
+    for plan in (here, there):  # loads what is compiled
+        timed(reader, few, plan)
+    seconds_here, table = timed(reader, setup, here)
+    killer = Killer(cluster, options.kills)
+    killer.start()
+    cluster.sent = 0
+    seconds_there, other = timed(reader, setup, there)
+    killer.done.set()
+    killer.join()
+    if options.kills:
+        print(f"{killer.killed} workers killed")
+    if not same(table, other):
+        raise SystemExit(f"{photos} photos: other bytes than here")
+    back = sum(getattr(table, name).nbytes for name in ("group", "facet_i", "facet_r", *SUMS))
+    return Row(photos, seconds_here, seconds_there, cluster.sent / 1e6, back / 1e6, scheduler.peak())
+
+
+def told(rows: Sequence[Row]) -> None:
+    """The laws."""
+    if len(rows) < 2:
+        return
+    photos = np.log([row.photos for row in rows])
+    for name in ("here", "there", "sent", "back", "scheduler"):
+        values = np.array([getattr(row, name) for row in rows])
+        if (values > 0).all():
+            print(f"{name:10} ~ photos^{np.polyfit(photos, np.log(values), 1)[0]:.2f}")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="few small photos: shows that it runs")
+    parser.add_argument("--photos", default="60,240,960")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--megapixels", type=float, default=0.3)
+    parser.add_argument("--send", action="store_true", help="photos are sent to the workers")
+    parser.add_argument("--kills", type=int, default=0)
+    options = parser.parse_args(arguments)
+    if options.quick:
+        options.photos, options.megapixels = "2,4", 0.05
+    scheduler, rows = Scheduler(options.workers), []
+    try:
+        with tempfile.TemporaryDirectory() as made, cluster_of(scheduler.address) as cluster:
+            assert cluster is not None
+            cluster.client.wait_for_workers(options.workers)
+            for photos in map(int, options.photos.split(",")):
+                folder = Path(made) / str(photos)
+                make_set(folder, made_setup(photos, ".png", SHARE, options.megapixels), ".png")
+                rows.append(row := measured(folder, photos, cluster, scheduler, options))
+                ratio = f"here {row.here:7.2f} s  there {row.there:7.2f} s  x {row.there / row.here:5.2f}"
+                volume = (
+                    f"sent {row.sent:8.1f} MB  back {row.back:8.1f} MB  scheduler {row.scheduler:5.0f} MB"
+                )
+                print(f"{row.photos:6} photos  {ratio}  {volume}  same bytes", flush=True)
+    finally:
+        scheduler.close()
+    told(rows)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
