@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from photogonio.reconstruct.rows.resolved import resolved_by
 from photogonio.report.misfit import relative_misfit, shared_misfit
 from photogonio.result import Fault
 
@@ -137,6 +138,12 @@ def _peak(result: Result) -> str:
     return "" if (rms <= PEAK).all() else f"the fit misses the brightest of the data (rms {rms.max():.0%})"
 
 
+def _unresolved(result: Result) -> str:
+    if result.fit.cells.binned or not resolved_by(result.fit.cells, result.fit.model).unresolved:
+        return ""
+    return "a narrow peak was read at too few places: between the rows it may be another than the fit has"
+
+
 def _contradiction(result: Result) -> str:
     apart = result.fit.diagnostics["contradiction"]
     if apart is None or apart <= APART:
@@ -221,6 +228,14 @@ OF_FITS = (
         "the rms misfit is above 60 % of the data's rms: the brightest data are not in the fit",
         "a peak narrower than any lobe that was tried, or rows that are no measurements",
         _peak,
+    ),
+    Check(
+        "peak-unresolved",
+        "rows of a table hold but the top of a narrow peak (fewer than 3 angles from its direction above a tenth of "
+        "the highest), or no lobe follows it but with modes beyond order 8; and most light lies between rows that "
+        "differ manifold",
+        "steps of the angles that are wider than the peak",
+        _unresolved,
     ),
     Check(
         "photos-contradict",
