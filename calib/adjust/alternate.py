@@ -10,6 +10,7 @@ from photogonio.calib.adjust.bundle import Adjusted, Values, adjust
 from photogonio.calib.adjust.camera_model import block_pose
 from photogonio.calib.adjust.lamps import (
     Lamp,
+    as_distant,
     block_name,
     expected_pixel,
     place_in_world,
@@ -109,11 +110,12 @@ def _started(state: State, observations: list[Observation]) -> _Round:
 def _at_rest(now: _Round, done: Adjusted) -> Settled:
     state, camera = now.state, now.camera
     photos = len(state.boards) + sum(s.corners is not None for s in now.observations)
+    covariance = _distant_lamps(now, done.covariance)
     return Settled(
         camera,
         state.model,
         now.values,
-        done.covariance,
+        covariance,
         now.lamps,
         _misses(now, camera),
         now.fits,
@@ -121,6 +123,19 @@ def _at_rest(now: _Round, done: Adjusted) -> Settled:
         _corner_rms(done, photos),
         now.scale,
     )
+
+
+def _distant_lamps(now: _Round, covariance: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Lamps that turn out to be distant are directions from now on; the covariance of all blocks then."""
+    lamps, values, found = dict(now.lamps), dict(now.values), dict(covariance)
+    for name, lamp in now.lamps.items():
+        block = block_name(name)
+        place, error = values[block], covariance.get(block, np.zeros((3, 3)))
+        distant = as_distant(now.state.photoset, lamp, place, error)
+        if distant is not None:
+            lamps[name], values[block], found[block] = distant
+    now.lamps, now.values = lamps, values
+    return found
 
 
 def _within_reach(before: Values, after: Values, lamps: dict[str, Lamp]) -> Values:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -118,20 +118,37 @@ def start_lamp(
     seen = [paper or observations[0]] if attached else observations
     rays = [ray for s in seen for ray in sight_rays(photoset, camera, s)]
     source = "probe" if any(s.probe and s.highlights for s in seen) else "mirror balls"
-    shading = scene if kind != "directional" else None
-    if shading is not None and board is not None and paper is not None and reading is not None:
+    if scene is not None and board is not None and paper is not None and reading is not None:
         diagonal = float(np.hypot(*board_size(board)))
-        local = first_fit(reading, shading, rays, middle_of(photoset), diagonal)
-        if np.linalg.norm(local[:3]) < _FAR * diagonal or kind == "point" or len({r.ball for r in rays}) < 2:
-            paper.shading = local
-            place = paper.pose.apply(local[:3]) if attached else local[:3]
-            return Lamp(name, entry, "point", place, source if rays else "board")
+        paper.shading = local = first_fit(reading, scene, rays, middle_of(photoset), diagonal)
+        place = paper.pose.apply(local[:3]) if attached else local[:3]
+        return Lamp(name, entry, "point", place, source if rays else "board")  # however far: see as_distant
     if not rays:
         return None
     span = max(float(np.linalg.norm(b.center)) for b in photoset.mirror_balls) + 1.0
     met = meet(rays, kind, span)
     place = seen[0].pose.apply(met.place) if attached and met.kind == "point" else met.place
     return Lamp(name, entry, met.kind, place, source, one_ray=len(rays) == 1)
+
+
+def as_distant(
+    photoset: PhotoSet, lamp: Lamp, place: np.ndarray, covariance: np.ndarray
+) -> tuple[Lamp, np.ndarray, np.ndarray] | None:
+    """A lamp that settled at ``place`` (3,) as a direction (3,) with its covariance (3, 3) if it is distant; else None.
+
+    Settled it is as a point however far it stands: edges of shadows on the paper tell its direction better than small
+    mirror balls do.
+    """
+    told = None if lamp.entry is None else lamp.entry.kind
+    if photoset.board is None or lamp.kind != "point" or lamp.fixed or lamp.attached or told == "point":
+        return None
+    offset = place - middle_of(photoset)
+    reach = float(np.linalg.norm(offset))
+    toward, diagonal = offset / reach, float(np.hypot(*board_size(photoset.board)))
+    if told is None and reach < _FAR * diagonal:
+        return None
+    across = np.eye(3) - np.outer(toward, toward)
+    return replace(lamp, kind="directional"), toward, across @ covariance @ across / reach**2
 
 
 def _given(name: str, entry: LightEntry | None) -> Lamp | None:

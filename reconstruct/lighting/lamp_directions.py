@@ -26,7 +26,7 @@ from photogonio.reconstruct.table.cells import Cells
 
 SUSPECT = 4.0  # standard errors of shading and highlights together
 LEAST = np.radians(0.5)  # smaller turns are not told from a misfit of the model
-UNSETTLED = np.radians(0.3)  # stated error of a near lamp's direction from which on the shading is asked
+UNSETTLED = np.radians(0.3)  # stated error of a lamp's direction from which on the shading is asked
 SURER = 0.5  # of the stated error: the shading's, where it is asked
 MOST = np.radians(12.0)  # larger ones are no error of a direction, but another light
 LIMIT = np.cos(np.radians(75.0))  # grazing cells tell more of the model than of the light
@@ -103,7 +103,7 @@ def _doubtful(light: Light, center: np.ndarray) -> bool:
     """Whether the shading is asked for this light."""
     if light.source in ("given", "camera"):
         return False
-    return light.kind == "directional" or _stated(light, center) > UNSETTLED
+    return light.source == "probe" or _stated(light, center) > UNSETTLED
 
 
 def _elsewhere(light: Light, lights: dict[str, Light]) -> bool:

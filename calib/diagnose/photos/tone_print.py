@@ -26,9 +26,7 @@ _ROUNDS, _WILD = 30, 3.0
 _ACROSS, _CLOSE, _APART, _BESIDE = 180, (1.0, 2.0), 3.0, 8
 _CLEAR = 0.3  # of the paper's clearest part: a power that fits less of it is none
 
-Pairs = tuple[
-    np.ndarray, np.ndarray, np.ndarray
-]  # black, the white beside, the variance of black: (n, c) each
+Pairs = tuple[np.ndarray, np.ndarray]  # black and the white beside, (n, c) each
 
 
 def black_share(black: np.ndarray, white: np.ndarray) -> float:

@@ -12,6 +12,7 @@ import pytest
 from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.adjust.lamps import (
     Lamp,
+    as_distant,
     expected_pixel,
     middle_of,
     place_in_world,
@@ -125,3 +126,25 @@ def test_the_middle_is_the_boards_or_the_samples():
     np.testing.assert_array_equal(middle_of(SET), [0, 0, 9])
     sheet = Plane(np.array([[0.0, 0], [6, 0], [0, 3]]), 2.0)
     np.testing.assert_allclose(middle_of(replace(SET, sample=sheet)), [2, 1, 2])
+
+
+def test_a_lamp_that_settled_far_away_is_a_direction():
+    """With the error of where it stands across the ray alone; near ones, given ones and those of a told kind stay."""
+    drawn = Drawn(12)
+    middle, toward = middle_of(drawn.photoset), unit(np.array([0.3, -0.2, 0.9]))
+    lamp = Lamp("one", None, "point", middle, "board")
+    far = middle + 20_000.0 * toward
+    covariance = 30.0**2 * np.eye(3) + 5000.0**2 * np.outer(toward, toward)
+    distant, direction, error = as_distant(drawn.photoset, lamp, far, covariance)
+    assert distant == replace(lamp, kind="directional")
+    np.testing.assert_allclose(direction, toward, atol=1e-12)
+    np.testing.assert_allclose(
+        error, (30.0 / 20_000.0) ** 2 * (np.eye(3) - np.outer(toward, toward)), atol=1e-12
+    )
+    near = middle + 900.0 * toward
+    assert as_distant(drawn.photoset, lamp, near, covariance) is None
+    for kind, place in (("directional", near), ("point", far)):
+        told = replace(lamp, entry=LightEntry("one", kind=kind))
+        assert (as_distant(drawn.photoset, told, place, covariance) is None) == (kind == "point")
+    assert as_distant(drawn.photoset, replace(lamp, fixed=True), far, covariance) is None
+    assert as_distant(replace(drawn.photoset, board=None), lamp, far, covariance) is None
