@@ -18,6 +18,7 @@ FIRST = {  # what the lobes of version 1 are in version 2
 DECIMALS = 11  # of an azimuth in degrees: more are those of its being turned into radians and back
 MOST_OF_TWO = 12.0  # roughness of one of two axes: what a search of their mean up to 1 may reach
 OVER = 1e-6  # of a base reflectance of 1: rounding
+MIXED = "mixed"  # key of a file: channels are sums of others', and may lie beyond what a surface reflects
 _FIRST_KEYS = {"model", "roughness", "f0", "weight"}
 _KEYS = _FIRST_KEYS | {"distribution", "masking", "fresnel", "azimuth", "ground"}
 _CHOICES = {"distribution": DISTRIBUTIONS, "masking": MASKINGS, "fresnel": FRESNELS}
@@ -54,8 +55,20 @@ def first_document(lobe: Lobe) -> dict[str, object]:
     return said | {"weight": _floats(lobe.weight)} | lobe.extra
 
 
-def parse_lobe(path: Path | str, place: int, given: dict[str, Any], channels: int, version: int) -> Lobe:
-    """A lobe from the file. InputError names the key that cannot be used."""
+def is_bounded(lobe: Lobe) -> bool:
+    """Whether it reflects no less than nothing, and at most all, in every channel."""
+    mirror = (
+        lobe.peak or lobe.fresnel == "dielectric" or bool(((lobe.f0 >= 0.0) & (lobe.f0 <= 1.0 + OVER)).all())
+    )
+    ground = lobe.ground is None or bool((lobe.ground >= 0.0).all())
+    return mirror and ground and bool((lobe.weight >= 0.0).all())
+
+
+def parse_lobe(
+    path: Path | str, place: int, given: dict[str, Any], channels: int, version: int, bounded: bool
+) -> Lobe:
+    """A lobe from the file; ``bounded``: one that reflects less than nothing or more than all is refused. InputError
+    names the key that cannot be used."""
     where = f"{path}: lobes[{place}]"
     names = list(FIRST) if version == 1 else [*MODELS, "ggx"]
     model = given.get("model")
@@ -66,12 +79,13 @@ def parse_lobe(path: Path | str, place: int, given: dict[str, Any], channels: in
         known |= _choices(where, given, model)
     known["roughness"] = _roughness(f"{where}.roughness", given.get("roughness"), known["model"], version)
     known["azimuth"] = float(np.radians(_number(f"{where}.azimuth", given.get("azimuth", 0.0))))
-    known["weight"] = _channels(
-        f"{where}.weight", given.get("weight"), channels, least=0.0 if version > 1 else -np.inf
-    )
+    least = 0.0 if bounded else -np.inf
+    known["weight"] = _channels(f"{where}.weight", given.get("weight"), channels, least)
     known["f0"] = _f0(f"{where}.f0", given.get("f0"), known, channels, version)
+    if (bounded and not known["f0"].max(initial=0.0) <= 1.0 + OVER) or known["f0"].min(initial=0.0) < least:
+        raise InputError(f"{where}.f0", f"numbers from 0 to 1 are needed, not {given.get('f0')!r:.60}")
     if known["model"] == "coat":
-        known["ground"] = _channels(f"{where}.ground", given.get("ground"), channels, least=0.0)
+        known["ground"] = _channels(f"{where}.ground", given.get("ground"), channels, least)
     keys = _FIRST_KEYS if version == 1 else _KEYS
     return Lobe(**known, extra={key: value for key, value in given.items() if key not in keys})
 
@@ -107,10 +121,7 @@ def _f0(where: str, given: Any, known: dict[str, Any], channels: int, version: i
     if version > 1 and known["model"] in PEAKS:
         return np.ones(channels)
     if known.get("fresnel") != "dielectric":
-        values = _channels(where, given, channels, least=0.0 if version > 1 else -np.inf)
-        if version > 1 and (values > 1.0 + OVER).any():
-            raise InputError(where, f"numbers from 0 to 1 are needed, not {given!r:.60}")
-        return values
+        return _channels(where, given, channels)
     f0 = _number(where, given)
     if not 0.0 < f0 < 1.0:
         raise InputError(where, f"one number between 0 and 1 is needed, not {given!r}")

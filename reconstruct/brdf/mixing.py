@@ -1,5 +1,7 @@
-"""A BRDF of other channels, each a weighted sum of the old: exact, since modes and lobes are linear in the channels,
-but for lobes and grounds that would reflect less than nothing, or more than all, in one of the new.
+"""A BRDF of other channels, each a weighted sum of the old: exact, since modes and lobes are linear in the channels.
+
+A lobe or ground may then reflect less than nothing, or more than all, in a channel that the surface's colour lies
+beyond; the file says so under :data:`reconstruct.brdf.lobe_schema.MIXED`.
 
 What is not known of the channels' errors is how they go together, but for what they share, the lobes' shapes; beyond
 that they are taken to know nothing of one another.
@@ -13,6 +15,7 @@ import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
+from photogonio.reconstruct.brdf.lobe_schema import MIXED, is_bounded
 from photogonio.reconstruct.brdf.parameters import named_number
 from photogonio.reconstruct.lobes.lobe import Lobe
 
@@ -34,18 +37,19 @@ def mixed(brdf: Brdf, matrix: np.ndarray, channels: tuple[str, ...]) -> Brdf:
         standard_errors=errors,
         lobes=lobes,
         uncertainty=known,
+        extra=brdf.extra if all(map(is_bounded, lobes)) else brdf.extra | {MIXED: True},
     )
 
 
 def _lobe(lobe: Lobe, matrix: np.ndarray) -> Lobe:
     """Schlick's factor is f0 + (1 - f0) s: both weight and weight times f0 are mixed."""
     weight = matrix @ lobe.weight
-    weight = np.maximum(weight, LEAST)
+    weight = np.where(np.abs(weight) < LEAST, LEAST, weight)
     if lobe.peak or lobe.fresnel == "dielectric":
         f0 = np.full(len(matrix), lobe.f0[0])
     else:
-        f0 = np.clip(matrix @ (lobe.weight * lobe.f0) / weight, 0.0, 1.0)
-    ground = None if lobe.ground is None else np.maximum(matrix @ lobe.ground, 0.0)
+        f0 = matrix @ (lobe.weight * lobe.f0) / weight
+    ground = None if lobe.ground is None else matrix @ lobe.ground
     return replace(lobe, weight=weight, f0=f0, ground=ground)
 
 

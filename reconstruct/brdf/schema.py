@@ -16,6 +16,7 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.covariance_file import BESIDE
 from photogonio.reconstruct.brdf.errors_schema import errors_document, parse_errors, parse_standard_errors
 from photogonio.reconstruct.brdf.lobe_schema import (
+    MIXED,
     first_document,
     is_of_first_version,
     lobe_document,
@@ -114,7 +115,10 @@ def parse(path: Path | str, document: Any) -> dict[str, Any]:
     lobes = document.get("lobes", [])
     if not isinstance(lobes, list) or not all(isinstance(lobe, dict) for lobe in lobes):
         raise InputError(f"{path}: lobes", "a list of objects is needed")
-    known["lobes"] = tuple(parse_lobe(path, k, lobe, len(channels), version) for k, lobe in enumerate(lobes))
+    bounded = version > 1 and document.get(MIXED) is not True
+    known["lobes"] = tuple(
+        parse_lobe(path, k, lobe, len(channels), version, bounded) for k, lobe in enumerate(lobes)
+    )
     known["uncertainty"] = None
     if version > 1 and _ERROR_KEYS & set(document):
         known["uncertainty"] = parse_errors(

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+import json
 
-from photogonio.reconstruct.brdf.brdf import Brdf
+import numpy as np
+import pytest
+
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
+from photogonio.reconstruct.brdf.lobe_schema import MIXED
 from photogonio.reconstruct.brdf.mixing import mixed
 from tests.drawn.brdfs import brdf_of, coat, directions, mirror, uncertain
 
@@ -55,3 +60,20 @@ def test_mixing_by_nothing_changes_nothing_and_twice_is_once_by_the_product():
     once = mixed(plain, second @ first, ("Y",))
     incident, exit = directions(50)
     np.testing.assert_allclose(twice(incident, exit), once(incident, exit), rtol=1e-12)
+
+
+def test_a_colour_beyond_what_a_surface_reflects_is_exact_and_read_again(tmp_path):
+    """As of copper in narrow primaries; the file says that its channels were mixed, or it would be refused."""
+    brdf = brdf_of(coat(0.3), mirror(0.4), order=0)
+    strong = np.array([[1.8, -0.8, 0.0], [-1.9, 2.9, 0.0]])
+    assert (strong @ brdf.lobes[0].ground < 0.0).any() or (strong @ brdf.lobes[1].weight < 0.0).any()
+    mixed(brdf, strong, ("A", "B")).save(tmp_path / "a.json")
+    back = load_brdf(tmp_path / "a.json")
+    incident, exit = directions(50)
+    np.testing.assert_allclose(back(incident, exit), brdf(incident, exit) @ strong.T, rtol=1e-9, atol=1e-9)
+    document = json.loads((tmp_path / "a.json").read_text())
+    del document[MIXED]
+    (tmp_path / "b.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"b\.json: lobes\[\d\]\.(f0|weight|ground): "):
+        load_brdf(tmp_path / "b.json")
+    assert MIXED not in mixed(brdf, np.eye(3), brdf.channels).extra
