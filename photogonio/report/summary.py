@@ -14,6 +14,7 @@ from photogonio.options import Choice
 from photogonio.reconstruct.brdf.lobe_schema import lobe_document
 from photogonio.reconstruct.brdf.words import described
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
+from photogonio.reconstruct.rows.contradicted import told_of
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 from photogonio.report.misfit import relative_misfit
 from photogonio.report.plots import correlation
@@ -110,7 +111,7 @@ def doubts(fit: FitResult) -> list[Diagnosis]:
     cells = fit.cells
     told: list[Diagnosis] = []
     if not cells.binned:
-        return told
+        return told_of(cells)
     apart = fit.diagnostics["contradiction"]
     if apart is not None and apart > CONTRADICTED:
         told.append(

@@ -13,6 +13,12 @@ ENTRIES = (
         "Look at some of them; `--where` takes others out.",
     ),
     Entry(
+        "rows-contradicted",
+        "Single rows of a table lie far outside of what all rows around them say: they count for little. They are "
+        "named by their directions.",
+        "Look at them: dust, a slipped decimal point, a detector that was switched. `--robust off` believes them.",
+    ),
+    Entry(
         "table-cosine",
         "Exchanged pairs of directions differ, and a cosine explains it: the values are no BRDF, or the surface is "
         "not reciprocal in just that way.",

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.estimate.outlier_views import pair_places
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.table.cells import Cells
@@ -26,6 +27,26 @@ BESIDE = np.radians(15.0)  # a row within which that agrees, to
 AGREES = 0.35  # of how far both are off, speaks for a row
 ONE_SIDED = 0.6  # of their distances: how far aside the judges of a row at the edge lie on the mean
 CERTAIN = 5.0  # standard deviations beyond that
+
+NAMED = 8  # rows, at most
+
+
+def told_of(cells: Cells) -> list[Diagnosis]:
+    """What is told of measured rows that have lost their say."""
+    if cells.binned or cells.doubt is None:
+        return []
+    rows = np.flatnonzero(cells.doubt.any(1))
+    degrees = np.degrees([cells.theta_i, cells.theta_r, np.abs(cells.dphi)])[:, rows[:NAMED]].T
+    named = [
+        f"{value:.4g} at ({i:.4g}, {r:.4g}, {d:.4g})"
+        for value, (i, r, d) in zip(cells.value[rows[:NAMED]].mean(1), degrees, strict=True)
+    ]
+    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
+    message = (
+        f"{len(rows)} row{'s' if len(rows) > 1 else ''} contradicted by all neighbours count for little: "
+        f"{', '.join(named)}{more} (theta_i, theta_r, dphi in degrees)"
+    )
+    return [Diagnosis("rows-contradicted", message, amount=len(rows))]
 
 
 def contradiction_of(cells: Cells, noise: np.ndarray) -> np.ndarray:

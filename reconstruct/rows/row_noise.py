@@ -18,7 +18,7 @@ MOST_ROWS = 2000  # evenly taken of more, to tell the noise by
 
 def with_noise(cells: Cells) -> Cells:
     """Measured rows with variances: as stated, or the same everywhere; rows that their neighbours contradict have
-    errors as large as the contradiction. Cells of photos as they are."""
+    doubts as large as the contradiction. Cells of photos as they are."""
     if cells.binned:
         return cells
     deviation = error_model(cells)
@@ -29,4 +29,4 @@ def with_noise(cells: Cells) -> Cells:
     smooth = smooth_ridge(few, stated / level(few), folds_of(few), Basis("isotropic", ORDER))
     scale = [residual_scale(one) for one in ((few.value - smooth.left_out) / stated).T]
     doubt = contradiction_of(cells, deviation * scale)
-    return replace(cells, variance=deviation**2 + (doubt / scale) ** 2)
+    return replace(cells, variance=deviation**2, doubt=doubt / scale if doubt.any() else None)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.modes.angles import unit_vectors
-from photogonio.reconstruct.rows.contradicted import contradiction_of
+from photogonio.reconstruct.rows.contradicted import contradiction_of, told_of
 from photogonio.reconstruct.rows.row_noise import with_noise
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.library import make_brdf
+from tests.drawn.goniometer import rows_of, table_of_rows
 
 MATERIALS = {
     "ggx-conductor": {"f0": (0.8,), "roughness": 0.3},
@@ -59,3 +60,13 @@ def test_rows_that_agree_are_never_contradicted():
     value[k] *= 4.0
     value, *angles = (np.concatenate([a, a[k : k + 1]]) for a in (value, *angles))
     assert not contradiction_of(rows(value, *angles), 0.01 * value).any()
+
+
+def test_rows_that_lost_their_say_are_counted_and_named():
+    value, *angles = rows_of("lambert", {"albedo": (0.4,)})
+    noisy = value * (1.0 + 0.02 * np.random.default_rng(2).standard_normal(value.shape))
+    assert told_of(with_noise(cells_of(table_of_rows(noisy, *angles)))) == []
+    noisy[100] *= 10.0
+    (told,) = told_of(with_noise(cells_of(table_of_rows(noisy, *angles))))
+    assert told.code == "rows-contradicted" and told.amount == 1
+    assert f"{noisy[100, 0]:.4g} at ({np.degrees(angles[0][100]):.4g}," in told.message
