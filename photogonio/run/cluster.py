@@ -7,6 +7,7 @@ photos done again by others; where nobody is left to do one, it is done here.
 
 from __future__ import annotations
 
+import logging
 import pickle
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -255,5 +256,17 @@ def cluster_of(executor: str | None) -> Iterator[Cluster | None]:
     except (OSError, TimeoutError, ValueError) as error:
         why = str(error) or "no answer"
         raise InputError(f"--executor {executor}", f"no scheduler can be reached there ({why})") from None
-    with client:
+    with client, _hushed():
         yield Cluster(client, f"--executor {executor}")
+
+
+@contextmanager
+def _hushed() -> Iterator[None]:
+    """What dask logs of workers that die is no news: their photos are done again."""
+    log = logging.getLogger("distributed")
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
