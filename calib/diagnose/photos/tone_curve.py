@@ -96,7 +96,7 @@ def tone_doubt(
     powers = np.array([one.power for one in told if one.power is not None])
     black = float(np.median(shares)) if shares else float("nan")
     verdict = verdict_of([one.levels for one in told if one.levels is not None], power_of(powers))
-    if verdict is not None and verdict.contradicted:
+    if verdict is not None and believed(verdict, black):
         return weighed(verdict, black, power_of(powers))
     return judged(black, powers)
 
@@ -107,6 +107,12 @@ def verdict_of(levels: Sequence[PrintLevels], power: Power | None) -> ToneVerdic
     most = max(curves, key=curves.count, default=LINEAR)
     alike = [one for one, curve in zip(levels, curves, strict=True) if curve == most]
     return told_by_levels(alike, power) if len(alike) >= _PHOTOS else None
+
+
+def believed(verdict: ToneVerdict, black: float) -> bool:
+    """Whether a verdict contradicts the way in which codes were read: not by an odd ink alone, where ``black`` as it
+    is seen is none. Under lamps far away a veil may pass for the ink."""
+    return verdict.contradicted and (verdict.unsteady or black < _DEEP or black > _COMMON_INK[0])
 
 
 def weighed(verdict: ToneVerdict, black: float, power: Power | None) -> ToneDoubt:

@@ -28,6 +28,7 @@ _CHANNELS = 3  # that are asked
 _PHOTO = 2.0  # readings that the bins of a photo count as: their errors go together
 _BEST = 0.35  # of the errors expected, below which no curve is any better
 _INK, _INKS = 0.05, 0.5  # share of black in white, and how far inks differ, in its logarithm
+_INK_HELD = 0.05  # as far as evenly lit print, which knows no ink from a veil, is held to it
 # what a veil, as a share of the middle white, and a black level, of full scale, may be: as it is read, and by another
 # curve; less than none is rare
 _VEIL, _LIFT, _LESS = 0.05, 0.02, (0.005, 0.001)
@@ -189,16 +190,16 @@ def steadiness(bins: _Bins, photos: Sequence[PrintLevels], curve: Curve | None) 
     columns = [np.where(bins.channel == c, bins.white, 0.0) for c in channels]
     design = np.column_stack([*columns, middle, np.ones(len(middle))]) / bins.error[:, None]
     target, share = bins.black / bins.error, np.sqrt(_PHOTO * len(np.unique(bins.photo)) / len(middle))
+    usual = np.array([*np.full(len(channels), _INK), 0.0, 0.0])
     weight, found, miss = np.ones(len(target)), np.zeros(design.shape[1]), target
     for _ in range(_ROUNDS):
         most = [
             big if curve is None and value >= 0 else little
             for big, little, value in zip((_VEIL, _LIFT), _LESS, found[-2:], strict=True)
         ]
-        held = np.zeros((2, design.shape[1]))
-        held[:, -2:] = np.diag(1.0 / np.array(most))
+        held = np.diag(1.0 / np.array([*np.full(len(channels), _INK_HELD), *most]))
         rows = np.vstack([design * (share * weight)[:, None], held])
-        found = np.linalg.lstsq(rows, np.append(target * share * weight, [0.0, 0.0]), rcond=None)[0]
+        found = np.linalg.lstsq(rows, np.append(target * share * weight, held @ usual), rcond=None)[0]
         miss = target - design @ found
         scale = float(robust.deviation(miss)) + 1e-12
         weight = 1.0 / np.sqrt(np.maximum(1.0, np.abs(miss) / (_WILD * scale)))

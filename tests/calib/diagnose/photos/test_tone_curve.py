@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from photogonio.calib.detect.paper_reading import PaperReading
-from photogonio.calib.diagnose.photos.tone_curve import judged, tone_doubt, tone_warning
+from photogonio.calib.diagnose.photos.tone_curve import believed, judged, tone_doubt, tone_warning
+from photogonio.calib.diagnose.photos.tone_levels import Steady, ToneVerdict
+from photogonio.capture.containers.tone import LINEAR, SRGB
 from photogonio.capture.linear.encoding import (
     gamma_to_linear,
     linear_to_gamma,
@@ -92,3 +94,18 @@ def test_a_curve_that_is_not_read_and_one_that_is_not_there(seen, name, balls):
 def test_both_must_tell_it_where_both_are_known(black, powers, coded):
     found = judged(black, np.array(powers))
     assert found is None if coded is None else found.coded is coded
+
+
+@pytest.mark.parametrize(
+    ("ink", "surer", "black", "doubted"),
+    [
+        (0.0022, 29.0, 0.049, False),  # evenly lit: a veil passes for the ink
+        (0.0022, 29.0, 0.004, True),
+        (0.0022, 80.0, 0.049, True),  # the share is unsteady as well
+        (0.0488, 8.0, 0.004, False),
+    ],
+)
+def test_an_odd_ink_that_is_not_seen_is_no_evidence(ink, surer, black, doubted):
+    own, other = Steady(1.0, ink, 0.0), Steady(1.0, 0.049, 0.0)
+    verdict = ToneVerdict(SRGB, LINEAR, own, other, {LINEAR: 0.0, SRGB: surer})
+    assert believed(verdict, black) == doubted
