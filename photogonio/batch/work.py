@@ -133,6 +133,7 @@ def _until_broken(
                 entry = future.result()
                 under_way.discard(waiting.pop(future))
                 yield entry
+        pool.shutdown()  # else what it holds of the system is told to have leaked
     except BrokenProcessPool:
         return
     finally:
