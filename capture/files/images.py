@@ -1,7 +1,7 @@
 """Decodes photos, and reads their headers. Pixels stay as the file has them; nothing is turned upright.
 
-PNG, TIFF and JPEG of one or three integer channels and AVIF go through OpenCV, which is faster; HEIC through libheif;
-RAW through LibRaw; everything else through OpenImageIO.
+PNG is read here; its rarer kinds, TIFF and JPEG of one or three integer channels and AVIF go through OpenCV, which is
+faster; HEIC through libheif; RAW through LibRaw; everything else through OpenImageIO.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from photogonio.capture.containers import dng
 from photogonio.capture.containers.integrity import fault
 from photogonio.capture.containers.tone import LINEAR, Tone
 from photogonio.capture.errors import InputError
-from photogonio.capture.files import decode, heif, raw
+from photogonio.capture.files import decode, heif, png_pixels, raw
 from photogonio.capture.files.about import About, about
 from photogonio.capture.files.exposure import Exposure, from_attributes
 from photogonio.capture.files.formats import HEAD, format_of
@@ -84,7 +84,7 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
     if wrong:
         raise InputError(path, wrong)
     found = about(path, kind)
-    pixels = decoded(path, found, data)
+    pixels = decoded(path, kind, found, data)
     width, height = found.size
     if pixels.shape != (height, width, len(found.channels)):
         raise InputError(path, f"decodes to {pixels.shape}, not to the size in its header")
@@ -93,10 +93,12 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
     return Image(pixels, full_scale, found.channels, lossy=found.lossy, tone=found.tone)
 
 
-def decoded(path: Path, found: About, data: bytes | None) -> np.ndarray:
-    """Pixels (h, w, c) by the reader that fits."""
-    pixels = None
-    if found.reader == "opencv":
+def decoded(path: Path, kind: str, found: About, data: bytes | None) -> np.ndarray:
+    """Pixels (h, w, c) by the reader that fits the file's format ``kind``."""
+    pixels = None if data is None or kind != "png" else png_pixels.decoded(data)
+    if pixels is not None:
+        pixels = pixels[..., list(found.kept)] if len(found.kept) < pixels.shape[2] else pixels
+    elif found.reader == "opencv":
         channels = len(found.channels)
         pixels = decode.load_opencv(path) if data is None else decode.decode_opencv(data, channels)
     elif found.reader in ("heic", "avif"):

@@ -18,6 +18,7 @@ from benchmarks import (
     lamps,
     left_out_rows,
     modes_alone,
+    png,
     row_symmetry,
     symmetry_choice,
     whole,
@@ -40,6 +41,13 @@ def test_photos_to_table_against_decoding(capsys, suffix):
     end_to_end.main(["--quick", "--formats", suffix])
     line = capsys.readouterr().out.splitlines()[-1]
     assert line.startswith(suffix) and all(float(number) > 0 for number in line.split()[1:])
+
+
+def test_png_files_are_decoded_to_the_same_pixels(capsys):
+    png.main(["--quick"])
+    rows = [[float(one) for one in line.split()] for line in capsys.readouterr().out.splitlines()[1:]]
+    assert [row[:2] for row in rows] == [[bits, channels] for bits in (8, 16) for channels in (1, 2, 3, 4)]
+    assert all(len(row) == 8 and min(row) > 0 for row in rows)
 
 
 def test_a_measurement_apart(tmp_path, capsys):
