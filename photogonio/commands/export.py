@@ -38,6 +38,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     form = find_format(args.format, args.basis)
     path = find_brdf(Path(args.coefficients), everywhere=True)
     out = Path(args.out) if args.out else Path(path.stem + form.suffix)
+    if out.exists() and out.samefile(path):
+        raise InputError(out, "is the file that is exported; give another name with -o")
     brdf = source_of(path, args.format)
     if isinstance(brdf, Brdf):
         for line in told_distrust(brdf, path.name):

@@ -33,7 +33,7 @@ Writer = Callable[..., str | None]
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    suffix: str
+    suffix: str  # of a file that is given no name; no two formats share one, nor has any that of a result's own file
     write: Writer
     ordered: bool = False  # whether it is told up to which order modes go
     read: Callable[[Path], Evaluate] | None = (
@@ -86,8 +86,8 @@ FORMATS = {
     ),
     "openpbr": Format(".mtlx", write_openpbr, read=read_openpbr, convert=principled.rgb, room=True),
     "gltf": Format(".gltf", write_gltf, read=read_gltf, convert=principled.rgb, room=True),
-    "modes": Format(".json", write_modes, ordered=True, read=load_brdf),
-    "scatmech": Format(".csv", write_scatmech_file, ordered=True),
+    "modes": Format(".modes.json", write_modes, ordered=True, read=load_brdf),
+    "scatmech": Format(".scatmech.csv", write_scatmech_file, ordered=True),
 }
 
 

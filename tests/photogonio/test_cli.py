@@ -265,6 +265,9 @@ def test_show_and_export_open_again(capsys, tmp_path, table):
     run_json(capsys, "export", coefficients, "--format", "csv", "-o", tmp_path / "again.csv")
     found = run_json(capsys, "compare", tmp_path / "again.csv", coefficients)
     assert max(found["relative_l2"]) < 1e-8  # nine digits are written
+    before = coefficients.read_bytes()
+    fails_with_one_line(capsys, ["export", coefficients, "--format", "modes", "-o", coefficients])
+    assert coefficients.read_bytes() == before
     # MERL has three channels, this BRDF two
     fails_with_one_line(capsys, ["export", coefficients, "--format", "merl", "-o", tmp_path / "m.binary"])
     fails_with_one_line(capsys, ["export", coefficients, "--format", "obj"])

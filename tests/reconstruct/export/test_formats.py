@@ -34,3 +34,8 @@ def test_suffixes_are_those_that_consumers_look_for():
     suffixes = {name: form.suffix for name, form in FORMATS.items()}
     assert suffixes["mitsuba"] == ".bsdf" and suffixes["openpbr"] == ".mtlx" and suffixes["merl"] == ".binary"
     assert all(suffix.startswith(".") for suffix in suffixes.values())
+
+
+def test_no_two_formats_take_the_same_name_nor_that_of_a_result():
+    suffixes = [form.suffix for form in FORMATS.values()]
+    assert len(set(suffixes)) == len(suffixes) and ".json" not in suffixes
