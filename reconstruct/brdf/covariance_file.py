@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
@@ -13,12 +12,14 @@ from typing import IO, Any
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.arrays import read_arrays
 from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf.errors import Uncertain
 
 MOST_INSIDE = 150  # parameters whose covariance is in the file itself
 BESIDE = "covariance.npz"
 COEFFICIENTS = "coefficients.json"  # of a result, whose covariance has the name of the page
+LONGEST = 200  # characters of a file's name
 DIAGONAL = 0.02  # relative: standard errors are written with few digits
 
 
@@ -41,7 +42,10 @@ def name_beside(path: Path) -> str:
     """What the file beside the coefficients ``path`` is to be called: as the page has it, or by its name where that is
     another's."""
     there = path.parent / BESIDE
-    if path.name == COEFFICIENTS or not there.exists() or _named_in(path) == BESIDE:
+    if not there.exists() or _named_in(path) == BESIDE:
+        return BESIDE
+    others = (one for one in path.parent.glob("*.json") if one.name != path.name)
+    if path.name == COEFFICIENTS and all(_named_in(one) != BESIDE for one in others):
         return BESIDE
     return f"{path.stem}.{BESIDE}"
 
@@ -94,16 +98,15 @@ def read_beside(
         InputError: the name is none, or what lies there is no covariance of these coefficients.
     """
     where, name = f"{path}: covariance", given.get("file", BESIDE)
-    if not isinstance(name, str) or not name or Path(name).name != name:
+    if not isinstance(name, str) or not 0 < len(name) <= LONGEST or Path(name).name != name:
         raise InputError(f"{where}.file", f"the name of a file beside this one is needed, not {name!r:.60}")
     beside = path.parent / name
     if not beside.is_file():
         return None
-    try:
-        with np.load(beside, allow_pickle=False) as file:
-            triangles = np.asarray(file["channels"], float)
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
-        raise InputError(beside, f"cannot be read as the covariance of {path.name}: {error}") from None
+    found = read_arrays(beside, f"the covariance of {path.name}").get("channels")
+    if found is None or found.dtype.kind not in "iuf":
+        raise InputError(beside, f"holds no numbers called channels, as the covariance of {path.name} does")
+    triangles = np.asarray(found, float)
     p, c = shape
     if triangles.shape != (c, p * (p + 1) // 2):
         raise InputError(where, f"{name} beside it is of other coefficients")

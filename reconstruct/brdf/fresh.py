@@ -26,6 +26,21 @@ def fresh_deviation(
     return np.array(known["widened"], float) * np.sqrt(error**2 + noise)
 
 
+def fresh_fault(fit: dict[str, Any], channels: int) -> str | None:
+    """What is wrong with what ``fit`` tells of readings; None if nothing is, or it tells nothing."""
+    known = fit.get(KEY)
+    if known is None:
+        return None
+    try:
+        rows = [*(known["noise"][name] for name in _NAMES), known["widened"]]
+        right = np.shape(rows) == (4, channels) and bool((np.array(rows, float) >= 0).all())
+    except (KeyError, TypeError, ValueError):
+        right = False
+    return (
+        None if right else f"needs noise ({', '.join(_NAMES)}) and widened, a number of 0 or more a channel"
+    )
+
+
 def steepness(theta: ArrayLike) -> np.ndarray:
     """How far a direction is from the normal: 1 / cos - 1, up to :data:`STEEPEST`; angles in radians."""
     return 1.0 / np.cos(np.minimum(theta, STEEPEST)) - 1.0

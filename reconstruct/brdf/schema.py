@@ -15,6 +15,8 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.covariance_file import BESIDE
 from photogonio.reconstruct.brdf.errors_schema import errors_document, parse_errors, parse_standard_errors
+from photogonio.reconstruct.brdf.fresh import KEY as FRESH
+from photogonio.reconstruct.brdf.fresh import fresh_fault
 from photogonio.reconstruct.brdf.lobe_schema import (
     MIXED,
     first_document,
@@ -141,6 +143,9 @@ def parse(path: Path | str, document: Any) -> dict[str, Any]:
         known[key] = document.get(key, {})
         if not isinstance(known[key], dict):
             raise InputError(f"{path}: {key}", f"an object is needed, not {known[key]!r:.60}")
+    wrong = fresh_fault(known["fit"], len(channels))
+    if wrong is not None:
+        raise InputError(f"{path}: fit.{FRESH}", wrong)
     for name, angle in known["valid"].items():
         if name.startswith("theta") and not (_is_number(angle) and 0.0 <= angle <= 90.0):
             raise InputError(

@@ -20,6 +20,7 @@ from photogonio.reconstruct.brdf.parameters import (
 from photogonio.reconstruct.modes.integrals import bihemispherical_albedo
 
 NODES = 12  # midpoints in each angle, between which errors beyond the parameters are averaged
+ROUNDING = 1e-12  # of a number at its bound
 LEAST = 1e-6  # of a drawn weight, reflectance or roughness
 
 
@@ -100,7 +101,7 @@ def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
         gain = across @ np.linalg.pinv(one[np.ix_(common, common)], rcond=1e-12, hermitian=True)
         alone = one[np.ix_(own, own)] - gain @ across.T
         noise = rng.normal(size=(count, len(own))) @ _root(alone).T
-        changes[:, own, c] = _kept_within(together @ gain.T, noise, *_bounds(brdf, known, own, c))
+        changes[:, own, c] = _kept_within(together @ gain.T, noise, alone, *_bounds(brdf, known, own, c))
     return [_moved(brdf, known, change) for change in changes]
 
 
@@ -115,15 +116,33 @@ def _bounds(brdf: Brdf, known: Uncertain, own: np.ndarray, c: int) -> tuple[np.n
     return low, high
 
 
-def _kept_within(centre: np.ndarray, noise: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """(n, k) ``centre`` and ``noise`` together; where that leaves the bounds, less the noise, which is as likely: so
-    what all but cancels, as a ground and a constant mode, moves together, and f scatters as before."""
+def _kept_within(
+    centre: np.ndarray, noise: np.ndarray, covariance: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """(n, k) ``centre`` and ``noise`` of that ``covariance`` (k, k) together, within the bounds.
+
+    A draw beyond them is mirrored, which is as likely, if that lies within. Else what is beyond stays at its bound, and
+    all other numbers move as they do where it is there: what all but cancels, as a ground and a constant mode, still
+    does, and f scatters as before.
+    """
 
     def inside(change: np.ndarray) -> np.ndarray:
         return np.all((change >= low) & (change <= high), axis=1)
 
     turned = ~inside(centre + noise) & inside(centre - noise)
-    return centre + np.where(turned, -1.0, 1.0)[:, None] * noise
+    change = centre + np.where(turned, -1.0, 1.0)[:, None] * noise
+    bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
+    held = np.zeros(change.shape, bool)
+    for _ in range(len(bounded)):  # what is held may push another beyond its bound
+        beyond = (change < low - ROUNDING) | (change > high + ROUNDING)
+        for row in np.flatnonzero(beyond.any(axis=1)):
+            held[row] |= beyond[row]
+            at = np.flatnonzero(held[row])
+            miss = np.clip(change[row, at], low[at], high[at]) - change[row, at]
+            gain = np.linalg.lstsq(covariance[np.ix_(at, at)], miss, rcond=1e-6)[0]
+            change[row] += covariance[:, at] @ gain
+            change[row, at] = np.clip(change[row, at], low[at], high[at])
+    return change
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:

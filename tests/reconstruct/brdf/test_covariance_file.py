@@ -42,6 +42,34 @@ def test_two_files_of_one_folder_have_each_its_own_covariance(tmp_path):
     assert (tmp_path / BESIDE).is_file() and (tmp_path / f"b.{BESIDE}").is_file()
 
 
+def test_a_result_leaves_the_covariance_of_another_file_alone(tmp_path):
+    first, second = many(3), many(9)
+    first.save(tmp_path / "a.json")
+    second.save(tmp_path / "coefficients.json")
+    for name, brdf in (("a.json", first), ("coefficients.json", second)):
+        back = load_brdf(tmp_path / name)
+        np.testing.assert_array_equal(back.uncertainty.covariance, brdf.uncertainty.covariance)
+
+
+@pytest.mark.parametrize("place", [100, 400, 2000])
+def test_a_damaged_covariance_is_one_clear_line(tmp_path, place):
+    many().save(tmp_path / "coefficients.json")
+    data = bytearray((tmp_path / BESIDE).read_bytes())
+    data[place] ^= 255
+    (tmp_path / BESIDE).write_bytes(data)
+    with pytest.raises(InputError, match=r"covariance"):
+        load_brdf(tmp_path / "coefficients.json")
+
+
+def test_a_name_that_no_file_can_have_is_refused(tmp_path):
+    many().save(tmp_path / "coefficients.json")
+    document = json.loads((tmp_path / "coefficients.json").read_text())
+    document["covariance"]["file"] = 300 * "a"
+    (tmp_path / "coefficients.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"coefficients\.json: covariance\.file"):
+        load_brdf(tmp_path / "coefficients.json")
+
+
 def test_a_covariance_of_other_coefficients_is_refused(tmp_path):
     many().save(tmp_path / "coefficients.json")
     (tmp_path / "other").mkdir()

@@ -1,10 +1,12 @@
 """Intervals of fresh readings, of a fit and of its file."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.fit import fit_table
 from photogonio.reconstruct.table.cells import cells_of
@@ -45,6 +47,17 @@ def test_the_file_says_the_same_as_the_fit(rows, tmp_path):
     low, high = again.prediction_interval(fresh.theta_i, 0.0, fresh.theta_r, fresh.dphi)
     own = np.subtract(*fit.prediction_interval(fresh)[::-1])
     assert np.median((high - low) / own) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("told", [{}, {"noise": 3}, "much", {"noise": {}, "widened": [1.0]}], ids=str)
+def test_what_a_file_tells_of_readings_is_looked_at(rows, tmp_path, told):
+    path = tmp_path / "coefficients.json"
+    rows[0].brdf.save(path)
+    document = json.loads(path.read_text())
+    document["fit"]["fresh reading"] = told
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"coefficients\.json: fit\.fresh reading: needs noise"):
+        load_brdf(path)
 
 
 def test_photos_have_no_rows():

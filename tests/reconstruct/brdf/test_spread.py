@@ -94,3 +94,20 @@ def test_the_same_seed_draws_the_same_and_numbers_stay_what_they_may_be():
         assert (lobe.weight >= 0.0).all() and 0.0 < lobe.axes[0] <= 1.0
         assert ((lobe.f0 > 0.0) & (lobe.f0 < 1.0)).all()
     assert len({one.coefficients[0, 0] for one in first}) == 50
+
+
+def test_f_scatters_as_said_where_numbers_are_held_at_nothing():
+    """Two lobes of hardly known weights and a mode that makes up for both: the sum is known far better than any.
+
+    One weight is below nothing on one side and the other on the other, so that mirrored draws are too.
+    """
+    brdf = with_lobe()
+    brdf = replace(brdf, lobes=(brdf.lobes[0], replace(brdf.lobes[0], roughness=0.2)))
+    names = (*mode_names("isotropic", brdf.modes), "lobe 0 weight", "lobe 1 weight")
+    weight, narrow = float(brdf.lobes[0].weight[0]), 1e-4
+    direction = weight * np.array([-0.5, *np.zeros(len(names) - 3), 1.5, -1.0])
+    covariance = np.outer(direction, direction) + narrow**2 * np.eye(len(names))
+    draws = drawn(known(brdf, names, covariance), DRAWS, seed=5)
+    rows = np.array([[one.coefficients[0, 0], *(lobe.weight[0] for lobe in one.lobes)] for one in draws])
+    assert 0.1 < np.mean(rows[:, 1:].min(1) < 1e-9) < 0.9
+    assert rows.sum(1).std() == pytest.approx(np.sqrt(3.0) * narrow, rel=0.1)
