@@ -22,7 +22,17 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 def read_json(path: Path) -> Any:
     """A JSON document. Raises InputError naming the file, and the key where one is at fault."""
-    return _read(path, "JSON", json.loads)
+    return _read(path, "JSON", lambda text: json.loads(text, object_pairs_hook=_once_each))
+
+
+def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object whose keys are all different, as TOML's are; which of two is meant nobody knows."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"the key {twice!r:.60} is there twice")
+    return found
 
 
 def read_text(path: Path) -> str:

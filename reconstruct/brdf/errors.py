@@ -20,6 +20,7 @@ class RelativeTable:
     theta_r: np.ndarray  # (r,)
     dphi: np.ndarray  # (d,) from 0 to 180
     relative: np.ndarray  # (i, r, d)
+    extra: dict[str, object] = field(default_factory=dict)  # unknown keys of the file, kept on a round trip
 
     def at(self, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> np.ndarray:
         """(n,) at angles (n,) in radians."""
@@ -47,6 +48,7 @@ class Uncertain:
     misfit: RelativeTable | None = None  # what all photos miss alike
     unseen: RelativeTable | None = None  # what other models that predict as well say
     extra: dict[str, object] = field(default_factory=dict)  # unknown keys of "beyond", kept on a round trip
+    beside: dict[str, object] = field(default_factory=dict)  # those of "covariance"
     missing: dict[str, object] | None = (
         None  # what the file names as its covariance, where that is not beside it
     )

@@ -14,8 +14,11 @@ from photogonio.reconstruct.brdf.parameters import lobe_parameter, mode_names
 from photogonio.reconstruct.lobes.lobe import Lobe
 
 OVER = 1e-3  # of a correlation of 1: rounding
+NEGATIVE = 0.01  # of a variance of 1, of parameters in units of their errors: numbers written with few digits
+ROUGHLY = 0.1  # relative: standard errors may be written with a digit or two
+_COVARIANCE = {"channels", "file", "sha256"}
 _BEYOND = {"scale", "misfit", "unseen"}
-_AXES = ("theta_i", "theta_r", "dphi")
+_AXES = {"theta_i": 90.0, "theta_r": 90.0, "dphi": 180.0}  # and their ends, degrees
 
 
 def errors_document(known: Uncertain, beside: str = BESIDE) -> dict[str, object]:
@@ -29,10 +32,12 @@ def errors_document(known: Uncertain, beside: str = BESIDE) -> dict[str, object]
         said["covariance"] = known.missing
     elif known.covariance is not None:
         triangles = triangles_of(known.covariance)
-        inside = not is_beside(known)
-        said["covariance"] = (
-            {"channels": triangles.tolist()} if inside else {"file": beside, "sha256": hash_of(triangles)}
+        own = (
+            {"file": beside, "sha256": hash_of(triangles)}
+            if is_beside(known)
+            else {"channels": triangles.tolist()}
         )
+        said["covariance"] = own | known.beside
     tables = {"misfit": known.misfit, "unseen": known.unseen}
     said["beyond"] = {
         "scale": float(known.scale),
@@ -60,7 +65,8 @@ def parse_errors(
     scale = beyond.get("scale", 0.0)
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0.0 <= scale < np.inf:
         raise InputError(f"{path}: beyond.scale", f"a number of 0 or more is needed, not {scale!r:.60}")
-    covariance, missing = _covariance(Path(path), document.get("covariance"), shape, errors)
+    given = document.get("covariance")
+    covariance, missing = _covariance(Path(path), given, shape, errors)
     return Uncertain(
         parameters=names,
         standard_errors=errors,
@@ -69,6 +75,7 @@ def parse_errors(
         misfit=_table(f"{path}: beyond.misfit", beyond.get("misfit")),
         unseen=_table(f"{path}: beyond.unseen", beyond.get("unseen")),
         extra={key: value for key, value in beyond.items() if key not in _BEYOND},
+        beside={key: value for key, value in (given or {}).items() if key not in _COVARIANCE},
         missing=missing,
     )
 
@@ -81,6 +88,17 @@ def parse_standard_errors(path: Path | str, document: dict[str, Any], shape: tup
     if (values < 0.0).any() or np.isinf(values).any() or _has_nan(given):
         raise InputError(where, "numbers of 0 or more are needed, or null where one is not known")
     return values
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def numbers_only(given: Any, *, or_null: bool = False) -> bool:
+    """Whether lists, in one another, hold nothing else: no text and no truth values that pass for numbers."""
+    if isinstance(given, list):
+        return all(numbers_only(one, or_null=or_null) for one in given)
+    return isinstance(given, np.ndarray) or is_number(given) or (or_null and given is None)
 
 
 def _has_nan(given: Any) -> bool:
@@ -133,7 +151,20 @@ def _covariance(
     whole = np.zeros((c, p, p))
     whole[:, rows, columns] = whole[:, columns, rows] = values
     _check_spread(where, whole)
+    if "channels" in given:
+        _check_beside_errors(where, whole, errors)
     return whole, None
+
+
+def _check_beside_errors(where: str, whole: np.ndarray, errors: np.ndarray) -> None:
+    """Of a covariance in the file itself: that it is of its standard errors, and can be one at all."""
+    size = np.sqrt(np.diagonal(whole, axis1=1, axis2=2))
+    known = np.isfinite(errors.T)
+    if not np.allclose(size[known], errors.T[known], rtol=ROUGHLY, atol=0.0):
+        raise InputError(where, "its variances are not the squares of standard_errors")
+    per = np.where(size > 0.0, size, 1.0)
+    if np.linalg.eigvalsh(whole / (per[:, :, None] * per[:, None, :])).min(initial=0.0) < -NEGATIVE:
+        raise InputError(where, "some sum of parameters has a negative variance")
 
 
 def _check_spread(where: str, whole: np.ndarray) -> None:
@@ -150,7 +181,7 @@ def _table_document(table: RelativeTable | None) -> dict[str, object]:
     if table is None:
         return {"relative": []}
     axes = {name: [_short(angle) for angle in getattr(table, name).tolist()] for name in _AXES}
-    return axes | {"relative": table.relative.tolist()}
+    return axes | {"relative": table.relative.tolist()} | table.extra
 
 
 def _short(angle: float) -> float | int:
@@ -164,35 +195,39 @@ def _table(where: str, given: Any) -> RelativeTable | None:
         raise InputError(where, f"an object is needed, not {given!r:.60}")
     if not given.get("relative"):
         return None
-    axes = [_axis(f"{where}.{name}", given.get(name)) for name in _AXES]
+    axes = [_axis(f"{where}.{name}", given.get(name), end) for name, end in _AXES.items()]
     shape = tuple(len(axis) for axis in axes)
-    try:
-        values = np.array(given["relative"], float)
-    except (TypeError, ValueError):
-        raise InputError(f"{where}.relative", "numbers are needed") from None
+    values = _as_numbers(f"{where}.relative", given["relative"], "numbers are needed")
     if values.size != np.prod(shape):
         raise InputError(f"{where}.relative", f"{shape} numbers are needed, not {values.shape}")
     if not (np.isfinite(values) & (values >= 0.0)).all():
         raise InputError(f"{where}.relative", "every number must be finite, and 0 or more")
     theta_i, theta_r, dphi = axes
-    return RelativeTable(theta_i, theta_r, dphi, values.reshape(shape))
+    extra = {key: value for key, value in given.items() if key not in {*_AXES, "relative"}}
+    return RelativeTable(theta_i, theta_r, dphi, values.reshape(shape), extra)
 
 
-def _axis(where: str, given: Any) -> np.ndarray:
-    try:
-        nodes = np.array(given, float)
-    except (TypeError, ValueError):
-        raise InputError(where, "angles in degrees are needed") from None
-    if nodes.ndim != 1 or not len(nodes) or not np.isfinite(nodes).all() or (np.diff(nodes) <= 0.0).any():
-        raise InputError(where, "ascending angles in degrees are needed")
+def _axis(where: str, given: Any, end: float) -> np.ndarray:
+    nodes = _as_numbers(where, given, "angles in degrees are needed")
+    inside = nodes.ndim == 1 and len(nodes) > 0 and bool(((nodes >= 0.0) & (nodes <= end)).all())
+    if not inside or (np.diff(nodes) <= 0.0).any():
+        raise InputError(where, f"ascending angles from 0 to {end:g} degrees are needed")
     return nodes
 
 
-def _numbers(where: str, given: Any, shape: tuple[int, int]) -> np.ndarray:
+def _as_numbers(where: str, given: Any, needed: str) -> np.ndarray:
+    """Of lists of numbers and ``null``, and nothing that only passes for one."""
     try:
         values = np.array(given, float)
     except (TypeError, ValueError):
-        raise InputError(where, "numbers are needed") from None
+        raise InputError(where, needed) from None
+    if not numbers_only(given, or_null=True):
+        raise InputError(where, needed)
+    return values
+
+
+def _numbers(where: str, given: Any, shape: tuple[int, int]) -> np.ndarray:
+    values = _as_numbers(where, given, "numbers are needed")
     if values.size == 0 and 0 in shape:
         return np.zeros(shape)
     if values.shape != shape:

@@ -14,7 +14,13 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.covariance_file import BESIDE
-from photogonio.reconstruct.brdf.errors_schema import errors_document, parse_errors, parse_standard_errors
+from photogonio.reconstruct.brdf.errors_schema import (
+    errors_document,
+    is_number,
+    numbers_only,
+    parse_errors,
+    parse_standard_errors,
+)
 from photogonio.reconstruct.brdf.fresh import KEY as FRESH
 from photogonio.reconstruct.brdf.fresh import fresh_fault
 from photogonio.reconstruct.brdf.lobe_schema import (
@@ -147,7 +153,7 @@ def parse(path: Path | str, document: Any) -> dict[str, Any]:
     if wrong is not None:
         raise InputError(f"{path}: fit.{FRESH}", wrong)
     for name, angle in known["valid"].items():
-        if name.startswith("theta") and not (_is_number(angle) and 0.0 <= angle <= 90.0):
+        if name.startswith("theta") and not (is_number(angle) and 0.0 <= angle <= 90.0):
             raise InputError(
                 f"{path}: valid.{name}"[:200], f"an angle in degrees is needed, not {angle!r:.60}"
             )
@@ -177,7 +183,7 @@ def _modes(path, document, symmetry) -> np.ndarray:
         rows = np.array(given, float).reshape(-1, width)
     except (TypeError, ValueError):
         raise InputError(f"{path}: modes", f"rows of {width} whole numbers are needed") from None
-    if not np.array_equal(rows, np.round(rows)) or len(rows) != len(given):
+    if not np.array_equal(rows, np.round(rows)) or len(rows) != len(given) or not numbers_only(given):
         raise InputError(f"{path}: modes", f"rows of {width} whole numbers are needed")
     if (abs(rows) > HIGHEST).any():
         raise InputError(f"{path}: modes", f"modes to order {HIGHEST} are understood")
@@ -218,16 +224,6 @@ def _array(path, key, given, shape) -> np.ndarray:
         )
     if not np.isfinite(values).all() or (np.abs(values) > LARGEST).any():
         raise InputError(f"{path}: {key}", f"every number must be finite, and at most {LARGEST:g}")
-    if not _numbers_only(given):
+    if not numbers_only(given):
         raise InputError(f"{path}: {key}", "numbers are needed")
     return values
-
-
-def _is_number(value) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _numbers_only(given) -> bool:
-    if isinstance(given, list):
-        return all(map(_numbers_only, given))
-    return isinstance(given, np.ndarray) or _is_number(given)

@@ -64,6 +64,11 @@ def test_numbers_too_long_to_be_read_are_one_line(tmp_path):
         assert len(str(caught.value)) < 400
 
 
+def test_a_key_that_is_there_twice_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"a\.txt: not valid JSON: the key 'b' is there twice"):
+        read_json(written(tmp_path / "a.txt", '{"a": {"b": 1, "c": 2, "b": 1}}'))
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [

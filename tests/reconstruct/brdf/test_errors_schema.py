@@ -18,6 +18,17 @@ def test_a_round_trip_keeps_every_bit(tmp_path):
     assert json.loads((tmp_path / "a.json").read_text())["version"] == 2
 
 
+def test_keys_that_the_page_does_not_know_are_kept_wherever_they_stand(tmp_path):
+    brdf = uncertain(brdf_of(coat(0.3)))
+    brdf.save(tmp_path / "a.json")
+    document = json.loads((tmp_path / "a.json").read_text())
+    document["covariance"]["note"] = document["beyond"]["misfit"]["note"] = {"kept": [1, "two"]}
+    document["beyond"]["note"] = "kept"
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    load_brdf(tmp_path / "a.json").save(tmp_path / "b.json")
+    assert json.loads((tmp_path / "b.json").read_text()) == document
+
+
 GOOD = {"format": "surface-scattering-modes", "version": 2, "channels": ["Y"], "modes": [[0, 0, 0]],
         "coefficients": [[1.0]]}  # fmt: skip
 MIRROR = {"model": "mirror", "roughness": 0.3, "f0": [0.04], "weight": [1.0]}
@@ -45,6 +56,22 @@ WRONG = {
     "lobes[0].f0": {"lobes": [MIRROR | {"f0": [2.0]}]},
     "lobes[0].weight": {"lobes": [MIRROR | {"weight": [-0.1]}]},
     "lobes[0].ground": {"lobes": [MIRROR | {"model": "coat", "f0": 0.04, "ground": [-0.1]}]},
+    "covariance    ": {
+        "standard_errors": [[0.1]],
+        "parameters": ["S 0 0 0"],
+        "covariance": {"channels": [[1.0]]},
+    },
+    "covariance     ": {
+        "lobes": [MIRROR],
+        "parameters": ["S 0 0 0", "lobe 0 f0", "lobe 0 weight"],
+        "covariance": {"channels": [[1.0, -0.9, 1.0, -0.9, -0.9, 1.0]]},
+    },
+    "standard_errors    ": {"standard_errors": [["0.1"]], "parameters": ["S 0 0 0"]},
+    "standard_errors     ": {"standard_errors": [[True]], "parameters": ["S 0 0 0"]},
+    "covariance.channels ": {"covariance": {"channels": [["1.0"]]}},
+    "modes": {"modes": [[False, 0, 0]]},
+    "beyond.misfit.theta_i ": {"beyond": {"misfit": TABLE | {"theta_i": [1000]}}},
+    "beyond.misfit.relative ": {"beyond": {"misfit": TABLE | {"relative": [[["0.1"]]]}}},
     "beyond": {"beyond": 0.1},
     "beyond.scale": {"beyond": {"scale": -0.1}},
     "beyond.misfit.theta_i": {"beyond": {"misfit": TABLE | {"theta_i": [50, 40]}}},
