@@ -20,6 +20,7 @@ from photogonio.reconstruct.modes.parallel import cores
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS: dict[str, tuple[str, ...]] = {
+    "png": (),
     "kernel": (),
     "facet_lookup": (),
     "evaluation": (),
