@@ -31,6 +31,7 @@ class Options:
     physics: str = "auto"  # "auto" | "on" | "off": photogonio.reconstruct.fit.FitOptions
     prior: str = "auto"  # "auto" | "none": least squares alone
     robust: bool = True  # single values that contradict their neighbours lose their say
+    quantity: str = "brdf"  # what is developed in modes: photogonio.reconstruct.fit.FitOptions
     channels: tuple[str, ...] | None = None  # None: all
     workers: int | None = None  # None: one a core
     executor: str | None = None  # "dask://HOST:PORT": photos are reduced there; None: by workers here

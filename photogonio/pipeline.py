@@ -48,7 +48,7 @@ from photogonio.run.colours import in_colours, require_mixable
 from photogonio.run.fit_photos import fitted, fitted_photos
 from photogonio.run.reduce_photos import Plan, Reduced, reduce_photos
 from photogonio.run.surroundings import LightAround, around_of, shown_around
-from photogonio.run.tables import read_table, refuse_empty, take_channels
+from photogonio.run.tables import quantity_developed, read_table, refuse_empty, take_channels
 from photogonio.system.outputs import check_place, staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
 from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_inputs, hash_photos
@@ -166,6 +166,7 @@ def fit(
         check_place(Path(out), folder=True)
     path = Path(table)
     told = told or Told()
+    options = replace(options, quantity=quantity_developed(path, options, told))
     read = read_table(path, options, told, reporter)
     cells = take_channels(read.table, options)
     wanted = told.to_dict() | options.to_dict()

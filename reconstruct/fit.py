@@ -28,6 +28,7 @@ from photogonio.reconstruct.model_choice import (
     rivals,
     select,
 )
+from photogonio.reconstruct.paper_fit import fit_as_paper
 from photogonio.reconstruct.rows.row_average import Average
 from photogonio.reconstruct.rows.row_models import best_average, fitted_of, uncertainty_of_average
 from photogonio.reconstruct.rows.row_noise import with_noise
@@ -67,6 +68,9 @@ def fit_table(
     Raises:
         InputError: no cell is left, or what was asked for does not go together.
     """
+    if options.quantity != "brdf":
+        progress("least squares of q")
+        return fit_as_paper(replace(cells_of(table), robust=False), options, known.scale_error)
     seen = with_noise(replace(_usable(cells_of(table).under(known.lamps), options), robust=options.robust))
     if known.doubt is not None:
         seen = replace(seen, doubt=known.doubt(seen))

@@ -94,6 +94,7 @@ def result_of(
         modes=spread.basis.modes,
         coefficients=_padded(model.coefficients, spread.modes),
         standard_errors=np.zeros((spread.modes, len(cells.channels))),
+        quantity=spread.basis.quantity,
         symmetry=spread.basis.symmetry,
         lobes=lobes_of(model),
         scale="absolute" if options.absolute else "relative",

@@ -57,6 +57,7 @@ class FitOptions:
     physics: str = "auto"  # "auto": where the plain fit is unphysical by more than its error | "on" | "off"
     robust: bool = True  # single cells that contradict the others lose their say
     smooth: bool = True  # a prior of smooth modes; False: least squares alone
+    quantity: str = "brdf"  # another: the paper's own fit of it (photogonio.reconstruct.paper_fit)
 
 
 AUTOMATIC = FitOptions()  # everything is chosen from the data
@@ -127,19 +128,26 @@ def _tolerated(cells: Cells, deviation: np.ndarray) -> float:
     return float((TOLERATED / relative) ** 2)
 
 
+def refuse_order(options: FitOptions, symmetry: str) -> None:
+    """Raises InputError for an order that was asked for and is too high."""
+    if options.order is None:
+        return
+    highest = HIGHEST_ASKED if symmetry == "isotropic" else HIGHEST_ASKED_TURNING
+    if options.order > highest:
+        raise InputError(
+            f"--order {options.order}", f"{symmetry} modes are fitted to order {highest} at most"
+        )
+    modes = len(Basis(symmetry, options.order).modes)
+    if modes > MOST_MODES and symmetry != "isotropic":
+        raise InputError(
+            f"--order {options.order}",
+            f"{symmetry} modes to that order are {modes}; at most {MOST_MODES} are fitted",
+        )
+
+
 def _orders(options: FitOptions, cells: Cells, symmetry: str) -> tuple[int, ...]:
+    refuse_order(options, symmetry)
     if options.order is not None:
-        highest = HIGHEST_ASKED if symmetry == "isotropic" else HIGHEST_ASKED_TURNING
-        if options.order > highest:
-            raise InputError(
-                f"--order {options.order}", f"{symmetry} modes are fitted to order {highest} at most"
-            )
-        modes = len(Basis(symmetry, options.order).modes)
-        if modes > MOST_MODES and symmetry != "isotropic":
-            raise InputError(
-                f"--order {options.order}",
-                f"{symmetry} modes to that order are {modes}; at most {MOST_MODES} are fitted",
-            )
         return (options.order,)
     if symmetry != "isotropic":
         return tuple(range(HIGHEST_AUTO_TURNING + 1))

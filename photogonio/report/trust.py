@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from photogonio.reconstruct.paper_fit import UNTOLD
 from photogonio.reconstruct.rows.resolved import resolved_by
 from photogonio.report.misfit import relative_misfit, shared_misfit
 from photogonio.result import Fault
@@ -144,6 +145,11 @@ def _unresolved(result: Result) -> str:
     return "a narrow peak was read at too few places: between the rows it may be another than the fit has"
 
 
+def _untold(result: Result) -> str:
+    untold, modes = result.fit.diagnostics.get(UNTOLD, (0, 0))
+    return f"the data leave {untold} of {modes} modes untold; least norm is taken of them" if untold else ""
+
+
 def _contradiction(result: Result) -> str:
     apart = result.fit.diagnostics["contradiction"]
     if apart is None or apart <= APART:
@@ -236,6 +242,12 @@ OF_FITS = (
         "differ manifold",
         "steps of the angles that are wider than the peak",
         _unresolved,
+    ),
+    Check(
+        "modes-untold",
+        "the paper's own fit of q was asked for, and the data leave some of its modes untold",
+        "more modes than the directions tell: a lower order, or another symmetry",
+        _untold,
     ),
     Check(
         "photos-contradict",

@@ -49,6 +49,7 @@ def fitted(
         physics=options.physics,
         robust=options.robust,
         smooth=options.prior != "none",
+        quantity=options.quantity,
     )
     found = fit_table(table, asked, known, lambda stage: reporter.say(f"fitting: {stage}"))
     if symmetry not in ("auto", found.brdf.symmetry):

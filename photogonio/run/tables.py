@@ -20,6 +20,8 @@ from photogonio.reconstruct.table.table_file import load_with
 from photogonio.run.circumstances import Circumstances, unpacked
 from photogonio.system.progress import Reporter
 
+DEVELOPED = {"brdf-cos": "brdf_cos", "brdf-cos-incident": "brdf_cos", "brdf-cos-cos": "brdf_cos_cos"}
+
 
 @dataclass(frozen=True, slots=True)
 class TableRead:
@@ -37,10 +39,8 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
         InputError: the file cannot be used, or not as ``told``.
     """
     if path.suffix == ".npz":
-        if told != Told():
-            raise InputError(
-                path, "is a facet table; --columns, --where, --quantity and the like are for CSV"
-            )
+        if replace(told, quantity="brdf") != Told():
+            raise InputError(path, "is a facet table; --columns, --where and the like are for CSV")
         table, beside = load_with(path)
         _refuse_level(options, table.level)
         known = unpacked(beside, table, path)
@@ -51,6 +51,24 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
         reporter.say(f"{path.name}: {note}")
     reporter.tell(*(replace(one, message=f"{path.name}: {one.message}") for one in samples.diagnoses))
     return TableRead(samples_table(samples), "absolute")
+
+
+def quantity_developed(path: Path, options: Options, told: Told) -> str:
+    """What is developed in modes: f, or q, as ``told``, where that is asked for with nothing but least squares.
+
+    Raises:
+        InputError: a quantity is told of a facet table, which holds f, and not to be developed.
+    """
+    plain = options.prior == "none" and not options.robust
+    if plain and told.quantity in DEVELOPED:
+        return DEVELOPED[told.quantity]
+    if path.suffix == ".npz" and told.quantity != "brdf":
+        raise InputError(
+            f"--quantity {told.quantity}",
+            f"{path} is a facet table, which holds f; with --prior none --robust off, {', '.join(DEVELOPED)} "
+            "say what is developed in modes",
+        )
+    return "brdf"
 
 
 def _scale_of(path: Path, beside: Mapping[str, np.ndarray]) -> str:

@@ -16,6 +16,7 @@ class Basis:
 
     symmetry: str  # "isotropic" | "reciprocal" | "general"
     order: int
+    quantity: str = "brdf"  # what is developed: "brdf" | "brdf_cos" | "brdf_cos_cos"
 
     @property
     def modes(self) -> np.ndarray:
@@ -23,19 +24,25 @@ class Basis:
         return _LISTS[self.symmetry](self.order)
 
     def design(self, cells: Cells) -> np.ndarray:
-        """(n, m) values of the modes at the cells' mean directions, 1/sr."""
+        """(n, m) what the modes add to f at the cells' mean directions, 1/sr: their values, over the cosines that the
+        quantity names."""
         if self.symmetry == "isotropic":
-            return modes.isotropic_design(self.order, cells.theta_i, cells.theta_r, cells.dphi)
+            angles = cells.theta_i, cells.theta_r, cells.dphi
+            return modes.isotropic_design(self.order, *angles, self.quantity)
         around = cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r
-        return modes.pair_design(self.symmetry, self.order, around)
+        return modes.pair_design(self.symmetry, self.order, around, self.quantity)
 
     def evaluate(self, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
         """(n, c) sum of the modes with ``coefficients`` (m, c), without a design matrix."""
         if self.symmetry == "isotropic":
             angles = cells.theta_i, cells.theta_r, cells.dphi
-            return modes.evaluate_isotropic(self.modes, coefficients, *angles)
-        around = cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r
-        return modes.evaluate_pairs(self.symmetry, self.modes, coefficients, around)
+            total = modes.evaluate_isotropic(self.modes, coefficients, *angles)
+        else:
+            around = cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r
+            total = modes.evaluate_pairs(self.symmetry, self.modes, coefficients, around)
+        if self.quantity == "brdf":
+            return total
+        return total / modes.cosines(self.quantity, cells.theta_i, cells.theta_r)[:, None]
 
     def degree(self) -> np.ndarray:
         """(m,) how fine each mode is: the mean of n (n + 2) / 8 over its two factors, twice.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from photogonio.evaluate.hard_tables import one_cell
 from photogonio.options import Options
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, of_groups
-from photogonio.run.tables import WHY_UNUSED, read_table, refuse_empty
+from photogonio.run.tables import WHY_UNUSED, quantity_developed, read_table, refuse_empty
 from photogonio.system.progress import Reporter
 
 
@@ -67,3 +68,16 @@ def test_values_in_per_cent_are_f_when_told(tmp_path):
     path = table_file(tmp_path, np.full(36, 50.0))
     read = read_table(path, Options(), Told(quantity="percent"), Reporter(quiet=True))
     np.testing.assert_allclose(read.table.value, 0.5 / np.pi)
+
+
+def test_what_is_developed_is_f_unless_least_squares_of_q_are_asked_for():
+    plain = Options(prior="none", robust=False)
+    csv, npz = Path("rows.csv"), Path("table.npz")
+    for path in (csv, npz):
+        assert quantity_developed(path, plain, Told(quantity="brdf-cos")) == "brdf_cos"
+        assert quantity_developed(path, plain, Told(quantity="brdf-cos-cos")) == "brdf_cos_cos"
+        assert quantity_developed(path, plain, Told()) == "brdf"
+    assert quantity_developed(csv, Options(prior="none"), Told(quantity="brdf-cos")) == "brdf"
+    for options, quantity in ((Options(robust=False), "brdf-cos"), (plain, "percent")):
+        with pytest.raises(InputError, match="holds f"):
+            quantity_developed(npz, options, Told(quantity=quantity))
