@@ -20,6 +20,20 @@ keep_fresh()
 Made = TypeVar("Made")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--long", action="store_true", help="all tests, those marked long too: twice the time")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leaves the long ones out unless asked for, or named."""
+    if config.getoption("--long") or any("::" in word for word in config.args):
+        return
+    left_out = [one for one in items if one.get_closest_marker("long")]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [one for one in items if not one.get_closest_marker("long")]
+
+
 class Shared:
     """What several workers of one run use: who needs it first makes it, the others wait for it."""
 

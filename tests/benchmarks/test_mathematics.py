@@ -16,6 +16,7 @@ from photogonio.reconstruct.brdf.scatmech import read_scatmech
 from photogonio.reconstruct.table.facets import facet_index
 
 
+@pytest.mark.long
 def test_evaluation(capsys, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "pySCATMECH", None)
     evaluation.main(["--quick"])
@@ -86,6 +87,7 @@ def test_truncation(tmp_path):
     assert (tmp_path / "truncation.png").stat().st_size > 5000
 
 
+@pytest.mark.long
 def test_intervals(capsys):
     intervals.main(["--quick"])
     line = capsys.readouterr().out.splitlines()[-1].split()

@@ -28,6 +28,7 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.report.diagnoses import ENTRIES
 
 
+@pytest.mark.long
 def test_kernel_against_numpy(capsys):
     kernel.main(["--quick", "--level", "3"])
     lines = capsys.readouterr().out.splitlines()[2:]
@@ -36,6 +37,7 @@ def test_kernel_against_numpy(capsys):
         assert float(line.split()[-1]) < 1e-9  # of a cell's value
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", ["png", "exr", "jpg"])
 def test_photos_to_table_against_decoding(capsys, suffix):
     end_to_end.main(["--quick", "--formats", suffix])
@@ -56,6 +58,7 @@ def test_a_measurement_apart(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["cells"] > 100
 
 
+@pytest.mark.long
 def test_growth(capsys):
     growth.main(["--quick"])
     out = capsys.readouterr().out
@@ -63,6 +66,7 @@ def test_growth(capsys):
     assert all(int(cells) > 0 for cells in re.findall(r"(\d+) cells", out))
 
 
+@pytest.mark.long
 def test_modes_alone_beside_least_squares(capsys):
     modes_alone.main(["--quick"])
     rows = re.findall(r"^\| ([\w-]+) \| \w+ \| ([\d.]+) \|$", capsys.readouterr().out, re.MULTILINE)
@@ -70,12 +74,14 @@ def test_modes_alone_beside_least_squares(capsys):
     assert all(0.99 <= float(one) <= 1.1 for _, one in rows)
 
 
+@pytest.mark.long
 def test_symmetry_is_chosen_right(capsys):
     symmetry_choice.main(["--quick"])
     out = capsys.readouterr().out
     assert re.findall(r"(\w+): 0 of (\d+) wrong", out) == [("isotropic", "2"), ("anisotropic", "2")]
 
 
+@pytest.mark.long
 def test_fit_against_lstsq(capsys):
     fit.main(["--quick"])
     out = capsys.readouterr().out
@@ -83,6 +89,7 @@ def test_fit_against_lstsq(capsys):
     assert re.search(r"orders 0 to 2: \d+ cells, \d+ views", out)
 
 
+@pytest.mark.long
 def test_the_whole_command_against_decoding(capsys, tmp_path):
     whole.main(["--quick", "--formats", "png"])
     line = capsys.readouterr().out.splitlines()[-1]
@@ -109,6 +116,7 @@ def test_all_run_what_is_asked(monkeypatch, capsys):
     assert "cores" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_coverage_of_a_calibrations_intervals(capsys):
     coverage.main(["--quick", "--workers", "1"])
     rows = {line.split()[0]: line.split()[1:] for line in capsys.readouterr().out.splitlines()[2:]}
@@ -118,6 +126,7 @@ def test_coverage_of_a_calibrations_intervals(capsys):
         assert 0.2 < float(numbers[-1]) < 2.0
 
 
+@pytest.mark.long
 def test_rows_left_out_of_measurements(capsys, tmp_path):
     """White noise of 1 % about a Lambertian: nothing predicts left-out rows better, and neither way is far off."""
     theta, phi = np.arange(0.0, 80.0, 15.0), np.arange(0.0, 181.0, 30.0)
@@ -134,6 +143,7 @@ def test_rows_left_out_of_measurements(capsys, tmp_path):
     assert left == pytest.approx(0.01, abs=chance) and smoothed == pytest.approx(0.01, abs=chance)
 
 
+@pytest.mark.long
 def test_lamps_against_their_truth(capsys):
     lamps.main(["--quick"])
     direction, tail, place, _ = (float(one) for one in capsys.readouterr().out.splitlines()[-1].split()[2:])
@@ -141,6 +151,7 @@ def test_lamps_against_their_truth(capsys):
     assert 0.0 < place < 0.02
 
 
+@pytest.mark.long
 def test_sets_in_order_stay_below_what_is_told(capsys):
     """The thresholds of what is told of a set, by code, are above what drawn sets in order have."""
     in_order.main(["--quick"])
@@ -154,6 +165,7 @@ def test_sets_in_order_stay_below_what_is_told(capsys):
     assert {code for code, amount in amounts.items() if amount >= least[code]} == set()
 
 
+@pytest.mark.long
 def test_the_symmetry_of_drawn_rows_is_judged(tmp_path, capsys):
     rng = np.random.default_rng(0)
     theta = np.degrees(np.arccos(rng.uniform(0.2, 1.0, (2, 120))))
@@ -166,6 +178,7 @@ def test_the_symmetry_of_drawn_rows_is_judged(tmp_path, capsys):
     assert "isotropic: 0 of 2 wrong" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_what_the_distance_of_lamps_costs(capsys):
     far_lamps.main(["--quick", "--workers", "1"])
     rows = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("matte-ball")]

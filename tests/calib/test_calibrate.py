@@ -71,6 +71,7 @@ def test_focal_lengths(setup, truth):
     assert np.abs(found / true - 1).max() <= 0.001
 
 
+@pytest.mark.long
 def test_no_lamp_over_the_plane_is_lost():
     """One is seen in no mirror ball: the board's light alone places it, with the sheet's own bounce in it. Highlights
     of balls 17 pixels wide tell a lamp to a degree; the edges of their shadows on the print tell it to a tenth."""

@@ -11,7 +11,7 @@ from photogonio.reconstruct.fit import PhotoErrors, fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.run.circumstances import view_errors
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.long]  # test_binning_error.py holds it on drawn sets
 
 
 def test_table_and_single_pixels_agree_within_the_binning_error_and_their_own(on_white: Path):

@@ -37,6 +37,7 @@ def test_ink_is_no_veil_under_suns(tmp_path: Path):
     assert found.error <= MOST
 
 
+@pytest.mark.long
 def test_shadows_on_the_print_tell_where_suns_stand(tmp_path: Path):
     """Better than small mirror balls do, 1 to 4 degrees here; and all are one sun. Steep ones throw hardly any."""
     scene = changed(

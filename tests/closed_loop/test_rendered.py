@@ -127,6 +127,7 @@ def test_of_a_set_with_one_more_photo_only_that_is_looked_at(
         np.testing.assert_array_equal(view.strength, known.strength)
 
 
+@pytest.mark.long
 def test_loose_markers_are_paper_enough(tmp_path: Path):
     """Their own white and black tell where the lamps are, though nothing is known of what lies between them."""
     quad = np.array([[-12, 12, 0], [12, 12, 0], [12, -12, 0], [-12, -12, 0.0]])
@@ -150,7 +151,10 @@ def test_a_lit_room_that_nobody_tells_of_is_allowed_for(tmp_path: Path):
     assert found.calibration.strength < 0.01
 
 
-@pytest.mark.parametrize(("name", "lamps", "most"), [("matte-ball", 8, 0.01), ("oren-nayar-plane", 10, 0.05)])
+@pytest.mark.parametrize(
+    ("name", "lamps", "most"),
+    [pytest.param("matte-ball", 8, 0.01, marks=pytest.mark.long), ("oren-nayar-plane", 10, 0.05)],
+)
 def test_a_lens_that_darkens_the_corners_untold_is_allowed_for(name, lamps, most, tmp_path: Path):
     """By 13 % in the corners, as cos^4 has it, before a still camera and a moving one."""
     scene, quiet = (

@@ -123,7 +123,7 @@ def test_ptfe_is_fitted_as_well_as_its_makers_did(wavelength, goal):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wavelength", ["0.532", "1.064"])
+@pytest.mark.parametrize("wavelength", ["0.532", pytest.param("1.064", marks=pytest.mark.long)])
 def test_any_order_predicts_rows_left_out(wavelength):
     split = split_of(ptfe(wavelength), seed=1)
     _, auto = fitted_rms(split)

@@ -202,7 +202,11 @@ def test_the_binning_error_falls_as_the_square_of_the_facets_size():
 @pytest.mark.parametrize(
     ("model", "options"),
     # of single pixels without a lobe orders to 24 are tried: in one channel that is a quarter of the work
-    [("plastic", {}), ("satin-paint", {}), ("oren-nayar", {"albedo": [0.5]})],
+    [
+        ("plastic", {}),
+        pytest.param("satin-paint", {}, marks=pytest.mark.long),
+        ("oren-nayar", {"albedo": [0.5]}),
+    ],
     ids=["plastic", "satin-paint", "oren-nayar"],
 )
 def test_with_noise_and_all_automatic_they_agree_within_that_and_their_own_errors(model, options):

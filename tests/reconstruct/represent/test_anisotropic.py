@@ -55,7 +55,13 @@ def test_the_files_own_lobe_and_the_modes_are_said_exactly(symmetry):
     assert miss(model, said).max() <= 1e-12
 
 
-@pytest.mark.parametrize("name", ["anisotropic correlated-schlick", "anisotropic separable-dielectric"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "anisotropic correlated-schlick",
+        pytest.param("anisotropic separable-dielectric", marks=pytest.mark.long),
+    ],
+)
 def test_the_stated_error_is_true_and_falls_with_the_order(name):
     model = model_of(name=name)
     stated = []

@@ -100,8 +100,17 @@ def dimmed(drawn: Drawn, corner: float) -> State:
     return state
 
 
-@pytest.mark.parametrize("fixed", [False, True])
-@pytest.mark.parametrize("corner", [0.0, -0.12, -0.4])
+@pytest.mark.parametrize(
+    ("fixed", "corner"),
+    [
+        (False, 0.0),
+        (True, 0.0),
+        (False, -0.12),
+        (True, -0.4),
+        pytest.param(True, -0.12, marks=pytest.mark.long),
+        pytest.param(False, -0.4, marks=pytest.mark.long),
+    ],
+)
 def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
     """The same in all photos, each under its own lamp: falloff of the lamp alone would have it stand elsewhere, against
     its shadows, and otherwise in every photo."""
