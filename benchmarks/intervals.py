@@ -23,7 +23,8 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.compare.reflectances import Known, find_brdf, load_known
+from photogonio.compare.known import Known
+from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.face.known import KnownBrdf
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.spread import albedo_error

@@ -224,7 +224,7 @@ def _export(commands: argparse._SubParsersAction) -> None:
         "--format",
         metavar="F",
         required=True,
-        help="csv, gltf, merl, mitsuba, modes, openpbr, radiance or scatmech",
+        help="csv, gltf, merl, mitsuba, modes, openpbr, pabopto, radiance or scatmech",
     )
     parser.add_argument(
         "--basis",

@@ -12,8 +12,9 @@ from photogonio.face.known import KnownBrdf
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.formats import find_format
 from photogonio.report.trust import told_distrust
-from photogonio.system.outputs import staged_file
+from photogonio.system.outputs import staged
 from photogonio.system.progress import Reporter
+from photogonio.system.provenance import Provenance, canonical_command, hash_inputs
 
 
 def source_of(path: Path, name: str) -> Brdf | KnownBrdf:
@@ -34,6 +35,16 @@ def one_channel(brdf: Brdf | KnownBrdf, name: str) -> Brdf | KnownBrdf:
     return brdf.only([brdf.channels.index(name)])
 
 
+def refuse_others(out: Path, stage: Path) -> None:
+    """Raises InputError where a folder holds files that are none of those on the ``stage``, and would stand among
+    them."""
+    others = (
+        {one.name for one in out.iterdir()} - {one.name for one in stage.iterdir()} if out.is_dir() else ()
+    )
+    if others:
+        raise InputError(out, f"holds other files ({min(others)} ...); give a new folder with -o")
+
+
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     form = find_format(args.format, args.basis)
     path = find_brdf(Path(args.coefficients), everywhere=True)
@@ -51,10 +62,13 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     asked = {} if args.order is None else {"order": args.order}
     if asked and not form.ordered:
         raise InputError(f"--order {args.order}", f"--format {args.format} holds no modes")
-    with staged_file(out) as stage:
-        remark, loss = form.put(brdf, stage, **asked)
-    if loss is not None:
-        reporter.say(f"{args.format}: {loss}")
+    options = {"format": args.format, "basis": args.basis, "channel": args.channel, "order": args.order}
+    source = Provenance(canonical_command("export", path.name, options), hash_inputs(path))
+    with staged(out, folder=form.folder) as stage:
+        remark, loss = form.put(brdf, stage, source=source.to_text(), **asked)
+        if form.folder:
+            refuse_others(out, stage)
+    reporter.say(f"{args.format}: {loss}")
     if remark:
         reporter.warn(remark)
     reporter.say(f"written to {out}")
@@ -63,5 +77,6 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         "out": str(out),
         "channels": brdf.channels,
         "scale": brdf.scale,
-        "loss": None if loss is None else loss.to_dict(),
+        "loss": loss.to_dict(),
+        "source": source.to_dict(),
     }

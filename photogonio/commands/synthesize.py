@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from photogonio.capture.errors import InputError
+from photogonio.compare.reflectances import as_reflectance
 from photogonio.synthetic.scene.scene import built_in, load_scene
 from photogonio.synthetic.write.photoset import synthesize
 from photogonio.system.outputs import check_place
@@ -27,6 +28,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         folder,
         args.workers or os.cpu_count() or 1,
         lambda done, total: reporter.progress("rendering photos", done, total),
+        foreign=as_reflectance,
     )
     reporter.say(f"written to {folder}: photoset.toml, photos and truth.json")
     return {"scene": scene.name, "out": str(folder)}

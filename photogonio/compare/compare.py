@@ -9,8 +9,9 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.compare import metrics
 from photogonio.compare.appearance import Appearance, appearance
+from photogonio.compare.colours import in_common_colours
+from photogonio.compare.known import Known
 from photogonio.compare.metrics import Directions
-from photogonio.compare.reflectances import Known
 from photogonio.report.plots import correlation
 
 _ALBEDO_ANGLES = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0])
@@ -53,6 +54,7 @@ def compare(a: Known, b: Known, *, mask: float = np.radians(80.0), scale: bool =
     Raises:
         InputError: the channels differ, the pairs differ, or none is below the mask.
     """
+    a, b = in_common_colours(a, b)
     channels, take_a, take_b = _match(a, b)
     at, value_a, value_b = _values(a, b, mask)
     value_a, value_b = value_a[:, take_a], value_b[:, take_b]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,53 +11,30 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import read_arrays
 from photogonio.capture.files.documents import read_json
 from photogonio.capture.manifest.schema import array
-from photogonio.compare.gridded import between_rows
+from photogonio.compare.colours import rendered
+from photogonio.compare.known import Known
 from photogonio.compare.metrics import Directions
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.brdf.covariance_file import COEFFICIENTS
 from photogonio.reconstruct.brdf.merl import CHANNELS
-from photogonio.reconstruct.brdf.scatmech import is_scatmech, read_scatmech, scatmech_brdf
-from photogonio.reconstruct.export.gltf import read_gltf
-from photogonio.reconstruct.export.openpbr import read_openpbr
 from photogonio.reconstruct.goniometer.foreign import known_everywhere
 from photogonio.reconstruct.goniometer.pabopto import beginning, is_pabopto
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
 from photogonio.reconstruct.table.cells import cells_of
+from photogonio.reconstruct.table.gridded import between, between_rows, of_one_rotation
 from photogonio.reconstruct.table.table_file import load_table
 from photogonio.synthetic.brdf.files import check_values, grid_arrays
+from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.world import brdf_from
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
 # what process and calibrate write that holds no BRDF itself
 BESIDE = ("setup.json", "report.html", "coverage.png", "fit.png", "lobes.png")
 TABLE = "table.npz"  # that they were fitted to
+LUMINANCE = ("Y",)  # channels of Radiance's and pab-opto's files without colour
 MOST_NAMED = 5  # results of a folder
-
-Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
-
-
-@dataclass(frozen=True, slots=True)
-class Known:
-    """A BRDF known everywhere (``evaluate``), or at given pairs of directions (``at`` and ``value``); of a whole grid
-    of pairs also what lies between them."""
-
-    name: str
-    channels: tuple[str, ...]
-    isotropic: bool
-    evaluate: Evaluate | None = None  # incident, exit (n, 3) -> (n, c), 1/sr
-    at: Directions | None = None
-    value: np.ndarray | None = None  # (n, c) 1/sr
-    warnings: tuple[str, ...] = ()
-
-    def values(self, at: Directions) -> np.ndarray:
-        """(n, c) 1/sr at pairs of directions, which are its own where it has such."""
-        if self.value is not None:
-            return self.value
-        if self.evaluate is None:
-            raise ValueError(f"{self.name} is known nowhere")
-        return self.evaluate(at.incident, at.exit)
 
 
 def find_brdf(path: Path, *, everywhere: bool = False) -> Path:
@@ -100,18 +75,20 @@ def load_known(path: Path, told: Told = UNTOLD) -> Known:
     readers = {
         ".json": _read_json,
         ".npz": _read_grid,
-        ".mtlx": _read_openpbr,
-        ".gltf": _read_gltf,
     }
     if not path.exists():
         raise InputError(path, "no such file; expected a BRDF (.json, .binary, .xml, .npz or a table)")
     if path.suffix in readers and path.is_file():
         return readers[path.suffix](path)
-    if path.is_file() and is_scatmech(path):
-        return _read_scatmech(path)
     known = known_everywhere(path)
     if known is not None:
-        return Known(path.name, known.channels, isotropic=known.isotropic, evaluate=known.evaluate)
+        return Known(
+            path.name,
+            known.channels,
+            isotropic=known.isotropic,
+            evaluate=known.evaluate,
+            luminance=known.channels == LUMINANCE,
+        )
     return _read_table(path, told)
 
 
@@ -134,8 +111,8 @@ def _read_truth(path: Path, truth: object) -> Known:
     grid, model = (_part(path, truth, name) for name in ("grid", "model"))
     value = array(None, None)(grid.get("values"), f"{path}: brdf grid values")
     channels = _names(value.shape[1])
-    if "model" in model or (path.parent / str(model.get("file"))).is_file():
-        reflectance = brdf_from(model, path.parent, path)
+    if "model" in model or (path.parent / str(model.get("file"))).exists():
+        reflectance = brdf_from(model, path.parent, path, as_reflectance)
 
         def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
             f = reflectance(incident, exit)
@@ -153,40 +130,16 @@ def _read_truth(path: Path, truth: object) -> Known:
     return _on_grid(path, nodes, value)
 
 
+def as_reflectance(path: Path) -> Reflectance:
+    """A foreign file beside a truth, in a picture's colours."""
+    return rendered(load_known(path))
+
+
 def _part(path: Path, truth: object, name: str) -> dict:
     part = truth.get(name) if isinstance(truth, dict) else None
     if not isinstance(part, dict):
         raise InputError(f"{path}: brdf {name}", "expected a table")
     return part
-
-
-def _read_openpbr(path: Path) -> Known:
-    return _principled(path, read_openpbr)
-
-
-def _read_gltf(path: Path) -> Known:
-    return _principled(path, read_gltf)
-
-
-def _principled(path: Path, read: Callable[[Path], Evaluate]) -> Known:
-    """A material of a renderer's own model, in R, G and B."""
-    try:
-        return Known(path.name, CHANNELS, isotropic=True, evaluate=read(path))
-    except (
-        ValueError,
-        KeyError,
-        IndexError,
-        TypeError,
-        AttributeError,
-        ArithmeticError,
-        SyntaxError,
-    ) as error:
-        raise InputError(path, f"holds no material that photogonio export wrote: {error}") from None
-
-
-def _read_scatmech(path: Path) -> Known:
-    brdf = scatmech_brdf(read_scatmech(path))
-    return Known(path.name, brdf.channels, isotropic=True, evaluate=brdf)
 
 
 def _read_facets(path: Path) -> Known:
@@ -207,24 +160,18 @@ def _on_grid(path: Path, grid: np.ndarray, value: np.ndarray) -> Known:
     theta_i, theta_r, dphi = grid.T
     at = _at(unit_vectors(theta_i, np.zeros_like(dphi)), unit_vectors(theta_r, dphi))
     value = value.reshape(len(grid), -1)
-    between = between_rows(at.incident, at.exit, value)
-    return Known(path.name, _names(value.shape[1]), True, between, at, value)
+    everywhere = between_rows(at.incident, at.exit, value)
+    return Known(path.name, _names(value.shape[1]), True, everywhere, at, value)
 
 
 def _read_table(path: Path, told: Told) -> Known:
     samples = read_samples(path, told)
     at = _at(samples.incident, samples.exit)
     said = tuple(f"{path.name}: {warning}" for warning in samples.warnings)
-    one = _of_one_rotation(samples.incident)
-    between = between_rows(samples.incident, samples.exit, samples.value) if one else None
-    return Known(path.name, samples.channels, one, between, at, samples.value, said)
-
-
-def _of_one_rotation(incident: np.ndarray) -> bool:
-    """Whether light came from one azimuth only, so that nothing tells of a surface that changes as it turns."""
-    oblique = incident[np.hypot(incident[:, 0], incident[:, 1]) > 1e-6, :2]
-    turn = oblique / np.linalg.norm(oblique, axis=1, keepdims=True)
-    return len(turn) == 0 or bool(np.ptp(turn, axis=0).max() < 1e-6)
+    one = of_one_rotation(samples.incident)
+    everywhere = between(samples.incident, samples.exit, samples.value)
+    y = samples.channels == LUMINANCE and (path.is_dir() or is_pabopto(beginning(path)))
+    return Known(path.name, samples.channels, one, everywhere, at, samples.value, said, luminance=y)
 
 
 def _at(incident: np.ndarray, exit: np.ndarray) -> Directions:

@@ -11,7 +11,8 @@ from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.radiance import RadianceImage
-from photogonio.compare.reflectances import Known, load_known
+from photogonio.compare.known import Known
+from photogonio.compare.reflectances import load_known
 from photogonio.evaluate.scenes import INNER, against
 from photogonio.evaluate.truth import TRUTH
 from photogonio.reconstruct.fit import FitOptions, PhotoErrors, fit_table

@@ -12,8 +12,9 @@ import numpy as np
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.schema import did_you_mean
+from photogonio.compare.known import Known
 from photogonio.compare.metrics import Directions
-from photogonio.compare.reflectances import Known, load_known
+from photogonio.compare.reflectances import load_known
 from photogonio.evaluate.hard_tables import TABLE_CASES
 from photogonio.evaluate.scenes import INNER, against, rendered, spread_over_processes
 from photogonio.evaluate.truth import TRUTH

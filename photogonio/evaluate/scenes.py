@@ -18,7 +18,8 @@ from photogonio.cache.kept import key_of, text_key
 from photogonio.cache.store import VARIABLE
 from photogonio.capture.errors import InputError
 from photogonio.compare.compare import Comparison, compare
-from photogonio.compare.reflectances import Known, load_known
+from photogonio.compare.known import Known
+from photogonio.compare.reflectances import as_reflectance, load_known
 from photogonio.evaluate.truth import TRUTH, CalibrationError, calibration_error, load_truth
 from photogonio.options import Options
 from photogonio.pipeline import process
@@ -179,6 +180,7 @@ def rendered(scene: Scene, sets: Path, *, workers: int, reporter: Reporter) -> P
             folder,
             workers,
             lambda done, total: reporter.progress(f"rendering {scene.name}", done, total),
+            foreign=as_reflectance,
         )
     return folder
 

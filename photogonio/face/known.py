@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from photogonio.capture.errors import InputError
-from photogonio.compare.reflectances import Known
+from photogonio.compare.known import Known
 from photogonio.face.directions import checked_angles
 from photogonio.face.measured import Albedo, four_angles
 from photogonio.face.presented import Presented

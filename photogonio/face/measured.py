@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from photogonio.compare.reflectances import Known
+from photogonio.compare.known import Known
 from photogonio.face.directions import checked_angles, checked_directions
 from photogonio.face.presented import Presented
 from photogonio.reconstruct.brdf.brdf import Brdf

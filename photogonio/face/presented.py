@@ -12,14 +12,15 @@ from numpy.typing import ArrayLike
 
 from photogonio.capture.errors import InputError
 from photogonio.compare.compare import Comparison, compare
-from photogonio.compare.reflectances import Known, find_brdf, load_known
+from photogonio.compare.known import Known
+from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.face.directions import checked_directions
 from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.html import image_bytes
 from photogonio.report.plots import overview_figure
-from photogonio.system.outputs import staged_file
+from photogonio.system.outputs import staged
 
 if TYPE_CHECKING:
     import xarray
@@ -127,8 +128,8 @@ class Presented:
             raise InputError(f"order {order}", f"{format} holds no modes")
         if not path.parent.is_dir():
             raise InputError(path, f"there is no folder {path.parent}")
-        asked = {} if order is None else {"order": order}
-        with staged_file(path) as stage:
+        asked: dict[str, Any] = {} if order is None else {"order": order}
+        with staged(path, folder=form.folder) as stage:
             remark, loss = form.put(source, stage, **asked)
         return "; ".join(str(one) for one in (remark, loss) if one)
 

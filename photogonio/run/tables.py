@@ -11,6 +11,8 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.options import Options
+from photogonio.reconstruct.brdf.brdf import load_brdf
+from photogonio.reconstruct.goniometer.foreign import of_coefficients
 from photogonio.reconstruct.goniometer.merged import merged
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
@@ -50,7 +52,8 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
     for note in samples.notes:
         reporter.say(f"{path.name}: {note}")
     reporter.tell(*(replace(one, message=f"{path.name}: {one.message}") for one in samples.diagnoses))
-    return TableRead(samples_table(samples), "absolute")
+    scale = load_brdf(path).scale if of_coefficients(path) else "absolute"
+    return TableRead(samples_table(samples), scale)
 
 
 def quantity_developed(path: Path, options: Options, told: Told) -> str:

@@ -11,7 +11,7 @@ import shutil
 import socket
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 from photogonio.capture.errors import InputError
@@ -46,6 +46,11 @@ def staged_file(target: Path) -> Iterator[Path]:
     with _stage(target) as stage:
         yield stage
         os.replace(stage, target)
+
+
+def staged(target: Path, *, folder: bool) -> AbstractContextManager[Path]:
+    """:func:`staged_folder` or :func:`staged_file`."""
+    return staged_folder(target) if folder else staged_file(target)
 
 
 def part_name(name: str) -> str:

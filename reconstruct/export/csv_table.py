@@ -6,28 +6,70 @@ from pathlib import Path
 
 import numpy as np
 
+from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
-
-_STEP, _TURN = 5.0, 15.0  # degrees, of the polar angles and of the azimuths
-_LAST = 85.0  # degrees: at 90 many BRDFs have no finite value
+from photogonio.reconstruct.export.loss import PLACE, Evaluate
+from photogonio.reconstruct.export.table_grid import TURN, polar_nodes, scale_in_words, turns
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.table.gridded import between
 
 
 def write_csv(brdf: Brdf, path: Path) -> None:
     """theta_i, phi_i, theta_r, phi_r in degrees and f, 1/sr, one column a channel; where it is known one standard error
-    of f, in a column ``sigma`` a channel.
+    of f, in a column ``sigma`` a channel. Remarks, which say the units, are below the line of headers.
 
     Isotropic: phi_i is 0 and phi_r goes half a turn, since the other half is its mirror image.
     """
     isotropic = not brdf.turning
-    polar = np.arange(0.0, _LAST + 1, _STEP)
-    turn = np.arange(0.0, 360.0, _TURN)
-    phi_i = np.zeros(1) if isotropic else turn
-    phi_r = np.arange(0.0, 181.0, _TURN) if isotropic else turn
+    phi_i = np.zeros(1) if isotropic else turns()
+    phi_r = np.arange(0.0, 181.0, TURN) if isotropic else turns()
+    polar = polar_nodes()
     grids = [grid.ravel() for grid in np.meshgrid(polar, phi_i, polar, phi_r, indexing="ij")]
     columns, names = [brdf.evaluate(*np.radians(grids))], list(brdf.channels)
-    if getattr(brdf, "uncertainty", None) is not None:
-        columns.append(brdf.standard_error(*np.radians(grids)))
+    errors = _errors(brdf, grids)
+    if errors is not None:
+        columns.append(errors)
         names += [f"sigma_{name}" for name in brdf.channels] if len(names) > 1 else ["sigma"]
-    header = ",".join(["theta_i", "phi_i", "theta_r", "phi_r", *names])
+    remarks = [f"# {line}" for line in _remarks(brdf, names[len(brdf.channels) :])]
+    header = "\n".join([",".join(["theta_i", "phi_i", "theta_r", "phi_r", *names]), *remarks])
     form = ["%g"] * 4 + ["%.9g"] * len(brdf.channels) + ["%.4g"] * (len(names) - len(brdf.channels))
-    np.savetxt(path, np.column_stack([*grids, *columns]), fmt=form, delimiter=",", header=header, comments="")
+    rows = np.column_stack([*grids, *columns])
+    np.savetxt(path, rows, fmt=form, delimiter=",", header=header, comments="")
+
+
+def read_csv(path: Path) -> Evaluate:
+    """f between the rows of a file that :func:`write_csv` wrote.
+
+    Raises:
+        InputError: it is another file.
+    """
+    with path.open(encoding="utf-8") as file:
+        names = file.readline().split(",")
+        rows = np.loadtxt(file, delimiter=",", ndmin=2)
+    theta_i, phi_i, theta_r, phi_r = np.radians(rows[:, :4]).T
+    value = rows[:, 4 : len(names) - sum(name.startswith("sigma") for name in names)]
+    found = between(unit_vectors(theta_i, phi_i), unit_vectors(theta_r, phi_r), value)
+    if found is None:
+        raise InputError(path, "its rows are no whole grid of angles")
+    return found
+
+
+def _errors(brdf: Brdf, grids: list[np.ndarray]) -> np.ndarray | None:
+    """(n, c) one standard error of f; None where it is not known at each node, or is none at all."""
+    if getattr(brdf, "uncertainty", None) is None:
+        return None
+    errors = brdf.standard_error(*np.radians(grids))
+    return errors if (errors > 0.0).all() else None
+
+
+def _remarks(brdf: Brdf, sigmas: list[str]) -> list[str]:
+    """What the columns are, and in what units."""
+    lines = [
+        "theta_i, phi_i: toward the light; theta_r, phi_r: toward the viewer; degrees; phi_r - phi_i is 0 on the lamp's"
+        " side",
+        f"{', '.join(brdf.channels)}: BRDF in 1/sr, {scale_in_words(brdf)}; linear between rows",
+    ]
+    if sigmas:
+        told = f"{', '.join(sigmas)}: one standard error of it in 1/sr, which neighbouring rows share"
+        lines.append(told)
+    return [*lines, PLACE]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -14,14 +16,16 @@ from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.merl import read_merl
 from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
 from photogonio.reconstruct.brdf.radiance import read_radiance
+from photogonio.reconstruct.brdf.scatmech import read_scatmech, scatmech_brdf
 from photogonio.reconstruct.export import principled
-from photogonio.reconstruct.export.csv_table import write_csv
+from photogonio.reconstruct.export.csv_table import read_csv, write_csv
 from photogonio.reconstruct.export.gltf import read_gltf, write_gltf
 from photogonio.reconstruct.export.loss import PLACE, Evaluate, Loss, loss_of
 from photogonio.reconstruct.export.merl_table import write_merl_table
-from photogonio.reconstruct.export.mitsuba import wavelengths_of, write_mitsuba
+from photogonio.reconstruct.export.mitsuba import remark_mitsuba, wavelengths_of, write_mitsuba
 from photogonio.reconstruct.export.modes_file import write_modes
 from photogonio.reconstruct.export.openpbr import read_openpbr, write_openpbr
+from photogonio.reconstruct.export.pabopto_files import in_xyz, read_pabopto_files, write_pabopto
 from photogonio.reconstruct.export.radiance_klems import write_radiance_klems
 from photogonio.reconstruct.export.radiance_tree import write_radiance_tree
 from photogonio.reconstruct.export.radiance_xml import gray
@@ -35,30 +39,25 @@ Writer = Callable[..., str | None]
 class Format:
     suffix: str  # of a file that is given no name; no two formats share one, nor has any that of a result's own file
     write: Writer
+    read: Callable[[Path], Evaluate]  # as its consumer does
     ordered: bool = False  # whether it is told up to which order modes go
-    read: Callable[[Path], Evaluate] | None = (
-        None  # as its consumer does; None: nothing is lost, or it is said
-    )
     convert: Callable[[Brdf, np.ndarray], np.ndarray] | None = (
         None  # the source's channels (n, c) to the file's
     )
-    room: bool = False  # the file says its loss itself
+    state: Callable[[Path, str], None] | None = None  # says the loss in the file; None: it has no room
+    folder: bool = False  # of files
 
-    def put(self, brdf: Any, path: Path, **asked: Any) -> tuple[str | None, Loss | None]:
-        """Write a BRDF (or what is known as one is) to ``path``, with its loss in it where there is room; a remark, and
-        the loss."""
+    def put(self, brdf: Any, path: Path, *, source: str = "", **asked: Any) -> tuple[str | None, Loss]:
+        """Write a BRDF (or what is known as one is) to ``path``; where there is room its loss and ``source``, where it
+        came from, are in it. A remark, and the loss."""
         remark = self.write(brdf, path, **asked)
         loss = self.loss(brdf, path)
-        if loss is not None and self.room:
-            stated = path.read_bytes().replace(PLACE.encode(), f"photogonio: {loss}".encode(), 1)
-            path.write_bytes(stated)
+        if self.state is not None:
+            self.state(path, f"photogonio: {loss}" + (f"; {source}" if source else ""))
         return remark, loss
 
-    def loss(self, brdf: Any, path: Path) -> Loss | None:
-        """What the file at ``path``, written of ``brdf`` (or of what is known as one is), loses; None where it is not
-        read back."""
-        if self.read is None:
-            return None
+    def loss(self, brdf: Any, path: Path) -> Loss:
+        """What the file at ``path``, written of ``brdf`` (or of what is known as one is), loses."""
         change = self.convert
         return loss_of(brdf, self.read(path), None if change is None else lambda f: change(brdf, f))
 
@@ -72,22 +71,50 @@ def _by_wavelength(brdf: Brdf, value: np.ndarray) -> np.ndarray:
     return principled.rgb(brdf, value) if waves is None else value[:, np.argsort(waves)]
 
 
+def _in_plain_text(path: Path, text: str) -> None:
+    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+        _fill(file, text)
+
+
+def _in_xml(path: Path, text: str) -> None:
+    _fill(path, escape(text.replace("--", "- -")))  # two hyphens would end the remark
+
+
+def _in_json(path: Path, text: str) -> None:
+    _fill(path, json.dumps(text)[1:-1])
+
+
+def _fill(path: Path, text: str) -> None:
+    path.write_bytes(path.read_bytes().replace(PLACE.encode(), text.encode(), 1))
+
+
+def _read_scatmech(path: Path) -> Evaluate:
+    return scatmech_brdf(read_scatmech(path))
+
+
 _RADIANCE: dict[str, Writer] = {"tree": write_radiance_tree, "klems": write_radiance_klems}
 FORMATS = {
-    "csv": Format(".csv", write_csv),
+    "csv": Format(".csv", write_csv, read_csv, state=_in_plain_text),
     "merl": Format(
-        ".binary", write_merl_table, read=lambda path: read_merl(path).evaluate, convert=principled.rgb
+        ".binary", write_merl_table, lambda path: read_merl(path).evaluate, convert=principled.rgb
     ),
     "mitsuba": Format(
-        ".bsdf", write_mitsuba, read=lambda path: read_mitsuba(path).evaluate, convert=_by_wavelength
+        ".bsdf",
+        write_mitsuba,
+        lambda path: read_mitsuba(path).evaluate,
+        convert=_by_wavelength,
+        state=remark_mitsuba,
     ),
     "radiance": Format(
-        ".xml", write_radiance_tree, read=lambda path: read_radiance(path).evaluate, convert=_gray, room=True
+        ".xml", write_radiance_tree, lambda path: read_radiance(path).evaluate, convert=_gray, state=_in_xml
     ),
-    "openpbr": Format(".mtlx", write_openpbr, read=read_openpbr, convert=principled.rgb, room=True),
-    "gltf": Format(".gltf", write_gltf, read=read_gltf, convert=principled.rgb, room=True),
-    "modes": Format(".modes.json", write_modes, ordered=True, read=load_brdf),
-    "scatmech": Format(".scatmech.csv", write_scatmech_file, ordered=True),
+    "openpbr": Format(".mtlx", write_openpbr, read_openpbr, convert=principled.rgb, state=_in_xml),
+    "gltf": Format(".gltf", write_gltf, read_gltf, convert=principled.rgb, state=_in_json),
+    "modes": Format(".modes.json", write_modes, load_brdf, ordered=True, state=_in_json),
+    "scatmech": Format(".scatmech.csv", write_scatmech_file, _read_scatmech, ordered=True),
+    "pabopto": Format(
+        ".pabopto", write_pabopto, read_pabopto_files, convert=in_xyz, state=_in_plain_text, folder=True
+    ),
 }
 
 

@@ -17,7 +17,9 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.mitsuba import read_tensors
 from photogonio.reconstruct.export.rgb import rgb_order
+from photogonio.reconstruct.export.table_grid import scale_in_words
 from photogonio.reconstruct.modes.angles import unit_vectors
 
 _SLICE, _INCIDENT = 96, 56  # nodes a side of a slice; incident angles
@@ -72,7 +74,7 @@ def write_mitsuba(brdf: Brdf, path: Path) -> None:
     slices = [[_slice(brdf, nodes.slice, t, p) for t in nodes.theta_i] for p in nodes.phi_i]
     value = np.stack([[v[order] for v, _ in row] for row in slices])
     sampled = np.stack([[v.mean(0) * area for v, area in row] for row in slices])
-    text = f"photogonio, {'absolute' if brdf.scale == 'absolute' else 'relative'} scale"
+    text = f"photogonio, {scale_in_words(brdf)}"
     even = np.ones(sampled.shape)
     least = _LEAST * np.maximum(sampled.mean(axis=(2, 3), keepdims=True), 1e-6 * max(sampled.mean(), 1e-30))
     write_tensors(
@@ -121,6 +123,13 @@ def _slice(brdf: Brdf, side: int, theta_i: float, phi_i: float) -> tuple[np.ndar
     value[seen] = np.maximum(brdf(incident[seen], exit[seen]), 0.0) * exit[seen, 2:]
     area = 2 * np.pi**2 * np.sqrt(2 * theta_m / np.pi) * np.sin(theta_m) * 4 * np.maximum(along, 0.0)
     return value.T.reshape(-1, side, side), area.reshape(side, side)
+
+
+def remark_mitsuba(path: Path, text: str) -> None:
+    """Add ``text`` to the description of a file that :func:`write_mitsuba` wrote."""
+    tensors = read_tensors(path)
+    told = tensors["description"].tobytes() + b"; " + text.encode()
+    write_tensors(path, tensors | {"description": np.frombuffer(told, np.uint8)})
 
 
 def write_tensors(path: Path, tensors: Mapping[str, np.ndarray]) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.export.loss import PLACE
 from photogonio.reconstruct.represent.developed import developed
 
 TOLD = 1e-6  # of the rms of f: less that is lost is rounding
@@ -19,7 +21,7 @@ def write_modes(brdf: Brdf, path: Path, order: int | None = None) -> str | None:
         InputError: the order does not do.
     """
     found = developed(brdf, order)
-    found.brdf.save(path)
+    replace(found.brdf, extra=found.brdf.extra | {"remark": PLACE}).save(path)
     return loss_in_words(found.loss, brdf.channels, found.brdf.order)
 
 

@@ -14,6 +14,7 @@ from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.radiance_matrix import KLEMS
 from photogonio.reconstruct.export import radiance_xml as xml
 from photogonio.reconstruct.export.loss import PLACE
+from photogonio.reconstruct.export.table_grid import title
 
 PATCHES = sum(count for _, _, count in KLEMS)
 _POLAR, _AZIMUTHS = 5, 5  # samples of a patch
@@ -28,7 +29,7 @@ def write_radiance_klems(brdf: Brdf, path: Path) -> None:
     definition = f"\t\t<IncidentDataStructure>Columns</IncidentDataStructure>\n{_definition()}"
     path.write_text(
         xml.document(
-            name=path.stem,
+            name=title(brdf),
             remark=PLACE,
             definition=definition,
             basis=_BASIS,

@@ -19,6 +19,7 @@ from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square, square_to_disk
 from photogonio.reconstruct.export import radiance_xml as xml
 from photogonio.reconstruct.export.loss import PLACE
+from photogonio.reconstruct.export.table_grid import title
 
 _DEEPEST = {3: 8, 4: 5}  # halvings of each axis, by number of axes
 _PARTS = {3: 1, 4: 2}  # samples of each cell along each axis
@@ -43,7 +44,7 @@ def write_radiance_tree(brdf: Brdf, path: Path) -> None:
     axes = levels[0].spread.ndim
     path.write_text(
         xml.document(
-            name=path.stem,
+            name=title(brdf),
             remark=PLACE,
             definition=f"\t\t<IncidentDataStructure>TensorTree{axes}</IncidentDataStructure>",
             basis=_BASIS,

@@ -72,6 +72,9 @@ def match_columns(table: TextTable, told: Told) -> Matched:
     taken = {*angles.values(), *sigma.split("+"), *chosen}
     others = [name for name in header if name not in taken]
     values = _values(table, told, others)
+    own = [f"sigma_{name}" for name in channel_names(values)]
+    if not sigma and set(own) <= set(header):  # one a channel, as exported tables have
+        sigma, others = "+".join(own), [name for name in others if name not in own]
     for name in [*angles.values(), *values, *filter(None, sigma.split("+")), *chosen]:
         if header.count(name) != 1:
             found = "more than once" if name in header else f"not among {', '.join(header)}"

@@ -1,16 +1,22 @@
-"""Measured BRDFs in files of other programs: read, or refused by their own name."""
+"""BRDFs in files of other programs: read, or refused by their own name."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
 from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
 from photogonio.reconstruct.brdf.radiance import read_radiance
+from photogonio.reconstruct.brdf.scatmech import is_scatmech, read_scatmech, scatmech_brdf
+from photogonio.reconstruct.brdf.schema import FORMAT
+from photogonio.reconstruct.export.gltf import read_gltf
+from photogonio.reconstruct.export.openpbr import read_openpbr
 from photogonio.reconstruct.goniometer.pabopto import beginning, is_pabopto, read_pabopto
 from photogonio.reconstruct.goniometer.sampled import Evaluate, samples_of
 from photogonio.reconstruct.goniometer.zemax import is_zemax, read_zemax
@@ -24,6 +30,10 @@ _REFUSED = (  # what a file begins with, which program's it is
     ("SIMPLE  =", "a FITS file"),
     ("PK\x03\x04", "an archive or a spreadsheet; export the sheet as CSV"),
 )
+_MATERIALS: dict[str, tuple[str, Callable[[Path], Evaluate]]] = {
+    ".mtlx": ("OpenPBR's material", read_openpbr),
+    ".gltf": ("glTF's material", read_gltf),
+}
 _LIGHTTOOLS = ("ScatterAzimuth", "ScatterRadial")
 _ASK = "; export it as a text table with columns theta_i, phi_i, theta_r, phi_r and values"
 
@@ -39,7 +49,8 @@ class KnownEverywhere:
 
 
 def known_everywhere(path: Path) -> KnownEverywhere | None:
-    """MERL's binary, Radiance's XML or Mitsuba's tensor file; None for other files.
+    """MERL's binary, Radiance's XML, Mitsuba's tensor file, OpenPBR's and glTF's materials, SCATMECH's coefficients;
+    None for other files.
 
     Raises:
         InputError: it is one of them, and cannot be read.
@@ -52,7 +63,39 @@ def known_everywhere(path: Path) -> KnownEverywhere | None:
     if beginning(path, 16).startswith("tensor_file"):
         known = read_mitsuba(path)
         return KnownEverywhere(known.channels, known.isotropic, known.evaluate, "Mitsuba's tensor file")
+    if path.suffix in _MATERIALS and path.is_file():
+        name, read = _MATERIALS[path.suffix]
+        return KnownEverywhere(CHANNELS, True, _principled(path, read), name)
+    if path.is_file() and is_scatmech(path):
+        return _of_coefficients(scatmech_brdf(read_scatmech(path)), "coefficients of SCATMECH's")
     return None
+
+
+def of_coefficients(path: Path) -> KnownEverywhere | None:
+    """A coefficient file of this program; None for other files."""
+    if path.suffix != ".json" or f'"{FORMAT}"' not in beginning(path):
+        return None
+    return _of_coefficients(load_brdf(path), "coefficients")
+
+
+def _of_coefficients(brdf: Brdf, name: str) -> KnownEverywhere:
+    return KnownEverywhere(brdf.channels, not brdf.turning, brdf, name)
+
+
+def _principled(path: Path, read: Callable[[Path], Evaluate]) -> Evaluate:
+    """A material of a renderer's own model, in R, G and B."""
+    try:
+        return read(path)
+    except (
+        ValueError,
+        KeyError,
+        IndexError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        SyntaxError,
+    ) as error:
+        raise InputError(path, f"holds no material that photogonio export wrote: {error}") from None
 
 
 def read_foreign(path: Path) -> GoniometerSamples | None:
@@ -61,7 +104,7 @@ def read_foreign(path: Path) -> GoniometerSamples | None:
     Raises:
         InputError: it is of a kind that is not read, or cannot be read.
     """
-    known = known_everywhere(path)
+    known = known_everywhere(path) or of_coefficients(path)
     if known is not None:
         return samples_of(
             lambda i, r: _above(known.evaluate, i, r),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from photogonio.synthetic.brdf.expansion import COSINES, Expansion
 from photogonio.synthetic.brdf.measured import MERL_SCALE, MERL_SHAPE, MerlCube, Tabulated
 from photogonio.synthetic.brdf.reflectance import Reflectance
 
+Foreign = Callable[[Path], Reflectance]
 NEAR = 1e-6  # radians, of rounding
 LARGEST = 1e12  # 1/sr
 MOST_VALUES = 10**8
@@ -23,16 +25,24 @@ SYMMETRIES = ("isotropic", "reciprocal", "general")
 
 
 def read_brdf(
-    path: Path, *, columns: dict[str, str] | None = None, select: dict[str, float] | None = None
+    path: Path,
+    *,
+    columns: dict[str, str] | None = None,
+    select: dict[str, float] | None = None,
+    foreign: Foreign | None = None,
 ) -> Reflectance:
     """A BRDF from a file: .json coefficients, .binary MERL, .npz grid, .csv table of angles in degrees.
 
     ``columns`` maps theta_i, phi_i, theta_r, phi_r (or dphi) and value to a csv's headers; ``select`` keeps
-    the rows with these values. Raises InputError.
+    the rows with these values. ``foreign`` reads what else there may be: other suffixes, folders, and tables that have
+    no column `value` where none is told. Raises InputError.
     """
     readers = {".json": read_expansion, ".binary": read_merl, ".npz": read_grid}
-    if not path.is_file():
+    if not path.exists() or (path.is_dir() and foreign is None):
         raise InputError(path, "no such file")
+    plain = path.is_file() and path.suffix in (*readers, ".csv")
+    if foreign is not None and not columns and not select and not (plain and _is_own(path)):
+        return foreign(path)
     if path.suffix == ".csv":
         return read_csv(path, columns or {}, select or {})
     if path.suffix not in readers:
@@ -40,6 +50,15 @@ def read_brdf(
             path, "expected a file of coefficients (.json), MERL (.binary), a grid (.npz) or a table (.csv)"
         )
     return readers[path.suffix](path)
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a file needs nobody else to be read: all but a table whose header has other columns."""
+    if path.suffix != ".csv":
+        return True
+    with path.open("rb") as file:
+        header = file.readline().decode("latin-1")
+    return header.startswith("#") or "value" in [name.strip() for name in header.split(",")]
 
 
 def read_expansion(path: Path) -> Expansion:

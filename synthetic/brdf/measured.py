@@ -16,6 +16,18 @@ MERL_SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 
 
 @dataclass(frozen=True, eq=False)
+class Read(Reflectance):
+    """A BRDF that another reader has: f (n, c), 1/sr, at unit vectors (n, 3); what it marks as not measured is 0."""
+
+    function: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    isotropic: bool = True
+    reciprocal: bool = False
+
+    def above(self, pairs: PairAngles) -> np.ndarray:
+        return np.maximum(np.nan_to_num(self.function(pairs.incident, pairs.exit)), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
 class MerlCube(Reflectance):
     """A MERL cube, trilinear in Rusinkiewicz's angles (Matusik et al. 2003; Rusinkiewicz 1998).
 

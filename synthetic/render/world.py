@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.synthetic.brdf.files import read_brdf
+from photogonio.synthetic.brdf.files import Foreign, read_brdf
 from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.print import print_of
@@ -21,19 +21,21 @@ from photogonio.synthetic.scene.plan import PlannedLamp, Shot, exposure_factor
 CHANNELS = 3
 
 
-def brdf_of(scene: Scene) -> Reflectance:
-    """The scene's BRDF, from the library or a file. Raises InputError."""
+def brdf_of(scene: Scene, foreign: Foreign | None = None) -> Reflectance:
+    """The scene's BRDF, from the library or a file; ``foreign`` reads those that are not ours. Raises InputError."""
     where = f"{scene.name}: brdf"
-    return brdf_from(scene.brdf, Path(scene.folder), where)
+    return brdf_from(scene.brdf, Path(scene.folder), where, foreign)
 
 
-def brdf_from(described: Mapping[str, object], folder: Path, where: object) -> Reflectance:
+def brdf_from(
+    described: Mapping[str, object], folder: Path, where: object, foreign: Foreign | None = None
+) -> Reflectance:
     """A BRDF from `model` and its parameters, or from `file` in ``folder`` (with `columns` and `where` for a table).
 
     Raises InputError.
     """
     if "file" in described:
-        found = brdf_of_file(described, folder, where)
+        found = brdf_of_file(described, folder, where, foreign)
     else:
         parameters: dict[str, Any] = dict(described)
         found = make_brdf(str(parameters.pop("model", "")), parameters, where=where)
@@ -43,7 +45,9 @@ def brdf_from(described: Mapping[str, object], folder: Path, where: object) -> R
     return found
 
 
-def brdf_of_file(described: Mapping[str, object], folder: Path, where: object) -> Reflectance:
+def brdf_of_file(
+    described: Mapping[str, object], folder: Path, where: object, foreign: Foreign | None = None
+) -> Reflectance:
     parameters: dict[str, Any] = dict(described)
     path = folder / str(parameters.pop("file"))
     for key, value in parameters.items():
@@ -51,7 +55,8 @@ def brdf_of_file(described: Mapping[str, object], folder: Path, where: object) -
             raise InputError(where, f"unknown key {key!r}; a file takes columns and where")
         if not isinstance(value, Mapping):
             raise InputError(where, f"{key}: expected a table, got {value!r}")
-    return read_brdf(path, columns=parameters.get("columns"), select=parameters.get("where"))
+    told = {"columns": parameters.get("columns"), "select": parameters.get("where")}
+    return read_brdf(path, **told, foreign=foreign)
 
 
 def world_of(scene: Scene, shot: Shot) -> World:

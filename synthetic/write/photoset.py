@@ -17,6 +17,7 @@ import tomli_w
 from photogonio.calib.geometry.camera import Camera
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MANIFEST
+from photogonio.synthetic.brdf.files import Foreign
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.bounce import bounce_extra, room_extra
 from photogonio.synthetic.render.picture import Detail, render
@@ -31,11 +32,18 @@ TRUTH = "truth.json"
 Progress = Callable[[int, int], None]  # photos done, photos in all
 
 
-def synthesize(scene: Scene, folder: str | Path, workers: int = 1, progress: Progress | None = None) -> Path:
+def synthesize(
+    scene: Scene,
+    folder: str | Path,
+    workers: int = 1,
+    progress: Progress | None = None,
+    *,
+    foreign: Foreign | None = None,
+) -> Path:
     """Renders ``scene`` into ``folder``: photoset.toml, photos, truth.json. Returns the folder.
 
-    The files are the same for any number of workers. An earlier set of ours is replaced; any other folder that is not
-    empty is refused with InputError.
+    ``foreign`` reads BRDFs from files of other programs. The files are the same for any number of workers. An earlier
+    set of ours is replaced; any other folder that is not empty is refused with InputError.
     """
     folder = Path(os.path.realpath(folder))  # a link's own place
     if folder.exists() and not (folder / TRUTH).is_file() and (not folder.is_dir() or any(folder.iterdir())):
@@ -44,20 +52,23 @@ def synthesize(scene: Scene, folder: str | Path, workers: int = 1, progress: Pro
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".photogonio-") as draft:
         made = Path(draft) / "set"
         made.mkdir()
-        write_set(scene, made, workers, progress or (lambda done, total: None))
+        write_set(scene, made, workers, progress or (lambda done, total: None), foreign)
         if folder.exists():
             shutil.rmtree(folder)
         os.replace(made, folder)
     return folder
 
 
-def write_set(scene: Scene, folder: Path, workers: int, progress: Progress) -> None:
-    camera, brdf, shots = camera_of(scene), brdf_of(scene), plan(scene)
+def write_set(
+    scene: Scene, folder: Path, workers: int, progress: Progress, foreign: Foreign | None = None
+) -> None:
+    camera, brdf, shots = camera_of(scene), brdf_of(scene, foreign), plan(scene)
     manifest = manifest_of(scene, camera, shots)
     (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
     (folder / TRUTH).write_text(json.dumps(truth_of(scene, camera, brdf, shots)), encoding="utf-8")
     if "file" in scene.brdf:
-        shutil.copyfile(Path(scene.folder) / str(scene.brdf["file"]), folder / copy_name(scene))
+        given = Path(scene.folder) / str(scene.brdf["file"])
+        (shutil.copytree if given.is_dir() else shutil.copyfile)(given, folder / copy_name(scene))
     for shot in shots:
         (folder / shot.file).parent.mkdir(exist_ok=True)
     series: dict[int, list[Shot]] = {}  # exposures of one view share one rendering

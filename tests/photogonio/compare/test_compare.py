@@ -11,8 +11,9 @@ from photogonio.capture.errors import InputError
 from photogonio.cli import main
 from photogonio.compare.appearance import appearance
 from photogonio.compare.compare import compare
+from photogonio.compare.known import Known
 from photogonio.compare.metrics import directional_albedo
-from photogonio.compare.reflectances import Known, load_known
+from photogonio.compare.reflectances import load_known
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.merl import write_merl
 from photogonio.synthetic.brdf.library import make_brdf
