@@ -162,7 +162,8 @@ def _evaluate(commands: argparse._SubParsersAction) -> None:
         "scenes",
         metavar="SCENE",
         nargs="*",
-        help="scenes, or with --hard cases (default: all); with --tables measured tables, or folders of them",
+        help="scenes, or with --hard cases, with --suite words of it (default: all); with --tables measured tables, or "
+        "folders of them",
     )
     parser.add_argument(
         "-o", "--out", metavar="OUT", default="evaluation", help="folder (default: evaluation)"
@@ -171,6 +172,11 @@ def _evaluate(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--hard", action="store_true", help="the battery of hard cases")
     parser.add_argument(
         "--tables", action="store_true", help="measured tables: how well rows left out are predicted"
+    )
+    parser.add_argument(
+        "--suite",
+        action="store_true",
+        help="24 materials as ball and flat piece, by lamps and kits: 288 sets",
     )
     parser.add_argument("--against", metavar="OLD.json", help="compare with an earlier evaluate.json")
     parser.add_argument(

@@ -16,6 +16,7 @@ from photogonio.evaluate.history import Row, load_scores, regressions
 from photogonio.evaluate.measured_tables import TableScore, evaluate_tables
 from photogonio.evaluate.scenes import Score, evaluate_scenes, load_scenes, rendered
 from photogonio.evaluate.score_table import score_table
+from photogonio.evaluate.suite import SetScore, run_suite, suite_line
 from photogonio.evaluate.tradeoff import (
     FEW,
     FULL,
@@ -35,7 +36,7 @@ from photogonio.system.provenance import canonical_command
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, workers = Path(args.out), args.workers or os.cpu_count() or 1
     sets = Path(args.cache) if args.cache else out / "sets"
-    kind = "table" if args.tables else "scene"
+    kind = "table" if args.tables else "set" if args.suite else "scene"
     former = load_scores(Path(args.against), kind) if args.against else None
     check_place(out, folder=True)
     if args.hard:
@@ -44,6 +45,12 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     if args.tables:
         measured = evaluate_tables(args.scenes, told_of(args), reporter)
         return _compared(_finish(args, reporter, measured=measured), former, "tables", args, reporter)
+    if args.suite:
+        found = []
+        for one in run_suite(args.scenes, sets, workers=workers, reporter=reporter):
+            found.append(one)
+            reporter.say(suite_line(one))
+        return _compared(_finish(args, reporter, suite=found), former, "sets", args, reporter)
     scenes = load_scenes(args.scenes, quick=args.quick)
     scores = evaluate_scenes(scenes, sets, workers=workers, reporter=reporter)
     reporter.say(score_table(scores))
@@ -88,8 +95,9 @@ def _finish(
     points: Sequence[Point] = (),
     outcomes: Sequence[Outcome] = (),
     measured: Sequence[TableScore] = (),
+    suite: Sequence[SetScore] = (),
 ) -> dict[str, Any]:
-    options = {"quick": args.quick or None, "hard": args.hard or None, "tables": args.tables or None}
+    options = {name: getattr(args, name) or None for name in ("quick", "hard", "tables", "suite")}
     rows = [score.to_dict() for score in scores]
     numbers: dict[str, Any] = {
         "source": {
@@ -103,11 +111,12 @@ def _finish(
         "tradeoff": [{name: getattr(point, name) for name in point.__slots__} for point in points],
         "battery": [outcome.to_dict() for outcome in outcomes],
         "tables": [score.to_dict() for score in measured],
+        "sets": [score.to_dict() for score in suite],
     }
     name = "hard" if outcomes else "evaluate"
     with staged_folder(Path(args.out)) as stage:
         (stage / f"{name}.json").write_text(to_json(numbers), encoding="utf-8")
-        table = rows or numbers["battery"] or numbers["tables"]
+        table = rows or numbers["battery"] or numbers["tables"] or numbers["sets"]
         (stage / f"{name}.csv").write_text(_csv(table), encoding="utf-8")
         if points:
             figure = tradeoff_figure(points, f"error against time on {scores[-1].scene}")

@@ -18,11 +18,11 @@ SLOWER = 1.5  # of the former time
 LEAST_SECONDS = 1.0
 
 
-ERRORS = {"scene": "error_70", "table": "fit"}  # what is compared, of each kind of row
+ERRORS = {"scene": "error_70", "table": "fit", "set": "error_70"}  # what is compared, of each kind of row
 
 
 def load_scores(path: Path, kind: str = "scene") -> dict[str, Row]:
-    """The scenes, or tables, of an ``evaluate.json``, by name.
+    """The scenes, tables or the suite's sets of an ``evaluate.json``, by name.
 
     Raises:
         InputError: it is none.
@@ -33,19 +33,22 @@ def load_scores(path: Path, kind: str = "scene") -> dict[str, Row]:
         raise InputError(path, f"is no evaluate.json: expected {kind}s")
     for k, row in enumerate(rows):
         text(row.get(kind), f"{path}: {kind}s[{k}] {kind}")
-        for name in (ERRORS[kind], "seconds"):
+        for name in () if row.get("refused") else (ERRORS[kind], "seconds"):
             number(low=0.0)(row.get(name), f"{path}: {kind}s[{k}] {name}")
     return {row[kind]: row for row in rows}
 
 
 def regressions(former: Mapping[str, Row], rows: Sequence[Row]) -> list[str]:
-    """What has become worse, a line each; scenes or tables that only one of the two has are passed over."""
+    """What has become worse, a line each; rows that only one of the two has are passed over."""
     lines = []
     for row in rows:
-        kind = "table" if "table" in row else "scene"
+        kind = next(one for one in ERRORS if one in row)
         name, measure = row[kind], ERRORS[kind]
         old = former.get(name)
-        if old is None:
+        if old is None or old.get("refused"):
+            continue
+        if row.get("refused"):
+            lines.append(f"{name}: refused now: {row['refused']}")
             continue
         error, before = row[measure], old[measure]
         if error > max(WORSE * before, before + LEAST):

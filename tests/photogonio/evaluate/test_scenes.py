@@ -111,7 +111,7 @@ def test_the_suites_scenes_exist():
 def test_a_rendered_set_is_taken_from_the_cache_and_a_changed_scene_is_not(tmp_path, monkeypatch):
     made = []
 
-    def render(scene, folder, workers, progress):
+    def render(scene, folder, workers, progress, foreign):
         made.append(scene.name)
         folder.mkdir(parents=True)
         (folder / "truth.json").write_text("{}")
