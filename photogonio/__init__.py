@@ -34,7 +34,7 @@ _HOMES = {
     "Brdf": "photogonio.reconstruct.brdf.brdf",
     "load_brdf": "photogonio.reconstruct.brdf.brdf",
     "FacetTable": "photogonio.reconstruct.table.facet_table",
-    "Options": "photogonio.pipeline",
+    "Options": "photogonio.options",
     "calibrate": "photogonio.pipeline",
     "fit": "photogonio.face.jobs",
     "process": "photogonio.face.jobs",

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from photogonio.calib.remarks import LeftOut
-from photogonio.calib.setup import Setup
-from photogonio.capture.diagnosis import Diagnosis
-from photogonio.options import Choice
-from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.fit import FitResult
-from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.run.circumstances import Circumstances
-from photogonio.run.surroundings import LightAround
-from photogonio.system.provenance import Provenance
+if TYPE_CHECKING:
+    from photogonio.calib.remarks import LeftOut
+    from photogonio.calib.setup import Setup
+    from photogonio.capture.diagnosis import Diagnosis
+    from photogonio.options import Choice
+    from photogonio.reconstruct.brdf.brdf import Brdf
+    from photogonio.reconstruct.fit import FitResult
+    from photogonio.reconstruct.table.facet_table import FacetTable
+    from photogonio.run.circumstances import Circumstances
+    from photogonio.run.surroundings import LightAround
+    from photogonio.system.provenance import Provenance
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from photogonio.capture.errors import InputError
 from photogonio.commands.asked import options_of
+from photogonio.finished import write_result
 from photogonio.options import Options
-from photogonio.pipeline import fit_again, write_result
 from photogonio.reconstruct.table.table_file import load_with
+from photogonio.refit import fit_again
 from photogonio.report.budget import budget_numbers
 from photogonio.report.summary import closing_lines, numbers
 from photogonio.report.trust import verdict_lines

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 
 from photogonio.commands.asked import options_of, told_of
-from photogonio.pipeline import fit
 from photogonio.report.budget import budget_numbers
 from photogonio.report.summary import closing_lines, numbers
 from photogonio.report.trust import verdict_lines
 from photogonio.system.progress import Reporter
+from photogonio.tabulated import fit
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:

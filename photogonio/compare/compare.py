@@ -12,7 +12,7 @@ from photogonio.compare.appearance import Appearance, appearance
 from photogonio.compare.colours import in_common_colours
 from photogonio.compare.known import Known
 from photogonio.compare.metrics import Directions
-from photogonio.report.plots import correlation
+from photogonio.report.misfit import correlation
 
 _ALBEDO_ANGLES = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0])
 _ROUNDING = 1e-9  # radians: an angle written as 70 degrees is not below 70

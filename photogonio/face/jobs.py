@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import wraps
 from typing import ParamSpec
 
-from photogonio import pipeline
+from photogonio import pipeline, tabulated
 from photogonio.face.measured import MeasuredBrdf
 from photogonio.result import Result
 
@@ -28,4 +28,4 @@ def _facing(job: Callable[Asked, Result]) -> Callable[Asked, Result]:
 
 
 process = _facing(pipeline.process)
-fit = _facing(pipeline.fit)
+fit = _facing(tabulated.fit)

@@ -14,7 +14,7 @@ import numpy as np
 
 from photogonio.reconstruct.brdf.parameters import lobe_parameter, number_of, slopes
 from photogonio.reconstruct.brdf.spread import albedo_beyond, albedo_slopes
-from photogonio.report.html import Section, Table
+from photogonio.report.sections import Section, Table
 
 if TYPE_CHECKING:
     from photogonio.reconstruct.brdf.brdf import Brdf

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from photogonio.calib.setup import Setup
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable
-from photogonio.report.html import Section, Table
+from photogonio.report.sections import Section, Table
+
+if TYPE_CHECKING:
+    from photogonio.calib.setup import Setup
 
 _LONGEST = 8  # numbers of a list that are shown
 

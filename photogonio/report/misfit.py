@@ -49,3 +49,14 @@ def _medians(values: np.ndarray) -> np.ndarray:
     """(c,) of each column's finite values (n, c); NaN where there are none."""
     finite = [column[np.isfinite(column)] for column in values.T]
     return np.array([np.median(column) if len(column) else np.nan for column in finite])
+
+
+def correlation(observed: np.ndarray, fitted: np.ndarray) -> float:
+    """Pearson's correlation of the finite pairs; NaN where one of the two does not vary."""
+    keep = np.isfinite(observed) & np.isfinite(fitted)
+    x, y = observed[keep], fitted[keep]
+    if len(x) < 2:
+        return float("nan")
+    x, y = x - x.mean(), y - y.mean()
+    scale = np.sqrt((x @ x) * (y @ y))
+    return float(x @ y / scale) if scale > 0 else float("nan")

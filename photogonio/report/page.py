@@ -14,18 +14,9 @@ from photogonio.reconstruct.brdf.words import described, lobe_details, lobe_in_w
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.budget import budget_sections
 from photogonio.report.calibration_page import calibration_sections
-from photogonio.report.html import (
-    Card,
-    Picture,
-    Report,
-    Section,
-    Table,
-    embed,
-    image_bytes,
-    picture_bytes,
-    render_report,
-)
+from photogonio.report.html import embed, image_bytes, picture_bytes, render_report
 from photogonio.report.plots import coverage_figure, lobes_figure, scatter_figure
+from photogonio.report.sections import Card, Picture, Report, Section, Table
 from photogonio.report.summary import (
     albedo_note,
     count_of,

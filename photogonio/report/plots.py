@@ -14,6 +14,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from photogonio.reconstruct.modes.angles import pair_angles
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
+from photogonio.report.misfit import correlation
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> f (n, c)
 
@@ -80,17 +81,6 @@ def _dress_disk(ax: Axes, low: float, high: float) -> None:
         0, np.sqrt(1 - np.cos(middle)), marker="o", color="#e8a33d", markersize=5, markeredgecolor="white"
     )
     ax.set_title(f"{np.degrees(low):.0f}–{np.degrees(high):.0f}°", fontsize=10, color=_INK)
-
-
-def correlation(observed: np.ndarray, fitted: np.ndarray) -> float:
-    """Pearson's correlation of the finite pairs; NaN where one of the two does not vary."""
-    keep = np.isfinite(observed) & np.isfinite(fitted)
-    x, y = observed[keep], fitted[keep]
-    if len(x) < 2:
-        return float("nan")
-    x, y = x - x.mean(), y - y.mean()
-    scale = np.sqrt((x @ x) * (y @ y))
-    return float(x @ y / scale) if scale > 0 else float("nan")
 
 
 def scatter_figure(

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from photogonio.calib.remarks import LeftOut
 from photogonio.capture.diagnosis import Diagnosis, by_code
 from photogonio.options import Choice
 from photogonio.reconstruct.brdf.lobe_schema import lobe_document
@@ -16,11 +15,11 @@ from photogonio.reconstruct.brdf.words import described
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.rows.contradicted import told_of
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
-from photogonio.report.misfit import relative_misfit
-from photogonio.report.plots import correlation
+from photogonio.report.misfit import correlation, relative_misfit
 from photogonio.report.trust import trust_numbers, verdict_lines
 
 if TYPE_CHECKING:
+    from photogonio.calib.remarks import LeftOut
     from photogonio.reconstruct.brdf.brdf import Brdf
     from photogonio.reconstruct.fit import FitResult
     from photogonio.reconstruct.lighting.lamp_directions import TurnedLight

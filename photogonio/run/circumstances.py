@@ -20,13 +20,14 @@ from photogonio.options import Choice
 from photogonio.reconstruct.lighting.stray_limits import Spoilt
 from photogonio.reconstruct.lighting.veil_error import veil_error
 from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.table_file import PHOTOS
 from photogonio.run.surroundings import Shown
 
 # relative, of the scale that all photos share: light on the white patch that no model of the set holds. Rendered sets
 # of balls and planes come out 0.0 to 0.3 % off, with two of three within this
 SCALE_ERROR = 0.002
 VERSION = 1
-TOLD, AROUND, IS_AROUND = "photos", "around", "is_around"  # arrays of the table's file
+AROUND, IS_AROUND = "around", "is_around"  # arrays of the table's file
 SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
 
 
@@ -91,7 +92,7 @@ def packed(known: Circumstances) -> dict[str, np.ndarray]:
         "spoilt": None if shown.spoilt is None else [getattr(shown.spoilt, n) for n in Spoilt.__slots__],
         "why": shown.why,
     }
-    arrays = {TOLD: np.array(json.dumps(told, allow_nan=False))}
+    arrays = {PHOTOS: np.array(json.dumps(told, allow_nan=False))}
     given = [one for one in shown.around if one is not None]
     if given:
         nothing = np.full_like(given[0], np.nan)
@@ -106,10 +107,10 @@ def unpacked(arrays: Mapping[str, np.ndarray], table: FacetTable, where: object)
     Raises:
         InputError: it is not what :func:`packed` leaves, or does not belong to the table.
     """
-    if TOLD not in arrays:
+    if PHOTOS not in arrays:
         return None
     try:
-        told = json.loads(str(arrays[TOLD]))
+        told = json.loads(str(arrays[PHOTOS]))
         if told["version"] != VERSION:
             raise ValueError(f"version {VERSION} is understood, not {told['version']!r:.40}")
         known = _circumstances(told, arrays, where)

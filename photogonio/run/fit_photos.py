@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from photogonio.capture.errors import InputError
-from photogonio.options import Options, symmetry_of
-from photogonio.reconstruct.fit import FitOptions, FitResult, PhotoErrors, fit_table
+from photogonio.options import Options
+from photogonio.reconstruct.fit import FitResult, PhotoErrors
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.run.circumstances import Circumstances, lamp_variances, scale_error, view_errors
+from photogonio.run.fit_cells import fitted
+from photogonio.run.photo_choices import symmetry_of
 from photogonio.run.surroundings import LightAround, light_of
 from photogonio.system.progress import Reporter
 
@@ -31,27 +32,3 @@ def fitted_photos(
         ),
     )
     return found, beside
-
-
-def fitted(
-    table: FacetTable,
-    options: Options,
-    symmetry: str,
-    scale: str,
-    reporter: Reporter,
-    known: PhotoErrors = PhotoErrors(),  # noqa: B008  frozen
-) -> FitResult:
-    asked = FitOptions(
-        order=options.order,
-        symmetry=symmetry,
-        lobes=options.lobes,
-        absolute=scale == "absolute",
-        physics=options.physics,
-        robust=options.robust,
-        smooth=options.prior != "none",
-        quantity=options.quantity,
-    )
-    found = fit_table(table, asked, known, lambda stage: reporter.say(f"fitting: {stage}"))
-    if symmetry not in ("auto", found.brdf.symmetry):
-        raise InputError(f"--symmetry {symmetry}", f"cannot be fitted here; found {found.brdf.symmetry}")
-    return found

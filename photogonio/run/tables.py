@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +19,11 @@ from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable
 from photogonio.reconstruct.table.goniometer_csv import UNBINNED, samples_table
-from photogonio.reconstruct.table.table_file import load_with
-from photogonio.run.circumstances import Circumstances, unpacked
+from photogonio.reconstruct.table.table_file import PHOTOS, load_with
 from photogonio.system.progress import Reporter
+
+if TYPE_CHECKING:
+    from photogonio.run.circumstances import Circumstances
 
 DEVELOPED = {"brdf-cos": "brdf_cos", "brdf-cos-incident": "brdf_cos", "brdf-cos-cos": "brdf_cos_cos"}
 
@@ -45,7 +48,7 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
             raise InputError(path, "is a facet table; --columns, --where and the like are for CSV")
         table, beside = load_with(path)
         _refuse_level(options, table.level)
-        known = unpacked(beside, table, path)
+        known = _known_of(beside, table, path)
         return TableRead(table, _scale_of(path, beside) if known is None else known.setup.scale, known)
     _refuse_level(options, UNBINNED)
     samples = merged(read_samples(path, told))
@@ -72,6 +75,15 @@ def quantity_developed(path: Path, options: Options, told: Told) -> str:
             "say what is developed in modes",
         )
     return "brdf"
+
+
+def _known_of(beside: Mapping[str, np.ndarray], table: FacetTable, path: Path) -> Circumstances | None:
+    """Of a table of photos; None of others, which need nothing that photos do."""
+    if PHOTOS not in beside:
+        return None
+    from photogonio.run.circumstances import unpacked
+
+    return unpacked(beside, table, path)
 
 
 def _scale_of(path: Path, beside: Mapping[str, np.ndarray]) -> str:

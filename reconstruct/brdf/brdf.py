@@ -21,10 +21,8 @@ from photogonio.reconstruct.modes import basis as modes
 from photogonio.reconstruct.modes import integrals
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.modes.parallel import over_rows
-from photogonio.reconstruct.modes.quadrature import elevation_rule
 
 HALF_OF_95 = 1.959964  # standard deviations on either side hold 95 %
-TURNS = 8  # azimuths of half a turn at which a turning lobe's albedo is averaged
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,11 +150,8 @@ class Brdf:
     def bihemispherical_albedo(self) -> np.ndarray:
         """(c,) fraction of even illumination that is sent out; modes in closed form."""
         value = integrals.bihemispherical_albedo(self.symmetry, self.modes, self.coefficients, self.quantity)
-        theta, weight = elevation_rule(8, level=6)
         for lobe in self.lobes:
-            turns = lobe.azimuth + np.pi * np.arange(TURNS if lobe.turning else 1) / TURNS
-            sent = np.mean([lobe.directional_albedo(theta, turn) for turn in turns], axis=0)
-            value = value + 2 * (weight * np.cos(theta)) @ sent
+            value = value + lobe.bihemispherical_albedo()
         return value
 
     @property

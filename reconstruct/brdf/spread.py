@@ -39,17 +39,20 @@ def albedo_error(brdf: Brdf) -> np.ndarray:
 
 
 def albedo_slopes(brdf: Brdf, known: Uncertain) -> np.ndarray:
-    """(p, c) derivatives of the albedo under even light by the parameters."""
+    """(p, c) derivatives of the albedo under even light by the parameters; 0 of those that are held."""
+    varies = np.abs(known.spread()).max(axis=(0, 2)) > 0.0
     change = np.zeros((len(known.parameters), len(brdf.channels)))
-    modes, bare = len(brdf.modes), replace(brdf, modes=brdf.modes[:0], coefficients=brdf.coefficients[:0])
+    modes = len(brdf.modes)
     unit = bihemispherical_albedo(brdf.symmetry, brdf.modes, np.eye(modes), brdf.quantity)
     change[:modes] = unit[:, None]
     for p, name in enumerate(known.parameters[modes:], start=modes):
         found = lobe_parameter(name, brdf.lobes)
         if found is None:
             raise InputError("parameters", f"there is no {name!r} in this file")
+        if not varies[p]:
+            continue
         less, more, between = either_side(brdf.lobes[found[0]], found[1])
-        ends = [replace(bare, lobes=(one,)).bihemispherical_albedo() for one in (less, more)]
+        ends = [one.bihemispherical_albedo() for one in (less, more)]
         change[p] = (ends[1] - ends[0]) / between
     return change
 

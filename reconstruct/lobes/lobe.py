@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from photogonio.reconstruct.lobes.coat import Interface, coat_albedo_of
+from photogonio.reconstruct.lobes.even_light import even_light_parts
 from photogonio.reconstruct.lobes.lobe_sums import LobeTerms, add_lobe
 from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
 from photogonio.reconstruct.modes.parallel import over_rows
+from photogonio.reconstruct.modes.quadrature import elevation_rule
 
 PEAKS = ("retro", "round")  # about the light's own direction, and about the mirror direction
 MODELS = ("mirror", "coat", *PEAKS)
@@ -85,6 +87,17 @@ class Lobe:
         return albedo_by_quadrature(
             lambda i, r, dphi: self._both_sides(i, r, dphi, phi_i), theta_i, self.finest
         )
+
+    def bihemispherical_albedo(self) -> np.ndarray:
+        """(c,) fraction of even light that the lobe sends out."""
+        if self.peak:
+            theta, weight = elevation_rule(8, level=6)
+            return 2.0 * (weight * np.cos(theta)) @ self.directional_albedo(theta)
+        terms = self.terms()
+        one, other = even_light_parts(self.axes, terms.beckmann, terms.separable, terms.f0)
+        if self.ground is not None:  # what enters, twice, of Lambert's f
+            other = np.pi * (1.0 - coat_albedo_of(self.interface).mean) ** 2
+        return one * terms.factors[0] + other * terms.factors[1]
 
     def _both_sides(self, theta_i, theta_r, dphi, phi_i: float) -> np.ndarray:
         """Mean of both signs of ``dphi``."""

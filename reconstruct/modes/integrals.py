@@ -73,18 +73,20 @@ def bihemispherical_albedo(
     return cosine_moments(_order(symmetry, np.asarray(modes)), 1 - incident) @ outgoing / np.pi
 
 
-def albedo_by_quadrature(value: Callable[..., np.ndarray], theta_i: ArrayLike, finest: float) -> np.ndarray:
+def albedo_by_quadrature(
+    value: Callable[..., np.ndarray], theta_i: ArrayLike, finest: float, *, points: int = POINTS
+) -> np.ndarray:
     """(..., c) directional albedo of ``value(theta_i, theta_r, dphi) -> (..., c)``, even in dphi, whatever its form.
 
     ``finest`` (radians) is the width of its narrowest feature, a peak in the mirror or retro-direction or at grazing
-    angles: panels of POINTS Gauss points close in on those to a quarter of it.
+    angles: panels of ``points`` Gauss points close in on those to a quarter of it.
     """
     theta_i = np.asarray(theta_i, float)
     level = max(2, int(np.ceil(np.log2(4 / finest))))
-    dphi, weight = azimuth_rule(POINTS, level=level)
+    dphi, weight = azimuth_rule(points, level=level)
     result = np.empty((theta_i.size, value(0.0, 0.0, 0.0).shape[-1]))
     for row, angle in zip(result, theta_i.ravel(), strict=True):
-        theta_r, inner = elevation_rule(POINTS, level=level, peak=angle)
+        theta_r, inner = elevation_rule(points, level=level, peak=angle)
         given = value(angle, theta_r[:, None], dphi[None, :])
         row[:] = np.einsum("r,p,rpc->c", inner * np.cos(theta_r), 2.0 * weight, given, optimize=True)
     return result.reshape(*theta_i.shape, result.shape[1])

@@ -22,6 +22,7 @@ FINEST = 8  # level of facets that a cell's number of 64 bits holds beside 10^6 
 LARGEST = 1e30  # of any sum: its square is a number
 MOST_CHANNELS = 4096
 UNIT = 1.0 + 1e-6  # length of a mean of unit vectors, at most
+PHOTOS = "photos"  # the array that says of a table of photos what is known of them
 _WHAT = "a facet table"
 _WIDTHS = {
     "count": 0,

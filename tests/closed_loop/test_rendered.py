@@ -18,7 +18,8 @@ from photogonio.calib.detect import photo_reader as looking
 from photogonio.capture.photoset import MANIFEST
 from photogonio.evaluate.scenes import Score, evaluate_scene, rendered
 from photogonio.evaluate.score_table import score_table
-from photogonio.pipeline import calibrate, write_result
+from photogonio.finished import write_result
+from photogonio.pipeline import calibrate
 from photogonio.synthetic.scene.hard_cases import changed
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import MarkerScene

@@ -26,7 +26,7 @@ from photogonio.compare.reflectances import load_known
 from photogonio.evaluate.history import load_scores
 from photogonio.evaluate.truth import load_truth
 from photogonio.options import Choice, Options
-from photogonio.pipeline import fit, process
+from photogonio.pipeline import process
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.goniometer.read import read_samples
@@ -47,6 +47,7 @@ from photogonio.synthetic.scene.scene import SCENES, load_scene
 from photogonio.synthetic.write.manifest import manifest_of
 from photogonio.synthetic.write.truth import truth_of
 from photogonio.system.progress import Reporter
+from photogonio.tabulated import fit
 from tests.drawn.tiny_set import TinySet
 from tests.fuzz import mutations as by
 from tests.fuzz.harness import Target

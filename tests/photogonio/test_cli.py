@@ -166,7 +166,7 @@ def test_what_cannot_be_done_is_refused_and_nothing_is_written(capsys, tmp_path,
 
 
 @pytest.mark.parametrize(
-    "moment", ["photogonio.run.fit_photos.fit_table", "photogonio.report.page.report_html"]
+    "moment", ["photogonio.run.fit_cells.fit_table", "photogonio.report.page.report_html"]
 )
 def test_ctrl_c_leaves_nothing(capsys, monkeypatch, tmp_path, table, moment):
     def stop(*arguments, **options):

@@ -8,7 +8,9 @@ import pytest
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.report import plots
 from photogonio.report.ball import shaded_sphere, to_display
-from photogonio.report.html import Table, picture_bytes
+from photogonio.report.html import picture_bytes
+from photogonio.report.misfit import correlation
+from photogonio.report.sections import Table
 
 ALBEDO = np.array([0.8, 0.4, 0.1])
 
@@ -50,8 +52,8 @@ def test_display_is_srgb():
 
 def test_correlation():
     x = np.array([1.0, 2.0, 3.0, np.nan])
-    assert plots.correlation(x, 5 - 2 * x) == pytest.approx(-1)
-    assert np.isnan(plots.correlation(x, np.ones(4)))
+    assert correlation(x, 5 - 2 * x) == pytest.approx(-1)
+    assert np.isnan(correlation(x, np.ones(4)))
 
 
 def test_figures_give_the_same_bytes_twice():

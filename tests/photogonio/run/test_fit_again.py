@@ -12,11 +12,12 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.options import Options
-from photogonio.pipeline import fit, process
+from photogonio.pipeline import process
 from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.reconstruct.table.table_file import load_with, save_table
+from photogonio.reconstruct.table.table_file import PHOTOS, load_with, save_table
 from photogonio.report import page
-from photogonio.run.circumstances import TOLD, unpacked
+from photogonio.run.circumstances import unpacked
+from photogonio.tabulated import fit
 from tests.drawn.tiny_set import RADIUS, TinySet
 
 
@@ -108,9 +109,9 @@ def test_tables_of_before_are_fitted_as_before(tmp_path, tiny_set: TinySet):
 def test_circumstances_that_cannot_be_are_refused(tmp_path, tiny_set: TinySet, spoil):
     process(tiny_set.folder, tmp_path / "first", Options(order=1, lobes=0))
     table, beside = load_with(tmp_path / "first/table.npz")
-    told = json.loads(str(beside[TOLD]))
+    told = json.loads(str(beside[PHOTOS]))
     spoil(told)
-    save_table(table, tmp_path / "bad.npz", beside=beside | {TOLD: np.array(json.dumps(told))})
+    save_table(table, tmp_path / "bad.npz", beside=beside | {PHOTOS: np.array(json.dumps(told))})
     with pytest.raises(InputError, match=r"bad\.npz"):
         fit(tmp_path / "bad.npz", tmp_path / "out", Options(order=1, lobes=0))
     assert not (tmp_path / "out").exists()
