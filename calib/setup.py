@@ -96,6 +96,19 @@ class Falloff:
 
 
 @dataclass(frozen=True, slots=True)
+class PrintTone:
+    """The tone curve of photos that name none, as print and paper tell it."""
+
+    table: np.ndarray  # (n, c) light, 1 at full scale, of evenly spaced codes from 0 to full scale
+    error: np.ndarray  # (n, c) relative standard error of that against what a bright code stands for
+    seen: np.ndarray  # (2,) codes, fractions of full scale, between which the print told it
+    ink: np.ndarray  # (c,) black print's share of white
+    misfit: float  # relative, of white print's light
+    photos: int  # that told it
+    scale_error: float  # relative, of the sample's light over the paper's
+
+
+@dataclass(frozen=True, slots=True)
 class Setup:
     """Everything calibration found."""
 
@@ -120,6 +133,7 @@ class Setup:
         0.0  # relative, that all strengths share by what is not known of lens, room and patches
     )
     diagnoses: tuple[Diagnosis, ...] = ()  # what the warnings tell, by code
+    tone: PrintTone | None = None  # how codes stand for light, where print and paper had to tell it
     turned: tuple[str, ...] = ()  # photos that are read half a turn about, against how they are stored
 
     @property

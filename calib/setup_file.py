@@ -12,7 +12,7 @@ import numpy as np
 
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.remarks import LeftOut
-from photogonio.calib.setup import BoardSetup, Falloff, Light, Marks, Setup, ViewSetup
+from photogonio.calib.setup import BoardSetup, Falloff, Light, Marks, PrintTone, Setup, ViewSetup
 from photogonio.capture.diagnosis import by_code, from_codes
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.documents import read_json
@@ -141,6 +141,7 @@ def _setup(data: Mapping[str, Any]) -> Setup:
         falloff=None if data.get("falloff") is None else _falloff(data["falloff"]),
         scale_error=_given(data.get("scale_error", 0.0)),
         diagnoses=from_codes(data.get("diagnoses", {})),
+        tone=None if data.get("tone") is None else _tone(data["tone"], c),
         turned=tuple(_text(name) for name in _rows(data.get("turned", []))),
     )
 
@@ -157,6 +158,21 @@ def _sample(data: Mapping[str, Any]) -> Sphere | Plane:
 
 def _falloff(data: Mapping[str, Any]) -> Falloff:
     return Falloff(_array(data["terms"], 2), _array(data["covariance"], 2, 2), bool(data["allowed"]))
+
+
+def _tone(data: Mapping[str, Any], c: int) -> PrintTone:
+    table = _array(data["table"], None, c)
+    if len(table) < 2 or not (np.diff(table, axis=0) >= 0).all() or not (table[-1] > table[0]).all():
+        raise ValueError("a tone curve that does not rise")
+    return PrintTone(
+        table=table,
+        error=_array(data["error"], len(table), c),
+        seen=_array(data["seen"], 2),
+        ink=_array(data["ink"], c),
+        misfit=_given(data["misfit"]),
+        photos=int(_given(data["photos"])),
+        scale_error=_given(data["scale_error"]),
+    )
 
 
 def _pose(data: Mapping[str, Any]) -> Pose:

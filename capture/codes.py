@@ -28,6 +28,15 @@ ENTRIES = (
         'Say `[radiometry] encoding`: `"linear"`, if codes are in proportion to light.',
     ),
     Entry(
+        "tone-curve-unsure",
+        'With `encoding = "unknown"`, print and paper tell the tone curve, but not how the sample compares with the '
+        "paper to a few per cent: no print is as bright as the sample, or the lamps light the sheet too evenly.",
+        "Take RAW photos, or brackets. Else: lamps nearer the sheet, some photos exposed a stop or two darker, "
+        "the flash of the camera in some.",
+        least=0.02,
+        source="relative; errors of what the result is quoted to",
+    ),
+    Entry(
         "file-doubtful",
         "A file says something of itself that cannot be right, or that is not known here.",
         "See what wrote it; take the camera's own file.",

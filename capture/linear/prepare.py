@@ -35,10 +35,15 @@ NAMED = 4  # photos in a warning
 
 
 def prepare(
-    photoset: PhotoSet, *, camera: Rays | None = None, decode: Callable[..., Image] = read_image
+    photoset: PhotoSet,
+    *,
+    camera: Rays | None = None,
+    decode: Callable[..., Image] = read_image,
+    tone: np.ndarray | None = None,
 ) -> RadianceReader:
     """A reader for a set. ``camera`` (its ``rays`` and ``size``) is needed for ``vignetting = "cos4"`` only;
-    ``decode`` is what photos are read with.
+    ``decode`` is what photos are read with. ``tone`` (n, c): light of evenly spaced codes, where it is unknown and no
+    bracket tells it; without it they are then read as sRGB, for a first look.
 
     Raises InputError if no photo can be read, if photos differ in size, or if dark, flat or ambient frames
     cannot be used. A single unreadable photo is left for :meth:`RadianceReader.read` to name.
@@ -56,7 +61,7 @@ def prepare(
     loose = () if cancels(photoset) else steps
     counted = [photo for view in photoset.views("sample") for photo in view.photos] or photoset.photos
     fields = frozenset().union(*(exposures[photo.file].known() for photo in counted))
-    encoding, notes = encoding_of(photoset, images[0], exposures)
+    encoding, notes = encoding_of(photoset, images[0], exposures, tone)
     sensor = sensor_of(photoset, images, encoding)
     reader = RadianceReader(
         photoset=photoset,
@@ -242,9 +247,10 @@ def sensor_note(sensor: Sensor) -> str:
 
 
 def encoding_of(
-    photoset: PhotoSet, image: Image, exposures: Mapping[str, Exposure]
+    photoset: PhotoSet, image: Image, exposures: Mapping[str, Exposure], tone: np.ndarray | None = None
 ) -> tuple[Encoding, tuple[str, ...]]:
-    """The encoding, as given or recovered from the brackets, and what there is to say of it."""
+    """The encoding, as given or recovered from the brackets, and what there is to say of it; ``tone`` is the table
+    (n, c) where the print told it."""
     radiometry = photoset.radiometry
     where = f"{photoset.folder / MANIFEST}: [radiometry] encoding"
     if image.raw and radiometry.encoding not in ("linear", "auto"):
@@ -256,12 +262,24 @@ def encoding_of(
         return Encoding("linear" if image.raw else "file", 1.0, black, white), ()
     if radiometry.encoding != "unknown":
         return Encoding(radiometry.encoding, radiometry.gamma or 1.0, black, white), ()
+    if untold_by_brackets(photoset):
+        if image.pixels.dtype.kind != "u":
+            raise InputError(where, "the print tells the curve of photos of 8 or 16 bit integers only")
+        told = Encoding("srgb", 1.0, black, white)
+        return (told if tone is None else replace(told, kind="table", table=tone)), ()
     try:
         response = recover_response(exposure_series(photoset, exposures))
     except ValueError as error:
         raise InputError(where, f"the response cannot be recovered: {error}") from error
     note = f"response recovered from brackets ({response.method}), predicts exposures to {response.error:.2%}"
     return Encoding("table", 1.0, black, white, response.table), (note,)
+
+
+def untold_by_brackets(photoset: PhotoSet) -> bool:
+    """Whether the tone curve is unknown, and no bracket there to tell it."""
+    return photoset.radiometry.encoding == "unknown" and all(
+        photo.bracket is None for photo in photoset.photos
+    )
 
 
 def exposure_series(photoset: PhotoSet, exposures: Mapping[str, Exposure]) -> list[Series]:

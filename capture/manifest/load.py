@@ -9,7 +9,16 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.documents import read_toml
 from photogonio.capture.manifest.entries import MANIFEST_KEYS
 from photogonio.capture.manifest.schema import read_table
-from photogonio.capture.photoset import MANIFEST, CameraEntry, LightEntry, Photo, PhotoSet, Radiometry
+from photogonio.capture.photoset import (
+    MANIFEST,
+    CameraEntry,
+    CharucoBoard,
+    GridBoard,
+    LightEntry,
+    Photo,
+    PhotoSet,
+    Radiometry,
+)
 
 
 def load_photoset(folder: str | Path) -> PhotoSet:
@@ -105,7 +114,10 @@ def check_whole(path: Path, photoset: PhotoSet) -> None:
     """What one part of the manifest asks of another."""
     if photoset.radiometry.vignetting == "flat" and not photoset.views("flat"):
         raise InputError(f"{path}: [radiometry] vignetting", '"flat" needs photos with role "flat"')
-    if photoset.radiometry.encoding == "unknown" and all(photo.bracket is None for photo in photoset.photos):
-        raise InputError(f"{path}: [radiometry] encoding", '"unknown" needs photos with bracket numbers')
+    unknown = photoset.radiometry.encoding == "unknown"
+    printed = isinstance(photoset.board, CharucoBoard | GridBoard)
+    if unknown and not printed and all(photo.bracket is None for photo in photoset.photos):
+        what = '"unknown" needs photos with bracket numbers, or a printed [board] whose black and white tell the curve'
+        raise InputError(f"{path}: [radiometry] encoding", what)
     if photoset.board is None and (photoset.camera.matrix is None or photoset.camera.rotation is None):
         raise InputError(path, "without [board], [camera] needs matrix, rotation and translation")

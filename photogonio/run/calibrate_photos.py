@@ -10,13 +10,16 @@ from photogonio.cache.kept import KeptSetup
 from photogonio.cache.scratch import Scratch
 from photogonio.cache.store import default_store
 from photogonio.calib.calibrate import calibrate as find_setup
-from photogonio.calib.setup import Setup
+from photogonio.calib.response.paper_codes import CodeReader
+from photogonio.calib.response.tone import tone_note, tone_of_print, with_tone
+from photogonio.calib.setup import PrintTone, Setup
+from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Image
 from photogonio.capture.linear.colour_chart import ColourCorrection
 from photogonio.capture.linear.frames import falloff_gain
-from photogonio.capture.linear.prepare import prepare, vignetting
+from photogonio.capture.linear.prepare import prepare, untold_by_brackets, vignetting
 from photogonio.capture.linear.reader import RadianceReader
-from photogonio.capture.photoset import PhotoSet
+from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.run.colours import correction_note, find_correction
 from photogonio.system.progress import Reporter
 
@@ -29,10 +32,19 @@ def calibrated(
     """Where everything was, the reader that the sample photos are to be read with, what is kept of the set,
     and the colours of a chart. ``drawn``: a picture of every photo will be made."""
     again = drawn or photoset.radiometry.vignetting == "cos4"
-    radiance = prepare(photoset, decode=scratch.keep if again else _keeping(photoset, scratch))
-    correction = find_correction(photoset, radiance, reporter.tell)
+    twice = untold_by_brackets(photoset)
+    again = again or twice
     kept = KeptSetup.of(photoset, default_store(), workers)
     setup = kept.load()
+    decode = scratch.keep if again else _keeping(photoset, scratch)
+    radiance = prepare(photoset, decode=decode)
+    tone = None if setup is None else setup.tone
+    if twice and tone is None:
+        tone = _tone_told(radiance, kept, reporter, workers, scratch)
+    if tone is not None:
+        radiance = prepare(photoset, decode=decode, tone=tone.table)
+        radiance = replace(radiance, notes=(tone_note(tone), *radiance.notes))
+    correction = find_correction(photoset, radiance, reporter.tell)
     if setup is not None:
         reporter.say("calibrated before, with the same photos, and not again")
     else:
@@ -41,7 +53,7 @@ def calibrated(
             photoset.radiometry.vignetting == "cos4"
         ):  # takes the camera, and changes the white patch's reading
             setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch)
-        setup = kept.save(setup)
+        setup = kept.save(setup if tone is None else with_tone(setup, tone))
     radiance = replace(radiance, photoset=photoset.turned_to(setup.turned), decode=scratch.take)
     radiance = without_veil(with_vignetting(radiance, setup), setup)
     for note in radiance.notes:
@@ -58,6 +70,25 @@ def calibrated(
     used, total = len(setup.views), len(photoset.views("sample"))
     reporter.say(f"calibrated {used} of {total} sample views; scale {setup.scale}")
     return setup, radiance, kept, correction
+
+
+def _tone_told(
+    radiance: RadianceReader, kept: KeptSetup, reporter: Reporter, workers: int, scratch: Scratch
+) -> PrintTone:
+    """The tone curve that print and paper tell, by a first calibration as if it were sRGB's.
+
+    Raises:
+        InputError: they do not tell it.
+    """
+    reporter.say(
+        "no photo tells its tone curve: calibrating as if it were sRGB's, to learn it from the print"
+    )
+    first = _found(radiance, kept, reporter, workers, scratch)
+    try:
+        return tone_of_print(radiance.photoset, first, CodeReader(radiance.read, radiance.coded))
+    except ValueError as error:
+        where = f'{radiance.photoset.folder / MANIFEST}: [radiometry] encoding = "unknown"'
+        raise InputError(where, f"the tone curve cannot be recovered: {error}") from error
 
 
 def _keeping(photoset: PhotoSet, scratch: Scratch) -> Callable[..., Image]:

@@ -13,6 +13,7 @@ from photogonio.calib.setup import (
     LeftOut,
     Light,
     Marks,
+    PrintTone,
     Setup,
     ViewSetup,
 )
@@ -47,6 +48,15 @@ def setup(sample: Sphere | Plane) -> Setup:
         ambient=rng.random(3),
         falloff=Falloff(rng.normal(size=2), rng.normal(size=(2, 2)), allowed=True),
         scale_error=0.1 / 3,
+        tone=PrintTone(
+            table=np.sort(rng.random((9, 3)), axis=0),
+            error=rng.random((9, 3)),
+            seen=np.array([0.1, 0.9]),
+            ink=rng.random(3),
+            misfit=0.1 / 7,
+            photos=10,
+            scale_error=0.1 / 9,
+        ),
     )
 
 

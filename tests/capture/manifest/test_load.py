@@ -262,10 +262,13 @@ def test_broken_manifests_are_refused_in_one_line(folder, case):
         assert piece in message
 
 
-def test_unknown_encoding_needs_brackets(folder):
+def test_unknown_encoding_needs_brackets_or_a_printed_board(folder):
     text = FULL.replace('encoding = "gamma"\ngamma = 2.2', 'encoding = "unknown"').replace("bracket = 3", "")
+    assert load_photoset(write(folder, text)).radiometry.encoding == "unknown"
+    bare = swapped("[board]", "", whole=True)
+    bare = bare.replace('encoding = "gamma"\ngamma = 2.2', 'encoding = "unknown"').replace("bracket = 3", "")
     with pytest.raises(InputError, match="bracket"):
-        load_photoset(write(folder, text))
+        load_photoset(write(folder, bare))
 
 
 def test_no_board_needs_a_camera_with_a_pose(folder):

@@ -1,0 +1,92 @@
+"""The tone curve of a set that names none, as its print tells it, and what its error does to the result."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from photogonio.calib.response.curve import ANCHOR
+from photogonio.calib.response.fit import FittedResponse, fit_response
+from photogonio.calib.response.paper_codes import CodeReader, PaperCodes, middle_white, paper_codes
+from photogonio.calib.setup import PrintTone, Setup
+from photogonio.capture.diagnosis import Diagnosis
+from photogonio.capture.photoset import PhotoSet
+
+_PHOTOS = 2  # that tell a curve, at least
+_SIZE = 511  # of its table: codes of 8 bits are among them
+_UNKNOWN = 0.05  # relative error where the sample's codes cannot be read
+
+_UNSURE = 0.02  # relative: of that, what is told
+
+
+def tone_of_print(photoset: PhotoSet, setup: Setup, read: CodeReader) -> PrintTone:
+    """The curve by a set that was calibrated with another, which places cameras and lamps nearly enough.
+
+    Raises:
+        ValueError: its photos show too little print. The message says so.
+    """
+    told = paper_codes(photoset, setup, read)
+    if len(told) < _PHOTOS:
+        raise ValueError(
+            f"{len(told)} photos show enough white and black print under a near lamp, {_PHOTOS} or more are needed"
+        )
+    photos, samples = zip(*told, strict=True)
+    fitted = fit_response(photos)
+    codes = np.linspace(0.0, 1.0, _SIZE)
+    anchor = np.full(_SIZE, ANCHOR)
+    curves = fitted.curves
+    return PrintTone(
+        table=curves.table(_SIZE),
+        error=np.column_stack([curves.error_between(codes, anchor, c) for c in range(curves.channels)]),
+        seen=np.array(curves.seen),
+        ink=fitted.ink,
+        misfit=fitted.misfit,
+        photos=len(photos),
+        scale_error=_scale_error(fitted, photos, samples),
+    )
+
+
+def _scale_error(
+    fitted: FittedResponse, photos: Sequence[PaperCodes], samples: Sequence[np.ndarray]
+) -> float:
+    """Relative, of what the sample sends over what white paper does, all photos and channels alike: their errors are
+    the curve's, and go together."""
+    white = np.array(middle_white(photos))
+    seen = np.array(samples)
+    known = np.isfinite(seen)
+    if not known.any():
+        return _UNKNOWN
+    squares = [
+        fitted.curves.error_between(seen[known[:, c], c], white[known[:, c], c], c) ** 2
+        for c in range(seen.shape[1])
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(squares))))
+
+
+def with_tone(setup: Setup, tone: PrintTone) -> Setup:
+    """A setup that was found with it: what it leaves unsure all strengths share."""
+    found = tuple(one for one in (tone_doubt(tone),) if one is not None)
+    error = float(np.hypot(setup.scale_error, tone.scale_error))
+    return replace(setup, tone=tone, scale_error=error, diagnoses=setup.diagnoses + found)
+
+
+def tone_doubt(tone: PrintTone) -> Diagnosis | None:
+    """What there is to say where it leaves much unsure."""
+    if tone.scale_error <= _UNSURE:
+        return None
+    message = (
+        f"the tone curve that print and paper tell leaves the sample's light over the paper's unsure by "
+        f"{tone.scale_error:.1%}, which the stated errors hold; RAW photos or brackets would not"
+    )
+    return Diagnosis("tone-curve-unsure", message, tone.scale_error, least=_UNSURE, allowed=True)
+
+
+def tone_note(tone: PrintTone) -> str:
+    """What was found, in words."""
+    return (
+        f"tone curve recovered from print and paper of {tone.photos} photos: white paper lies within "
+        f"{tone.misfit:.2%} of its lamp's light, ink sends on {float(tone.ink.mean()):.1%} of it; the sample "
+        f"against the paper is known to {tone.scale_error:.1%} by it"
+    )
