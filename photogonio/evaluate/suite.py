@@ -126,9 +126,10 @@ def _kept(job: tuple[Scene, Path]) -> SetScore:
     scene, sets = job
     place = sets / f"{scene.name}-{key_of(scene, code_key())[:12]}.json"
     try:
-        row = json.loads(place.read_text(encoding="utf-8"))
-        return SetScore(**{name: math.nan if value is None else value for name, value in row.items()})
-    except (OSError, ValueError, TypeError):
+        row: dict[str, Any] = json.loads(place.read_text(encoding="utf-8"))
+        known: dict[str, Any] = {name: math.nan if value is None else value for name, value in row.items()}
+        return SetScore(**known)
+    except (OSError, ValueError, TypeError, AttributeError):
         score = measured(scene, sets)
     with staged_file(place) as stage:
         stage.write_text(to_json(score.to_dict()), encoding="utf-8")
