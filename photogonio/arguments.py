@@ -34,6 +34,7 @@ def build_parser() -> argparse.ArgumentParser:
     for add in (
         _process,
         _batch,
+        _check,
         _calibrate,
         _fit,
         _add,
@@ -88,6 +89,17 @@ def _batch(commands: argparse._SubParsersAction) -> None:
     )
     fit_options(parser, workers=False)
     executor_option(parser)
+
+
+def _check(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "check",
+        "a line a photo, seconds each: exposure, clipping, sharpness, board, lamp, and what it adds",
+        "photogonio check my-set --watch",
+    )
+    parser.add_argument("set", metavar="SET", help="folder of photos, with photoset.toml or without")
+    parser.add_argument("--watch", action="store_true", help="go on as photos arrive, until Ctrl-C")
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:

@@ -19,6 +19,7 @@ from photogonio.system.compiled import keep_fresh
 from photogonio.system.memory import keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter
+from photogonio.system.stops import ask_again
 
 _DONE, _FAILED, _BAD_INPUT, _DISTRUSTED, _INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -55,7 +56,7 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     keep_fresh()
     try:
         numbers = command.run(args, reporter)
-        if args.json:
+        if args.json and numbers is not None:  # None: it wrote its lines itself
             sys.stdout.write(to_json(numbers))
             sys.stdout.flush()
     except InputError as error:
@@ -95,7 +96,7 @@ def _stoppable() -> Iterator[None]:
     try:
         yield
     finally:
-        _again(0.0)
+        ask_again(0.0)
         sys.unraisablehook = hook
         for number, handler in former.items():
             signal.signal(number, handler)
@@ -104,13 +105,8 @@ def _stoppable() -> Iterator[None]:
 def _interrupt(signum: int, frame: object) -> None:
     if isinstance(sys.exc_info()[1], KeyboardInterrupt):
         return  # on its way, and cleaning up
-    _again(AGAIN)
+    ask_again(AGAIN)
     raise KeyboardInterrupt
-
-
-def _again(seconds: float) -> None:
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
 
 
 def program() -> NoReturn:

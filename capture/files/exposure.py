@@ -75,6 +75,21 @@ def from_attributes(attributes: Mapping[str, object]) -> Exposure:
     return Exposure(**found, exact=frozenset(exact))
 
 
+def flash_fired(attributes: Mapping[str, object]) -> bool | None:
+    """Whether the photo was lit by a flash, as EXIF's Flash tag has it (bit 0); None where there is none."""
+    value = attributes.get("Exif:Flash")
+    value = value[0] if isinstance(value, tuple) and value else value
+    return bool(value & 1) if isinstance(value, int) else None
+
+
+def camera_name(attributes: Mapping[str, object]) -> str:
+    """Maker and model; empty where EXIF tells neither."""
+    parts = [str(attributes.get(name, "")).strip(" \0") for name in ("Make", "Model")]
+    if parts[1].lower().startswith(parts[0].lower()):
+        parts[0] = ""
+    return " ".join(part for part in parts if part)
+
+
 def by_apex(attributes: Mapping[str, object], field: str, stated: float | None) -> tuple[float | None, bool]:
     """A quantity by its APEX value (EXIF 2.32, annex C) and as it is stated, and whether APEX tells it."""
     name, power = APEX[field]

@@ -22,7 +22,7 @@ from photogonio.capture.containers.tone import LINEAR, Tone
 from photogonio.capture.errors import InputError
 from photogonio.capture.files import decode, heif, png_pixels, raw
 from photogonio.capture.files.about import About, about
-from photogonio.capture.files.exposure import Exposure, from_attributes
+from photogonio.capture.files.exposure import Exposure, camera_name, flash_fired, from_attributes
 from photogonio.capture.files.formats import HEAD, format_of
 
 EXPONENT = np.uint16(0x7C00)  # of a half float, all ones where it is not finite
@@ -40,6 +40,8 @@ class Header:
     tone: Tone = RAW_TONE  # how its codes stand for light
     notes: tuple[str, ...] = ()  # how it is read, where that is not plain
     doubts: tuple[str, ...] = ()  # what a person should look at
+    flash: bool | None = None  # whether one fired; None: not told
+    camera: str = ""  # maker and model
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +65,28 @@ def read_header(path: Path, *, demosaic: str = "superpixel") -> Header:
     if kind == "raw":
         with open_raw(path) as file:
             channels = tuple(dict.fromkeys(file.color_desc.decode()))
-            exposure = from_attributes(raw.attributes(file, path))
-            told = dng.about(path)
-            return Header(raw.size(file, demosaic), channels, exposure, notes=told.notes, doubts=told.doubts)
+            attributes, told = raw.attributes(file, path), dng.about(path)
+            return Header(
+                raw.size(file, demosaic),
+                channels,
+                from_attributes(attributes),
+                notes=told.notes,
+                doubts=told.doubts,
+                flash=flash_fired(attributes),
+                camera=camera_name(attributes),
+            )
     found = about(path, kind)
-    exposure = from_attributes(found.attributes)
-    return Header(found.size, found.channels, exposure, found.tone, found.notes, found.doubts)
+    said = found.attributes
+    return Header(
+        found.size,
+        found.channels,
+        from_attributes(said),
+        found.tone,
+        found.notes,
+        found.doubts,
+        flash_fired(said),
+        camera_name(said),
+    )
 
 
 def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:

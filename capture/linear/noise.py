@@ -15,8 +15,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
-from scipy.special import chdtri
 
 from photogonio.capture.photoset import Radiometry
 
@@ -96,6 +94,8 @@ def envelope(blocks: Blocks, expected: np.ndarray) -> Blocks:
     The quantile is taken of the ratio to the ``expected`` variances (n,), so that a bin's spread of levels
     does not widen it.
     """
+    from scipy.special import chdtri
+
     order = np.argsort(blocks.level, kind="stable")
     bins = np.array_split(order, max(1, min(BINS, len(order) // LEAST_BLOCKS)))
     correction = chdtri(DEGREES, 1.0 - QUANTILE) / DEGREES
@@ -112,6 +112,8 @@ def fit_noise(bins: Blocks) -> tuple[float, float]:
     A variance's own error is proportional to it, so residuals are relative; bins above the line by more than
     three errors (texture everywhere in them) are given up one by one.
     """
+    from scipy.optimize import nnls  # only here: it takes half a second to be brought in
+
     level = np.maximum(bins.level, 0.0)
     total = np.maximum(bins.variance, TINY)
     # relative error of a bin: the low quantile's is about 1.3 times that of the mean square

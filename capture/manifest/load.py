@@ -21,8 +21,8 @@ from photogonio.capture.photoset import (
 )
 
 
-def load_photoset(folder: str | Path) -> PhotoSet:
-    """The validated photo set of a folder (or of its ``photoset.toml``).
+def load_photoset(folder: str | Path, *, unnamed: bool = False) -> PhotoSet:
+    """The validated photo set of a folder (or of its ``photoset.toml``); ``unnamed``: it may name no photos yet.
 
     Raises InputError, one line with file and key, for anything docs/photoset.md does not allow.
     No image is opened.
@@ -47,8 +47,10 @@ def load_photoset(folder: str | Path) -> PhotoSet:
         camera=values.get("camera", CameraEntry()),
         lights=values.get("light", ()),
     )
-    check_photos(folder, path, photoset.photos)
     check_lights(path, photoset.lights)
+    if unnamed and not photoset.photos:
+        return photoset
+    check_photos(folder, path, photoset.photos)
     check_whole(path, photoset)
     return photoset
 

@@ -185,3 +185,8 @@ def plain(value: object) -> object:
 def to_json(value: object) -> str:
     """Strict JSON text, keys in the order given."""
     return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def line_json(value: object) -> str:
+    """The same on one line."""
+    return json.dumps(plain(value), allow_nan=False, ensure_ascii=False) + "\n"
