@@ -84,6 +84,7 @@ def result_of(
 ) -> FitResult:
     """The result, by the chosen candidate and the best; ``fresh`` is what is known of readings not seen, of an average
     of measured rows."""
+    averaged = None if fresh is None else True
     chosen, best = candidates
     model, cells = final.model, work.cells
     misfit = misfit_of(cells, model.evaluate(cells), work.binning)
@@ -113,6 +114,8 @@ def result_of(
         "physics": physics,
         "fresh reading": None if fresh is None else fresh.plain(),
         "said in modes": _peaks_told(said),
+        "averaged": averaged,
+        "asked": options.asked(),
     }
     diagnostics = _diagnostics(work, final, verdict, chosen, best) | own
     told = {key: item for key, item in diagnostics.items() if key not in SAID_ELSEWHERE}

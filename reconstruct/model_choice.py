@@ -59,6 +59,15 @@ class FitOptions:
     smooth: bool = True  # a prior of smooth modes; False: least squares alone
     quantity: str = "brdf"  # another: the paper's own fit of it (photogonio.reconstruct.paper_fit)
 
+    def asked(self) -> list[str]:
+        """What of the model was asked for, by its names in diagnostics."""
+        told = {
+            "order": self.order is not None,
+            "lobes": self.lobes is not None,
+            "prior strength": not self.smooth,
+        }
+        return [name for name, given in told.items() if given]
+
 
 AUTOMATIC = FitOptions()  # everything is chosen from the data
 

@@ -34,6 +34,7 @@ from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 BESIDE = ("setup.json", "report.html", "coverage.png", "fit.png", "lobes.png")
 TABLE = "table.npz"  # that they were fitted to
 LUMINANCE = ("Y",)  # channels of Radiance's and pab-opto's files without colour
+MEANT = ("quantity", "symmetry", "scale")  # keys of coefficients without which their numbers are guessed
 MOST_NAMED = 5  # results of a folder
 
 
@@ -98,9 +99,13 @@ def _read_json(path: Path) -> Known:
         return _read_truth(path, document.get("brdf"))
     brdf = load_brdf(path)
     known = brdf.uncertainty
-    told: tuple[str, ...] = ()
+    told = tuple(
+        f"{path.name}: does not say its {key}, which is taken to be {getattr(brdf, key)}"
+        for key in MEANT
+        if key not in document
+    )
     if known is not None and known.missing is not None:
-        told = (
+        told += (
             f"{path.name}: {known.missing.get('file')} is missing beside it: how sure f is cannot be told",
         )
     return Known(path.name, brdf.channels, isotropic=not brdf.turning, evaluate=brdf, warnings=told)

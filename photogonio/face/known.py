@@ -101,6 +101,10 @@ class KnownBrdf(Presented):
         value = 2.0 * (weight * np.cos(theta)) @ sent
         return Albedo(value, np.full_like(value, np.nan))
 
+    def bihemispherical_albedo(self) -> np.ndarray:
+        """(c,) the value of :meth:`albedo`."""
+        return self.albedo().value
+
     def export(
         self, format: str, path: str | Path, *, channel: str | None = None, order: int | None = None
     ) -> str:

@@ -44,10 +44,13 @@ def fit_choices(fit: FitResult) -> tuple[Choice, ...]:
         return tuple(Choice(one["what"], _short(one["value"]), one["reason"]) for one in said)
     found = fit.diagnostics
     reason = "the simplest of the models tried that predicts left-out cells as well as the best"
+    if found.get("averaged"):
+        reason = "of an average of models, weighed by evidence and by how they predict rows left out"
+    asked = found.get("asked", ())
     names = [name for name in ("order", "lobes", "prior strength") if name in found]
     symmetry = Choice("symmetry", fit.symmetry.symmetry, fit.symmetry.reason)
     reciprocity = Choice("reciprocity", fit.symmetry.reciprocity, fit.symmetry.exchanged)
-    chosen = [Choice(name, _short(found[name]), reason) for name in names]
+    chosen = [Choice(name, _short(found[name]), "as asked" if name in asked else reason) for name in names]
     peaks = found.get("said in modes")
     if peaks:
         why = f"the file has no such lobe; modes to order {fit.brdf.order} say it, but for {peaks['lost']:.1%} of it"

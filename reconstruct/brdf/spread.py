@@ -21,6 +21,7 @@ from photogonio.reconstruct.modes.integrals import bihemispherical_albedo
 
 NODES = 12  # midpoints in each angle, between which errors beyond the parameters are averaged
 ROUNDING = 1e-12  # of a number at its bound
+FARTHEST = 3.0  # times or part of itself that a roughness is drawn
 LEAST = 1e-6  # of a drawn weight, reflectance or roughness
 
 
@@ -78,8 +79,8 @@ def albedo_beyond(brdf: Brdf, known: Uncertain) -> dict[str, np.ndarray]:
 def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
     """``count`` BRDFs drawn from the covariance: what is beyond the parameters stays as it is.
 
-    Numbers that channels share are drawn once. Raises InputError where no covariance is known, or ``count`` is no
-    number of draws.
+    Numbers that channels share are drawn once. Raises InputError where no covariance is known, ``count`` is no number
+    of draws, or ``seed`` no seed.
     """
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 0:
         raise InputError("sample", f"a whole number of 0 or more is needed, not {count!r:.60}")
@@ -88,6 +89,8 @@ def drawn(brdf: Brdf, count: int, seed: int) -> list[Brdf]:
         raise InputError("sample", f"{known.missing.get('file')} is missing beside the file of coefficients")
     if known is None or not np.isfinite(known.spread()).all():
         raise InputError("sample", "the file does not say how sure its numbers are")
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError("sample", f"its seed must be a whole number of 0 or more, not {seed!r:.60}")
     rng = np.random.default_rng(seed)
     modes, spread = len(brdf.modes), known.spread()
     shared = np.array(
@@ -161,6 +164,9 @@ def _moved(brdf: Brdf, known: Uncertain, change: np.ndarray) -> Brdf:
         place, what = named_number(name, brdf.lobes)
         value = number_of(lobes[place], what) + change[p]
         if what.startswith("roughness"):
+            value = number_of(lobes[place], what)
+            far = np.log(FARTHEST)  # never 0, where a peak would have no bound
+            value = value * np.exp(np.clip(change[p] / value, -far, far))
             value = np.clip(value, LEAST**0.5, None if lobes[place].turning else 1.0)
         elif what == "f0":
             value = np.clip(value, LEAST, 1.0 - LEAST)

@@ -1,9 +1,11 @@
 """Which file is meant: a result's folder, what stands beside its coefficients, or a file itself."""
 
+import json
+
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.compare.reflectances import BESIDE, MOST_NAMED, TABLE, find_brdf
+from photogonio.compare.reflectances import BESIDE, MOST_NAMED, TABLE, find_brdf, load_known
 
 
 def result(folder):
@@ -44,3 +46,13 @@ def test_of_a_table_the_coefficients_beside_it_are_shown(tmp_path):
         (tmp_path / name).write_text("{}")
     assert find_brdf(tmp_path / TABLE) == tmp_path / TABLE
     assert find_brdf(tmp_path / TABLE, everywhere=True) == tmp_path / "coefficients.json"
+
+
+def test_what_coefficients_leave_out_is_said(tmp_path):
+    path = tmp_path / "small.json"
+    file = {"format": "surface-scattering-modes", "version": 2, "channels": ["Y"], "scale": "relative"}
+    path.write_text(json.dumps(file | {"modes": [[0, 0, 0]], "coefficients": [[1.0]]}))
+    assert load_known(path).warnings == (
+        "small.json: does not say its quantity, which is taken to be brdf",
+        "small.json: does not say its symmetry, which is taken to be isotropic",
+    )

@@ -111,3 +111,21 @@ def test_f_scatters_as_said_where_numbers_are_held_at_nothing():
     rows = np.array([[one.coefficients[0, 0], *(lobe.weight[0] for lobe in one.lobes)] for one in draws])
     assert 0.1 < np.mean(rows[:, 1:].min(1) < 1e-9) < 0.9
     assert rows.sum(1).std() == pytest.approx(np.sqrt(3.0) * narrow, rel=0.1)
+
+
+def test_a_roughness_as_unsure_as_it_is_large_draws_no_peak_without_bound():
+    lobe, names = Lobe(0.2, np.array([0.04]), np.ones(1)), ("S 0 0 0", "lobe 0 roughness")
+    for relative in (0.3, 0.5, 1.0, 2.0):
+        covariance = np.diag([1e-6, (0.2 * relative) ** 2])[None]
+        known = Uncertain(names, np.sqrt(np.diag(covariance[0]))[:, None], covariance, scale=0.0)
+        modes, one = np.zeros((1, 3), int), np.ones((1, 1))
+        brdf = Brdf(0, ("Y",), modes, 0.6 * one, 1e-3 * one, lobes=(lobe,), uncertainty=known)
+        peak = [float(other.evaluate(0.5, 0.0, 0.5, np.pi)[0]) for other in drawn(brdf, 200, 1)]
+        # a peak is at most 3^2 times as high; to first order it moves by twice the roughness's error
+        assert np.std(peak) < 2.5 * float(brdf.standard_error(0.5, 0.0, 0.5, np.pi)[0])
+
+
+@pytest.mark.parametrize("seed", ["x", -1, 1.5, None, True])
+def test_a_seed_is_a_whole_number(seed):
+    with pytest.raises(InputError, match="seed"):
+        drawn(known(matte(), ("S 0 0 0",), np.eye(1)), 1, seed)
