@@ -7,10 +7,12 @@ import sys
 from typing import NoReturn
 
 from photogonio import __version__
-from photogonio.argument_values import mask, whole
+from photogonio.argument_values import mask, positive, whole
 from photogonio.option_groups import executor_option, fit_options, table_options, workers_option
 
 _KINDS = "a result's folder, coefficients.json, truth.json, or what export writes"
+# as photogonio.reconstruct.design.materials has them, which would import numpy
+_MATERIALS = ("matte", "satin", "plastic", "gloss", "metal")
 _PAPERS = ("a4", "a3", "letter")
 
 
@@ -35,6 +37,7 @@ def build_parser() -> argparse.ArgumentParser:
         _process,
         _batch,
         _check,
+        _plan,
         _calibrate,
         _fit,
         _add,
@@ -100,6 +103,40 @@ def _check(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("set", metavar="SET", help="folder of photos, with photoset.toml or without")
     parser.add_argument("--watch", action="store_true", help="go on as photos arrive, until Ctrl-C")
+
+
+def _plan(commands: argparse._SubParsersAction) -> None:
+    parser = _command(
+        commands,
+        "plan",
+        "where camera and lamp should be in the next photos, and what each would lower",
+        "photogonio plan my-set-brdf --add 3 -o plan.html",
+    )
+    parser.add_argument(
+        "source",
+        metavar="SET or RESULT",
+        nargs="?",
+        help="photos or a result that are there; none: before any photo",
+    )
+    parser.add_argument("--add", metavar="N", type=positive, default=5, help="photos (default: 5)")
+    parser.add_argument(
+        "-o", "--out", metavar="FILE", help="a page with a picture from above, to print (.html)"
+    )
+    parser.add_argument(
+        "--material", choices=_MATERIALS, help="before a result: what the sample is like (default: satin)"
+    )
+    parser.add_argument(
+        "--shape", choices=("ball", "plane"), default="plane", help="before any photo (default: plane)"
+    )
+    parser.add_argument(
+        "--lamp",
+        choices=("any", "flash", "lamp"),
+        default="any",
+        help="flash: on the camera alone; lamp: never there (default: any)",
+    )
+    parser.add_argument(
+        "--still", action="store_true", help="the camera stays where it stood in the last photo"
+    )
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:

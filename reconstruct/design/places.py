@@ -17,7 +17,7 @@ LAMP_ELEVATIONS = (8.0, 18.0, 30.0, 42.0, 54.0, 66.0, 78.0, 88.0)
 TURN = 15.0  # degrees between lamps around
 COARSE = 45.0  # the same of cameras and lamps of a surface that is turned
 NEAREST = 6.0  # degrees between lamp and camera: closer, one is in the other's way
-WORTH = 0.03  # of the mean variance: a photo that lowers it by less is not worth taking
+WORTH = 0.05  # of the mean variance: a photo that lowers it by less is not worth taking
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Feasible:
 class Step:
     """A photo that was chosen, and the mean relative variance of f before and after it."""
 
-    shot: Stance
+    stance: Stance
     before: float
     after: float
 
