@@ -22,9 +22,7 @@ class Light:
     covariance: np.ndarray  # (3, 3) of place
     source: str  # "given" | "camera" | "markers" | "mirror balls" | "probe" | "refined"
     radius: float = 0.0  # of the glowing ball; 0: unknown or a point
-    residual: float = float(
-        "nan"
-    )  # rms miss distance of the highlights' rays, length units (radians if directional)
+    residual: float = float("nan")  # rms by which its highlights miss where they belong, pixels
 
     def toward(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit vectors (n, 3) from world points (n, 3) to the light and 1/r^2 (n,), which is 1 if directional."""

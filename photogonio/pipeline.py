@@ -20,8 +20,10 @@ from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.reduce.fused import compiled_before
 from photogonio.refit import of_photos
+from photogonio.report.calibration_report import calibration_html
 from photogonio.report.marked_photos import pictures_folder, save_pictures
 from photogonio.report.summary import relit_warning
+from photogonio.report.viewer.contact_sheet import prints_of
 from photogonio.result import Result
 from photogonio.run.calibrate_photos import calibrated
 from photogonio.run.circumstances import Circumstances
@@ -90,11 +92,12 @@ def process(
                 break
             setup = relit(setup, turned, photoset.white_patches)
             reporter.tell(relit_warning(turned))
+        prints = {} if out is None else prints_of(radiance, kept, options.threads())
     provenance = _provenance("process", photoset, options, reduced.hashes)
     known = replace(known, diagnoses=tuple(reporter.diagnoses))
     result = replace(of_photos(known, table, fit, beside, provenance, reporter), seconds=watch.seconds)
     if out is not None:
-        write_result(result, Path(out))
+        write_result(replace(result, prints=prints), Path(out))
         watch.lap("write")
     return result
 
@@ -123,8 +126,11 @@ def calibrate(
         setup, radiance, kept, _ = calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
         setup = replace(setup, source=_provenance("calibrate", photoset, Options(), kept.hashes).to_dict())
         if out is not None:
+            prints = prints_of(radiance, kept, threads)
             with staged_folder(pictures_folder(Path(out))) as stage:
                 save_pictures(radiance, setup, stage, reporter)
+            with staged_file(Path(out).with_suffix(".html")) as stage:
+                stage.write_text(calibration_html(setup, prints, name=photoset.name), encoding="utf-8")
             with staged_file(Path(out)) as stage:
                 save_setup(setup, stage)
     return setup

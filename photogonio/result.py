@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from photogonio.calib.remarks import LeftOut
     from photogonio.calib.setup import Setup
     from photogonio.capture.diagnosis import Diagnosis
@@ -50,6 +52,9 @@ class Result:
     coloured: Brdf | None = None  # where the manifest asks for other colours than the camera's
     known: Circumstances | None = None  # what a fit of photos is told besides their table
     faults: tuple[Fault, ...] = ()  # checks that it fails; none: it may be trusted
+    prints: Mapping[str, np.ndarray] = field(
+        default_factory=dict
+    )  # small pictures (h, w, 3) of photos at hand
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -24,12 +24,17 @@ _MAGNIFIED = 100.0  # residuals are drawn so much longer than they are
 def draw_view(setup: Setup, view: ViewSetup, image: RadianceImage) -> np.ndarray:
     """(h, w, 3) uint8 RGB: corners with their residuals a hundredfold, outlines, highlights, rejected pixels."""
     picture = picture_of(image)
+    mark_view(picture, setup, view)
+    return picture
+
+
+def mark_view(picture: np.ndarray, setup: Setup, view: ViewSetup) -> None:
+    """What was found, onto a picture (h, w, 3) of the setup's camera."""
     for ball in setup.mirror_balls:
         _polygon(picture, outline(setup.camera, view.pose, ball.center, ball.radius), BALL)
     _polygon(picture, _sample_outline(setup.camera, view.pose, setup.sample), SAMPLE)
     if view.marks is not None:
         draw_marks(picture, view.marks)
-    return picture
 
 
 def picture_of(image: RadianceImage) -> np.ndarray:

@@ -20,7 +20,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     faults = setup_faults(setup)
     reporter.distrust(verdict_lines(faults))
     reporter.say("\n".join([*verdict_lines(faults), calibration_lines(setup)]))
-    reporter.say(f"written to {args.out}, pictures to {pictures_folder(Path(args.out))}")
+    page = Path(args.out).with_suffix(".html")
+    reporter.say(f"written to {args.out} and {page}, pictures to {pictures_folder(Path(args.out))}")
     lights = {view.light.id: view.light for view in setup.views}
     return {
         "camera": {

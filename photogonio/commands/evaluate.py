@@ -26,11 +26,12 @@ from photogonio.evaluate.tradeoff import (
     tradeoff_lines,
     tradeoffs,
 )
-from photogonio.report.html import picture_bytes
+from photogonio.report.evaluation_report import evaluation_html
+from photogonio.report.html import embed, picture_bytes
 from photogonio.synthetic.scene.model import Scene
 from photogonio.system.outputs import check_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
-from photogonio.system.provenance import canonical_command
+from photogonio.system.provenance import Provenance, canonical_command
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
@@ -118,14 +119,22 @@ def _finish(
         (stage / f"{name}.json").write_text(to_json(numbers), encoding="utf-8")
         table = rows or numbers["battery"] or numbers["tables"] or numbers["sets"]
         (stage / f"{name}.csv").write_text(_csv(table), encoding="utf-8")
+        picture = b""
         if points:
             figure = tradeoff_figure(points, f"error against time on {scores[-1].scene}")
-            (stage / "tradeoff.png").write_bytes(picture_bytes(figure))
+            picture = picture_bytes(figure)
+            (stage / "tradeoff.png").write_bytes(picture)
+        source = Provenance(numbers["source"]["command"], numbers["source"]["inputs"])
+        shown = {one: numbers[one] for one in ("scenes", "battery", "tables")}
+        page = evaluation_html(shown, source, tradeoff=embed(picture))
+        (stage / f"{name}.html").write_text(page, encoding="utf-8")
     if outcomes:
         passed = sum(outcome.passed for outcome in outcomes)
         reporter.say(f"{passed} of {len(outcomes)} hard cases pass")
         reporter.failed = passed < len(outcomes)
-    reporter.say(f"written to {args.out}: {name}.json, {name}.csv" + (", tradeoff.png" if points else ""))
+    reporter.say(
+        f"written to {args.out}: {name}.html, {name}.json, {name}.csv" + (", tradeoff.png" if points else "")
+    )
     return numbers
 
 

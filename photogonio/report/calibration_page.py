@@ -13,19 +13,26 @@ from photogonio.report.sections import Section, Table
 if TYPE_CHECKING:
     from photogonio.calib.setup import Setup
 
+_LIGHTS = (
+    "Points in the board's frame and their standard error in its unit of length, or directions toward a distant light "
+    "and theirs in radians. Residual: rms by which highlights in the mirror balls miss where they belong."
+)
 _LONGEST = 8  # numbers of a list that are shown
 
 
 def calibration_sections(setup: Setup, table: FacetTable) -> tuple[Section, ...]:
     """Camera, lights, views, residuals, and the pixels left out by reason."""
+    pixels = Section("Pixels of the sample left out", _pixels(table), "By photo and reason.", folded=True)
+    return (*setup_sections(setup), pixels)
+
+
+def setup_sections(setup: Setup) -> tuple[Section, ...]:
+    """Camera, lights, views and residuals."""
     return (
         Section("Camera", _camera(setup)),
-        Section(
-            "Lights", _lights(setup), "Points in the board's frame, or directions toward a distant light."
-        ),
+        Section("Lights", _lights(setup), _LIGHTS),
         Section("Photos used", _views(setup), folded=len(setup.views) > 12),
         Section("Residuals", Table(("what", "value"), list(_flat(setup.residuals))), folded=True),
-        Section("Pixels of the sample left out", _pixels(table), "By photo and reason.", folded=True),
     )
 
 
@@ -64,7 +71,7 @@ def _lights(setup: Setup) -> Table:
                 _figure(light.residual),
             )
         )
-    return Table(("light", "kind", "place", "standard error", "found by", "residual"), rows)
+    return Table(("light", "kind", "place", "standard error", "found by", "residual, px"), rows)
 
 
 def _views(setup: Setup) -> Table:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
+import json
+from collections.abc import Mapping
 from importlib import resources
 
 import numpy as np
@@ -19,9 +21,17 @@ _DPI = 150
 
 def render_report(report: Report) -> str:
     """The page as HTML text."""
-    text = resources.files("photogonio.report").joinpath("templates/report.html").read_text(encoding="utf-8")
+    folder = resources.files("photogonio.report").joinpath("templates")
+    text, script = (
+        folder.joinpath(name).read_text(encoding="utf-8") for name in ("report.html", "interactive.js")
+    )
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    return environment.from_string(text).render(r=report)
+    return environment.from_string(text).render(r=report, script=script if report.told else "")
+
+
+def interactive_text(told: Mapping[str, object]) -> str:
+    """JSON that may stand in a page."""
+    return json.dumps(told, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def picture_bytes(figure: Figure, *, kind: str = "png", source: str = "") -> bytes:

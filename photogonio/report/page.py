@@ -14,9 +14,10 @@ from photogonio.reconstruct.brdf.words import described, lobe_details, lobe_in_w
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.budget import budget_sections
 from photogonio.report.calibration_page import calibration_sections
-from photogonio.report.html import embed, image_bytes, picture_bytes, render_report
+from photogonio.report.coverage_words import coverage_of
+from photogonio.report.html import embed, image_bytes, interactive_text, picture_bytes, render_report
 from photogonio.report.plots import coverage_figure, lobes_figure, scatter_figure
-from photogonio.report.sections import Card, Picture, Report, Section, Table
+from photogonio.report.sections import Card, ContactPrint, Picture, Report, Section, Table
 from photogonio.report.summary import (
     albedo_note,
     count_of,
@@ -26,6 +27,9 @@ from photogonio.report.summary import (
     rescaled,
     stray_share,
 )
+from photogonio.report.verdict import verdict_of
+from photogonio.report.viewer.ball_table import ball_table
+from photogonio.system.provenance import Provenance
 
 if TYPE_CHECKING:
     from photogonio.reconstruct.fit import FitResult
@@ -79,7 +83,8 @@ def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
         (
             "lobes",
             "Lobes",
-            "f in the plane of incidence; the arrow is the light. Dashed: beyond the angles that were seen.",
+            "f in the plane of incidence, all on one radial scale; the arrow is the light. Dashed: beyond the angles "
+            "that were seen.",
             lobes_figure(brdf, brdf.channels, valid=valid),
         ),
     )
@@ -91,29 +96,47 @@ def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
 
 def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
     """The report of a result."""
+    brdf, setup, coverage = result.brdf, result.setup, coverage_of(result.table)
+    answers = verdict_of(result, coverage)
+    told: dict[str, object] = {"table": ball_table(brdf)}
+    prints: Sequence[ContactPrint] = ()
+    if setup is not None:
+        from photogonio.report.viewer.contact_sheet import contact_sheet  # of photos
+        from photogonio.report.viewer.set_up_scene import set_up_scene
+
+        told["scene"] = set_up_scene(setup)
+        prints = contact_sheet(setup, result.left_out, result.prints)
     return render_report(
         Report(
             title=result.name,
             lead=lead(result),
-            sphere=embed(image_bytes(_ball(result.brdf))),
+            verdict=(
+                ("What it is", answers.what),
+                ("How sure", answers.sure),
+                ("What is missing", answers.missing),
+                ("What to do next", answers.next),
+            ),
+            told=interactive_text(told),
+            parts=("ball", "set-up") if setup else ("ball",),
+            turning=brdf.turning,
+            sphere=embed(image_bytes(_ball(brdf))),
             cards=_cards(result),
             choices=Table(
                 ("what", "chosen", "reason"), [(c.what, c.value, c.reason) for c in result.choices]
             ),
+            prints=prints,
+            coverage=coverage.said,
             pictures=[Picture(p.title, p.caption, embed(p.png)) for p in pictures],
-            coefficients_text=_coefficients_text(result.brdf),
-            leading_modes=_modes(result.brdf, _LEADING),
-            all_modes=_modes(result.brdf, None),
-            budget=budget_sections(result.brdf),
-            calibration=(
-                _corrections(result.fit, result.beside),
-                *calibration_sections(result.setup, result.table),
-            )
-            if result.setup
+            coefficients_text=_coefficients_text(brdf),
+            leading_modes=_modes(brdf, _LEADING),
+            all_modes=_modes(brdf, None),
+            budget=budget_sections(brdf),
+            calibration=(_corrections(result.fit, result.beside), *calibration_sections(setup, result.table))
+            if setup
             else (),
             warnings=_other_warnings(result),
             left_out=[(photo.name, photo.reason) for photo in result.left_out],
-            provenance=_provenance(result),
+            provenance=provenance_table(result.provenance),
         )
     )
 
@@ -184,7 +207,8 @@ def _error(value: float) -> str:
     return f"{value:.5f}" if np.isfinite(value) else "–"
 
 
-def _provenance(result: Result) -> Table:
-    rows = [("program", f"photogonio {__version__}"), ("command", result.provenance.command)]
-    rows += [(name, f"SHA-256 {digest}") for name, digest in result.provenance.inputs.items()]
+def provenance_table(source: Provenance) -> Table:
+    """Program, command and inputs."""
+    rows = [("program", f"photogonio {__version__}"), ("command", source.command)]
+    rows += [(name, f"SHA-256 {digest}") for name, digest in source.inputs.items()]
     return Table(("what", "which"), rows)

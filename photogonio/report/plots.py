@@ -132,7 +132,7 @@ def lobes_figure(
     *,
     valid: float = np.pi / 2,
 ) -> Figure:
-    """f in the plane of incidence as polar curves, light from the left at 0, 30 and 60 degrees.
+    """f in the plane of incidence as polar curves on one radial scale, light from the left at 0, 30 and 60 degrees.
 
     Beyond ``valid`` (radians, of the exit angle) the curves are dashed: not seen, or hardly.
     """
@@ -148,10 +148,10 @@ def _draw_lobes(
     axes = figure.subplots(1, len(_LOBE_ANGLES))
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     seen = np.abs(theta) <= valid
-    for ax, angle in zip(axes, _LOBE_ANGLES, strict=True):
-        f = np.maximum(evaluate(*plane_of_incidence(angle, theta)), 0.0)
-        # a glossy rise at unseen grazing angles would flatten the rest
-        top = max(np.max(f[seen]), 1e-9)
+    lobes = [np.maximum(evaluate(*plane_of_incidence(angle, theta)), 0.0) for angle in _LOBE_ANGLES]
+    # one radius for all; a glossy rise at unseen grazing angles would flatten the rest
+    top = max(1e-9, *(float(np.max(f[seen])) for f in lobes))
+    for ax, angle, f in zip(axes, _LOBE_ANGLES, lobes, strict=True):
         _dress_half(ax, top, angle)
         x, y = f * np.sin(theta)[:, None] / top, f * np.cos(theta)[:, None] / top
         for k in range(f.shape[1]):

@@ -53,23 +53,41 @@ class Section:
 
 
 @dataclass(frozen=True, slots=True)
+class ContactPrint:
+    """One photo on the contact sheet."""
+
+    name: str
+    jpeg: str  # base64; empty where it is not at hand
+    state: str  # "used" | "board" | "left out"
+    said: str
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
-    """All that the page shows, as text."""
+    """All that a page shows, as text; what it has not is left out."""
 
     title: str
     lead: str
-    sphere: str  # base64 PNG, or empty
-    cards: Sequence[Card]
-    choices: Table  # what, value, reason
-    pictures: Sequence[Picture]
-    coefficients_text: str
-    leading_modes: Table
-    all_modes: Table
-    budget: Sequence[Section]  # of uncertainty; empty where no errors are known
-    calibration: Sequence[Section]  # empty for tabulated measurements
-    warnings: Sequence[tuple[str, str]]  # code, as in docs/diagnoses.md, and words
-    left_out: Sequence[tuple[str, str]]  # photo, reason
     provenance: Table
+    verdict: Sequence[tuple[str, str]] = ()  # question, answer
+    told: str = ""  # JSON for templates/interactive.js; see html.interactive_text
+    parts: Sequence[str] = ()  # of "ball" and "set-up", what the JSON has
+    turning: bool = False
+    sphere: str = ""  # base64 PNG, or empty
+    cards: Sequence[Card] = ()
+    choices: Table = Table((), ())  # what, value, reason
+    prints: Sequence[ContactPrint] = ()
+    coverage: Sequence[str] = ()  # sentences
+    pictures: Sequence[Picture] = ()
+    coefficients_text: str = ""
+    leading_modes: Table = Table((), ())
+    all_modes: Table = Table((), ())
+    budget: Sequence[Section] = ()  # of uncertainty; empty where no errors are known
+    calibration: Sequence[Section] = ()  # empty for tabulated measurements
+    warnings: Sequence[tuple[str, str]] = ()  # code, as in docs/diagnoses.md, and words
+    left_out: Sequence[tuple[str, str]] = ()  # photo, reason
+    tables: Sequence[Section] = ()  # further ones
+    kind: str = "measured BRDF"
 
     @property
     def left_out_table(self) -> Table:

@@ -179,7 +179,6 @@ def _light_moved(light: Light, size: float, shift: np.ndarray) -> Light:
         place=size * light.place + shift,
         covariance=size**2 * light.covariance,
         radius=size * light.radius,
-        residual=size * light.residual,
     )
 
 
