@@ -143,7 +143,7 @@ def _cleaned(
             lobes=options.lobes,
             absolute=options.absolute,
             kinds=kinds,
-            round_peaks=options.order is None and options.lobes is None,
+            free_peaks=options.order is None and options.lobes is None,
             stray=stray,
             progress=progress,
         )

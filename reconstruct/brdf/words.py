@@ -28,6 +28,8 @@ def lobe_in_words(lobe: Lobe) -> str:
         return f"a retro-reflective peak of {rough}"
     if lobe.model == "round":
         return f"a round peak about the mirror direction, of {rough}"
+    if lobe.model == "blinn-phong":
+        return f"a cosine power {2.0 / along**2 - 2.0:.3g} of the half vector (Blinn-Phong), of {rough}"
     if lobe.model == "coat":
         return f"a coat of {rough} over a diffuse ground"
     return f"a mirror lobe of {rough}"

@@ -20,7 +20,14 @@ from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior
 from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
 from photogonio.reconstruct.estimate.weights import FREE, ViewScales, error_model, view_scales
-from photogonio.reconstruct.lobes.families import Family, families, retro_lobe, round_lobe, second_lobe
+from photogonio.reconstruct.lobes.families import (
+    Family,
+    blinn_phong_lobe,
+    families,
+    retro_lobe,
+    round_lobe,
+    second_lobe,
+)
 from photogonio.reconstruct.table.cells import Cells
 
 PILOT_ORDER = 4
@@ -35,7 +42,7 @@ TELLING = 0.1  # relative error of a cell that can contradict others
 ENOUGH = 0.05  # share of the cells
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
 
-NARROWEST = 0.045  # roughness of a round peak; modes of the highest order leave a twentieth of it out
+NARROWEST = 0.045  # roughness of a peak said in modes; modes of the highest order leave a twentieth of it out
 
 StrayLightOn = Callable[[Cells, Model], np.ndarray]  # (n, c) 1/sr that stray light adds to the cells' values
 Progress = Callable[[str], None]
@@ -71,7 +78,7 @@ def clean(
     lobes: int | None,
     absolute: bool,
     kinds: Sequence[LobeSet] | None = None,
-    round_peaks: bool = False,
+    free_peaks: bool = False,
     rounds: int = ROUNDS,
     stray: StrayLightOn | None = None,
     progress: Progress = lambda stage: None,
@@ -79,10 +86,11 @@ def clean(
     """Remove stray light, binning error, the lamps' size and errors of scale, by turns with pilot fits of every lobe.
 
     ``view_errors`` (g,) are relative standard errors of the views' scales; ``lobes`` is how many were asked for,
-    None for any; ``kinds`` are the lobes to try, None for the isotropic ones, of measured rows with ``round_peaks``.
+    None for any; ``kinds`` are the lobes to try, None for the isotropic ones, with peaks that only modes can
+    say if ``free_peaks``.
     """
     progress("pilot fits")
-    kinds = _kinds(lobes, absolute, round_peaks=round_peaks and not seen.binned) if kinds is None else kinds
+    kinds = _kinds(lobes, absolute, binned=seen.binned, free_peaks=free_peaks) if kinds is None else kinds
     left_out = np.zeros(len(seen.groups), bool)
     scales = ViewScales.none(view_errors)
     light = added = np.zeros_like(seen.value)
@@ -135,22 +143,24 @@ def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
     return (few.take(sure), predicted[sure]) if sure.mean() > ENOUGH else (few, predicted)
 
 
-def _kinds(lobes: int | None, absolute: bool, *, round_peaks: bool) -> list[LobeSet]:
-    """Lobes to start from, and a round peak about the mirror direction, which few and far rows of a narrow gloss may
-    tell from microfacets. The file says it in modes; photos, which show the whole of a gloss, do as well without."""
+def _kinds(lobes: int | None, absolute: bool, *, binned: bool, free_peaks: bool) -> list[LobeSet]:
+    """Lobes to start from, and peaks that the file says in modes, which no microfacets follow toward grazing: one round
+    about the mirror direction, and for photos a cosine power of the half vector (averages of models do without)."""
     if lobes == 0:
         return [LobeSet()]
     kinds = [*families(absolute=absolute), retro_lobe(absolute=absolute)]
-    kinds += [round_lobe(absolute=absolute).with_beckmann] if round_peaks else []
+    if free_peaks:
+        kinds += [blinn_phong_lobe(absolute=absolute)] if binned else []
+        kinds.append(round_lobe(absolute=absolute).with_beckmann)
     single = [_alone(family) for family in kinds]
     return single if lobes else [LobeSet(), *single]
 
 
 def _can_be_said(pilot: Fitted) -> bool:
-    """Whether no round peak is too narrow for modes."""
+    """Whether no peak is too narrow for modes that must say it."""
     lobes = pilot.model.lobes
     return all(
-        not family.forward or shape[0] >= NARROWEST
+        family.about == "light" or shape[0] >= NARROWEST
         for family, shape in zip(lobes.families, lobes.shapes, strict=True)
     )
 

@@ -8,7 +8,8 @@ times a free coefficient a channel, E being all that the interface sends back. A
 two axes of the sample: the covariance of its slopes is roughness^2 exp(2 E), E = [[e, k], [k, -e]], so that
 e = k = 0 is isotropic and nothing is singular there; the roughnesses are roughness exp(+-hypot(e, k)), and the rougher
 axis lies at half the azimuth of (e, k). A peak about the light's own direction, or about the mirror direction and as
-round and high at any incidence (Phong 1975), has a free weight a channel. Of mirror lobes version 1 of the file knows
+round and high at any incidence (Phong 1975), or of the half vector about the normal, as high at any incidence (Blinn
+1977), has a free weight a channel. Of mirror lobes version 1 of the file knows
 only isotropic GGX with height-correlated masking and Schlick's Fresnel:
 :mod:`reconstruct.represent.isotropic` says the others in its terms.
 """
@@ -21,7 +22,7 @@ import numpy as np
 
 from photogonio.reconstruct.lobes.interface import coat_albedo
 from photogonio.reconstruct.lobes.kernel import mirror_parts
-from photogonio.reconstruct.lobes.schlick import RETRO, ROUND, retro
+from photogonio.reconstruct.lobes.schlick import BLINN_PHONG, RETRO, ROUND, blinn_phong, retro
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
 ROUGHNESS_BOUNDS = (0.02, 1.0)
@@ -35,13 +36,17 @@ class Family:
     """One kind of lobe."""
 
     name: str
-    fresnel: str  # "schlick" | "dielectric" | "none": a peak about a direction, of no interface
+    fresnel: str  # "schlick" | "dielectric" | "none": a peak, of no interface
     masking: str  # "correlated" | "separable"; of no meaning for a peak
     absolute: bool  # weight 1; else a free weight a channel
     limit: float = np.inf  # of a free weight
     turning: bool = False  # of unequal roughness along two axes of the sample
-    distribution: str = "ggx"  # of slopes: "ggx" | "beckmann"
-    forward: bool = False  # a peak about the mirror direction; else about the light's own
+    distribution: str = (
+        "ggx"  # of slopes: "ggx" | "beckmann" | "phong", the cosine power of a peak about the normal
+    )
+    # of a peak: what lies about what; "light": the exit direction about the light's own, "mirror": about the mirror
+    # direction, "normal": the half vector about the normal
+    about: str = "light"
 
     @property
     def in_file(self) -> bool:
@@ -56,7 +61,7 @@ class Family:
 
     @property
     def retro(self) -> bool:
-        return self.peak and not self.forward
+        return self.peak and self.about == "light"
 
     @property
     def with_beckmann(self) -> Family:
@@ -116,7 +121,13 @@ def retro_lobe(*, absolute: bool) -> Family:
 def round_lobe(*, absolute: bool) -> Family:
     """The same about the mirror direction: round, and as high at any incidence, as that of Phong's model."""
     limit = 1.0 if absolute else np.inf
-    return Family(f"{ROUND}ggx", "none", "", False, limit=limit, forward=True)
+    return Family(f"{ROUND}ggx", "none", "", False, limit=limit, about="mirror")
+
+
+def blinn_phong_lobe(*, absolute: bool) -> Family:
+    """A cosine power of the half vector: as wide as microfacets, and as high at any incidence (Blinn 1977)."""
+    limit = 1.0 if absolute else np.inf
+    return Family(BLINN_PHONG, "none", "", False, limit=limit, distribution="phong", about="normal")
 
 
 def second_lobe(*, absolute: bool) -> Family:
@@ -137,8 +148,11 @@ def lobe_columns(
     ``shape`` holds the nonlinear parameters in the order of ``family.shape_names``. Only a turning family needs
     ``phi_i``, and ``dphi`` with its sign.
     """
+    if family.about == "normal":
+        column = blinn_phong(theta_i, theta_r, dphi, shape[0])
+        return np.zeros_like(column), column[:, None]
     if family.peak:
-        turn = np.pi - dphi if family.forward else dphi
+        turn = np.pi - dphi if family.about == "mirror" else dphi
         column = retro(theta_i, theta_r, turn, shape[0], family.distribution)
         return np.zeros_like(column), column[:, None]
     f0 = shape[1] if family.fresnel == "dielectric" and family.absolute else TYPICAL_F0

@@ -17,8 +17,9 @@ from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
 from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.modes.quadrature import elevation_rule
 
-PEAKS = ("retro", "round")  # about the light's own direction, and about the mirror direction
-MODELS = ("mirror", "coat", *PEAKS)
+# about the light's own direction, about the mirror direction, and of the half vector about the normal
+PEAKS = ("retro", "round", "blinn-phong")
+MODELS = ("mirror", "coat", "retro", "round")  # of files
 DISTRIBUTIONS = ("ggx", "beckmann")
 MASKINGS = ("correlated", "separable")
 FRESNELS = ("schlick", "dielectric")
@@ -31,8 +32,8 @@ class Lobe:
     roughness: float | tuple[float, float]  # alpha; or along the azimuth, and across
     f0: np.ndarray  # (c,) base reflectance; with the exact dielectric formula all alike; nothing to a peak
     weight: np.ndarray  # (c,)
-    model: str = "mirror"  # one of MODELS
-    distribution: str = "ggx"  # of slopes, one of DISTRIBUTIONS
+    model: str = "mirror"  # one of MODELS or of PEAKS
+    distribution: str = "ggx"  # of slopes, one of DISTRIBUTIONS; "phong" of a peak about the normal
     masking: str = "correlated"  # one of MASKINGS
     fresnel: str = "schlick"  # one of FRESNELS; a coat's is "dielectric"
     azimuth: float = 0.0  # radians from the sample's x, at which the first of two roughnesses lies
@@ -140,6 +141,7 @@ class Lobe:
             turning=self.turning,
             peak=self.peak,
             forward=self.model == "round",
+            halfway=self.model == "blinn-phong",
             separable=self.masking == "separable",
             beckmann=self.distribution == "beckmann",
             f0=float(self.f0[0]) if self.fresnel == "dielectric" else -1.0,

@@ -27,6 +27,7 @@ class LobeTerms:
     turning: bool
     peak: bool  # about a direction, without Fresnel's term and masking:
     forward: bool  # the mirror direction, not the light's own
+    halfway: bool  # or a cosine power of the half vector
     separable: bool
     beckmann: bool
     f0: float  # of the exact dielectric formula; below 0: Schlick's, whose f0 is in the factors
@@ -46,6 +47,9 @@ def add_lobe(
     if terms.peak:
         if base is not None:
             result[:] = base
+        if terms.halfway:
+            _add_power(*angles, terms.axes[0], terms.factors[0], result)
+            return
         if terms.forward:
             angles[3] = angles[3] + math.pi
         _add_peak(*angles, terms.beckmann, terms.axes[0], terms.factors[0], result)
@@ -249,6 +253,21 @@ def _beckmann_lambda(hidden, cos):
     if a > 6.0:  # below rounding
         return 0.0
     return 0.5 * (math.exp(-a * a) / (a * math.sqrt(math.pi)) - math.erfc(a))
+
+
+@_jit
+def _add_power(theta_i, phi_i, theta_r, phi_r, roughness, weight, result):
+    """Blinn and Phong's cosine power of the half vector."""
+    a2 = roughness * roughness
+    for n in range(len(theta_i)):
+        up = math.cos(theta_i[n]) + math.cos(theta_r[n])
+        sin_i, sin_r = math.sin(theta_i[n]), math.sin(theta_r[n])
+        between = math.cos(0.5 * (phi_r[n] - phi_i[n]))
+        aside = (sin_i - sin_r) ** 2 + 4.0 * sin_i * sin_r * between * between
+        cos2 = up * up / max(up * up + aside, 1e-30)
+        density = cos2 ** (1.0 / a2 - 1.0) / (math.pi * a2)
+        for c in range(result.shape[1]):
+            result[n, c] += 0.25 * weight[c] * density
 
 
 @_jit

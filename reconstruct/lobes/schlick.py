@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 RETRO = "retro-"  # begins the names of retro-reflective lobes
 ROUND = "round-"  # and of the same about the mirror direction
+BLINN_PHONG = "blinn-phong"
 
 
 def ggx(
@@ -63,6 +64,19 @@ def retro(
     across = np.sin(theta_i) * np.sin(theta_r) * np.sin(0.5 * dphi) ** 2
     sine2 = np.minimum(np.sin(0.5 * (theta_i - theta_r)) ** 2 + across, 1.0)
     return 0.25 * slopes_density(np.sqrt(1.0 - sine2), roughness, distribution, sine2)
+
+
+def blinn_phong(theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, roughness: float) -> np.ndarray:
+    """A cosine power of the half vector's angle from the normal (Blinn 1977), 1/sr: D / 4 with neither Fresnel's term
+    nor masking, D = (p + 2) / (2 pi) cos^p, p = 2 / roughness^2 - 2 (Walter et al. 2007).
+
+    Angles in radians broadcast together.
+    """
+    theta_i, theta_r, dphi = np.broadcast_arrays(*[np.asarray(a, float) for a in (theta_i, theta_r, dphi)])
+    _, _, up, aside = _half_vector(theta_i, theta_r, dphi)
+    a2 = roughness**2
+    cos2 = up / np.maximum(up + aside, 1e-30)
+    return 0.25 / (np.pi * a2) * cos2 ** (1.0 / a2 - 1.0)
 
 
 def slopes_density(

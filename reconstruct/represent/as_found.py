@@ -34,7 +34,8 @@ def lobe_of(family: Family, shape: np.ndarray, own: np.ndarray, cover: float = 1
     one = np.ones_like(own[0])
     kind: dict[str, Any] = {"distribution": family.distribution, "azimuth": azimuth}
     if family.peak:
-        return Lobe(roughness, one, own[0].copy(), "retro" if family.retro else "round", **kind)
+        model = {"light": "retro", "mirror": "round", "normal": "blinn-phong"}[family.about]
+        return Lobe(roughness, one, own[0].copy(), model, **kind)
     kind |= {"masking": family.masking, "fresnel": family.fresnel}
     if family.has_ground:
         f0, weight = (float(shape[1]), cover * one) if family.absolute else (TYPICAL_F0, own[0].copy())

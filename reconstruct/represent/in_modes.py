@@ -1,7 +1,9 @@
-"""Lobes that the coefficient file has no word for, said in modes: round peaks about the mirror direction.
+"""Lobes that the coefficient file has no word for, said in modes: round peaks about the mirror direction, and cosine
+powers of the half vector.
 
-Such a peak is smooth up to the horizon, so its expansion closes in on it as fast as a Gaussian's: to 0.2 % at an order
-of three over its roughness. The modes' covariance is what the peak's own numbers put into them.
+A round peak is smooth up to the horizon, so its expansion closes in on it as fast as a Gaussian's: to 0.2 % at an order
+of three over its roughness. A cosine power is not where both directions graze, and its expansion closes in on it fast
+below. The modes' covariance is what the peak's own numbers put into them.
 """
 
 from __future__ import annotations
@@ -17,17 +19,24 @@ from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.brdf.parameters import FULL, mode_names, named_number, rounded
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.lobes.lobe import Lobe
+from photogonio.reconstruct.lobes.schlick import blinn_phong
 from photogonio.reconstruct.modes.basis import isotropic_norms
 from photogonio.reconstruct.modes.quadrature import azimuth_rule, elevation_rule
 from photogonio.reconstruct.modes.zernike import elevation_sequence, radial_index
+from photogonio.reconstruct.table.cells import Cells
 
 ORDERS = tuple(range(8, 49, 4))  # the first that is close is taken
-CLOSE = 0.002  # of the root of a peak's square over both hemispheres: what may lie beyond the order
+SAID = ("round", "blinn-phong")  # models of lobes
+# what may lie beyond the order: of the root of a peak's square over both hemispheres, of a cosine power's below JUDGED
+# and cosine weighted
+CLOSE = {"round": 0.002, "blinn-phong": 0.005}
+JUDGED = np.radians(75.0)
 DROPPED = 0.001  # of that of all modes: what those may hold that are not written
 STEP = 1e-3  # of a roughness, in finite differences
 QUANTUM = 1e-6  # of the largest coefficient: no finer digits are written
 GATHERED = 1.5  # at the peak, by which what is left out exceeds waves of the last orders
 MORE_NODES = 16  # of a rule than the order
+JUDGED_NODES = (32, 48)  # of both polar angles, and of the azimuth
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +50,7 @@ class SaidInModes:
 
 def said_in_modes(brdf: Brdf) -> SaidInModes:
     """An isotropic ``brdf`` whose round peaks are modes, with their covariance and what they leave out."""
-    peaks = tuple(lobe for lobe in brdf.lobes if lobe.model == "round")
+    peaks = tuple(lobe for lobe in brdf.lobes if lobe.model in SAID)
     if not peaks:
         return SaidInModes(brdf)
     order = max(brdf.order, *map(_order, peaks))
@@ -50,7 +59,7 @@ def said_in_modes(brdf: Brdf) -> SaidInModes:
     own = _places(brdf.modes, modes)
     whole = np.zeros((len(modes), len(brdf.channels)))
     for peak in peaks:
-        whole += np.outer(_expansion(peak.distribution, peak.axes[0], order)[0], peak.weight)
+        whole += np.outer(_expansion(peak.model, peak.distribution, peak.axes[0], order)[0], peak.weight)
     size = np.linalg.norm(whole, axis=0)
     whole[own] += brdf.coefficients
     quantum = QUANTUM * np.abs(whole).max()
@@ -65,7 +74,7 @@ def said_in_modes(brdf: Brdf) -> SaidInModes:
         modes=modes[kept],
         coefficients=whole[kept],
         standard_errors=np.full_like(whole[kept], np.nan),
-        lobes=tuple(lobe for lobe in brdf.lobes if lobe.model != "round"),
+        lobes=tuple(lobe for lobe in brdf.lobes if lobe.model not in SAID),
         uncertainty=None,
     )
     if brdf.uncertainty is not None:
@@ -77,19 +86,38 @@ def said_in_modes(brdf: Brdf) -> SaidInModes:
 
 def _order(peak: Lobe) -> int:
     """The first that is close."""
-    return next((order for order in ORDERS if _beyond(peak, order) <= CLOSE), ORDERS[-1])
+    return next((order for order in ORDERS if _beyond(peak, order) <= CLOSE[peak.model]), ORDERS[-1])
 
 
 def _beyond(peak: Lobe, order: int) -> float:
     """What of the root of a peak's square lies beyond an order."""
-    unit, square = _expansion(peak.distribution, peak.axes[0], order)
+    if peak.model == "blinn-phong":
+        return _beyond_below(peak.axes[0], order)
+    unit, square = _expansion(peak.model, peak.distribution, peak.axes[0], order)
     return float(np.sqrt(max(1.0 - unit @ unit / square, 0.0)))
 
 
 @lru_cache(maxsize=32)
-def _expansion(distribution: str, roughness: float, order: int) -> tuple[np.ndarray, float]:
-    """(m,) coefficients of a round peak of weight 1, and the integral of its square over both hemispheres."""
-    peak = Lobe(roughness, np.ones(1), np.ones(1), "round", distribution=distribution)
+def _beyond_below(roughness: float, order: int) -> float:
+    """The same of a cosine power, below :data:`JUDGED` and cosine weighted."""
+    unit = _expansion("blinn-phong", "phong", roughness, order)[0]
+    (node, share), (dphi, turn) = (
+        np.polynomial.legendre.leggauss(JUDGED_NODES[0]),
+        azimuth_rule(JUDGED_NODES[1]),
+    )
+    theta = 0.5 * JUDGED * (node + 1.0)
+    grid = [one.ravel() for one in np.meshgrid(theta, theta, dphi, indexing="ij")]
+    weight = share * np.sin(theta) * np.cos(theta)
+    whole = np.einsum("i,r,d->ird", weight, weight, turn).ravel()
+    f = blinn_phong(*grid, roughness)
+    missed = Basis("isotropic", order).evaluate(Cells.of_angles(*grid), unit[:, None])[:, 0] - f
+    return float(np.sqrt((whole @ missed**2) / (whole @ f**2)))
+
+
+@lru_cache(maxsize=32)
+def _expansion(model: str, distribution: str, roughness: float, order: int) -> tuple[np.ndarray, float]:
+    """(m,) coefficients of a peak of weight 1, and the integral of its square over both hemispheres."""
+    peak = Lobe(roughness, np.ones(1), np.ones(1), model, distribution=distribution)
     nodes = max(order, ORDERS[-1]) + MORE_NODES
     theta, weight = elevation_rule(nodes)
     dphi, turn = azimuth_rule(2 * nodes)
@@ -140,7 +168,7 @@ def _uncertain(brdf: Brdf, known: Uncertain, found: Brdf, lost: np.ndarray) -> U
     covariance = change @ known.spread() @ np.swapaxes(change, 1, 2)
     covariance[:, :count, :count] += _spread_of_lost(found, lost)
     errors = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)).T
-    place = np.cumsum([lobe.model != "round" for lobe in brdf.lobes]) - 1
+    place = np.cumsum([lobe.model not in SAID for lobe in brdf.lobes]) - 1
     lobes = [(place[named_number(known.parameters[p], brdf.lobes)[0]], known.parameters[p]) for p in rest]
     names = [f"lobe {k} {name.split(maxsplit=2)[2]}" for k, name in lobes]
     parameters = (*mode_names("isotropic", found.modes), *names)
@@ -169,8 +197,8 @@ def _peak_and_number(brdf: Brdf, name: str) -> tuple[Lobe, str]:
 
 
 def _of_peak(brdf: Brdf, name: str) -> bool:
-    """Whether a number is a round peak's."""
-    return _peak_and_number(brdf, name)[0].model == "round"
+    """Whether a number is one of a peak that modes say."""
+    return _peak_and_number(brdf, name)[0].model in SAID
 
 
 def _slopes(found: Brdf, peak: Lobe, what: str) -> np.ndarray:
@@ -178,7 +206,7 @@ def _slopes(found: Brdf, peak: Lobe, what: str) -> np.ndarray:
     place, alpha = _places(found.modes, Basis("isotropic", found.order).modes), peak.axes[0]
 
     def unit(roughness: float) -> np.ndarray:
-        return _expansion(peak.distribution, roughness, found.order)[0][place]
+        return _expansion(peak.model, peak.distribution, roughness, found.order)[0][place]
 
     if what == "weight":
         return np.repeat(unit(alpha)[:, None], len(peak.weight), axis=1)

@@ -10,7 +10,7 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned
 from photogonio.reconstruct.estimate.weights import ViewScales, error_model
-from photogonio.reconstruct.lobes.families import Family, families, retro_lobe, round_lobe
+from photogonio.reconstruct.lobes.families import Family, blinn_phong_lobe, families, retro_lobe, round_lobe
 from photogonio.reconstruct.represent.as_found import lobes_of
 from photogonio.reconstruct.table.cells import Cells
 
@@ -22,7 +22,7 @@ def kinds() -> list[Family]:
     found: list[Family] = []
     for absolute in (True, False):
         own = [f for turning in (False, True) for f in families(absolute=absolute, turning=turning)]
-        peaks = retro_lobe(absolute=absolute), round_lobe(absolute=absolute)
+        peaks = [one(absolute=absolute) for one in (retro_lobe, round_lobe, blinn_phong_lobe)]
         found += [*own, own[0].with_beckmann, *peaks]
     return found
 

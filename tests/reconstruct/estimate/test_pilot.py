@@ -126,5 +126,5 @@ def test_a_black_gloss_whose_digits_are_cut_off_is_neither_doubted_nor_guessed(p
     samples = believed(GoniometerSamples(theta_i, 0.0 * theta_i, theta_r, dphi, value[:, None], None, ("Y",)))
     assert samples.left_out == 0 and np.mean(value == 0.0) > 0.7
     found = fit_table(samples_table(samples), FitOptions(symmetry="isotropic"))
-    assert [one.forward for one in found.model.lobes.families] == [True] and not found.brdf.lobes
+    assert [one.about == "mirror" for one in found.model.lobes.families] == [True] and not found.brdf.lobes
     assert found.brdf.bihemispherical_albedo()[0] == pytest.approx(0.2, rel=0.01)

@@ -5,6 +5,7 @@ import pytest
 
 from photogonio.reconstruct.lobes.families import (
     CORRELATED_SCHLICK,
+    blinn_phong_lobe,
     families,
     lobe_columns,
     retro_lobe,
@@ -12,7 +13,9 @@ from photogonio.reconstruct.lobes.families import (
     second_lobe,
 )
 from photogonio.reconstruct.lobes.schlick import ggx, slopes_density
+from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
+from photogonio.reconstruct.represent.as_found import lobe_of
 
 ANISOTROPIC = families(absolute=True, turning=True)[0]
 TOP = np.radians(85.0)
@@ -157,3 +160,19 @@ def test_a_round_lobe_is_nearly_a_power_of_the_cosine_to_the_mirror_direction():
     true = (power + 2.0) / (2.0 * np.pi) * np.maximum(cos, 0.0) ** power
     np.testing.assert_allclose(said / said.max(), true / true.max(), atol=0.5 / power)
     assert said.max() == pytest.approx(true.max(), rel=2.5 / power)
+
+
+@pytest.mark.parametrize("power", [4.0, 20.0, 400.0])
+def test_a_blinn_phong_lobe_is_a_power_of_the_cosine_between_half_vector_and_normal(power):
+    """Against the half vector itself, as a fit tries it and as a BRDF has it."""
+    theta_i, theta_r, dphi = pairs()
+    incident, exit = unit_vectors(theta_i, 0.0 * dphi), unit_vectors(theta_r, dphi)
+    half = incident + exit
+    cos = half[:, 2] / np.linalg.norm(half, axis=1)
+    true = (power + 2.0) / (8.0 * np.pi) * cos**power
+    roughness = np.sqrt(2.0 / (power + 2.0))
+    family = blinn_phong_lobe(absolute=True)
+    said = lobe_columns(family, np.array([roughness]), theta_i, theta_r, dphi)[1]
+    lobe = lobe_of(family, np.array([roughness]), np.ones((1, 1)))
+    for found in (said, lobe.evaluate(theta_i, theta_r, dphi)):
+        np.testing.assert_allclose(found[:, 0], true, rtol=1e-10, atol=1e-300)

@@ -9,7 +9,7 @@ from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.errors import Uncertain
 from photogonio.reconstruct.goniometer.sampled import GoniometerSamples
 from photogonio.reconstruct.lobes.lobe import Lobe
-from photogonio.reconstruct.represent.in_modes import CLOSE, DROPPED, said_in_modes
+from photogonio.reconstruct.represent.in_modes import CLOSE, DROPPED, JUDGED, said_in_modes
 from photogonio.reconstruct.table.goniometer_csv import samples_table
 
 PAGE = {"mirror", "coat", "retro"}  # models of lobes that a reader of version 2 knows
@@ -54,12 +54,31 @@ def test_a_round_peak_said_in_modes_is_the_same_function(roughness):
     said = said_in_modes(before)
     after = said.brdf
     assert {lobe.model for lobe in after.lobes} <= PAGE and len(said.peaks) == 1
-    assert said.lost <= np.hypot(CLOSE, DROPPED) * (1.0 + 1e-12)
+    assert said.lost <= np.hypot(CLOSE["round"], DROPPED) * (1.0 + 1e-12)
     theta_i, theta_r, dphi = pairs()
     true, found = (one.evaluate(theta_i, 0.0, theta_r, dphi) for one in (before, after))
     # the waves left out gather about the peak, where they may be some ten times their root mean square
     assert np.abs(found - true).max() <= 10.0 * said.lost * true.max()
     np.testing.assert_allclose(after.bihemispherical_albedo(), before.bihemispherical_albedo(), rtol=1e-3)
+
+
+@pytest.mark.parametrize("roughness", [0.25, 0.5])
+def test_a_cosine_power_of_the_half_vector_said_in_modes_is_the_same_but_where_both_graze(roughness):
+    one = np.array([0.3, 0.1])
+    before = replace(
+        with_peak(),
+        lobes=(Lobe(roughness, np.ones(2), one, "blinn-phong", distribution="phong"),),
+        uncertainty=None,
+    )
+    said = said_in_modes(before)
+    assert not said.brdf.lobes and len(said.peaks) == 1
+    assert said.lost <= np.hypot(1.0, 0.5) * CLOSE["blinn-phong"] * (1.0 + 1e-12)  # modes dropped add half
+    theta_i, theta_r, dphi = pairs()
+    true, found = (one.evaluate(theta_i, 0.0, theta_r, dphi) for one in (before, said.brdf))
+    below = (np.maximum(theta_i, theta_r) < JUDGED) & (np.minimum(theta_i, theta_r) < np.radians(60.0))
+    peak = before.lobes[0].evaluate(theta_i, theta_r, dphi)
+    rms = np.sqrt(np.mean((found - true)[below] ** 2, axis=0) / np.mean(peak[below] ** 2, axis=0))
+    assert (rms <= 2.0 * said.lost).all()
 
 
 def test_its_errors_go_into_the_modes():
@@ -131,8 +150,8 @@ def test_whoever_asks_for_an_order_or_for_lobes_gets_no_other_modes(asked, tried
     class Cleaning(Exception):
         pass
 
-    def caught(*args, round_peaks, **others):
-        raise Cleaning(round_peaks)
+    def caught(*args, free_peaks, **others):
+        raise Cleaning(free_peaks)
 
     monkeypatch.setattr(fit, "clean", caught)
     theta = np.radians(np.linspace(0.0, 60.0, 12))
