@@ -13,6 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from photogonio.reconstruct.goniometer.stuck import stands_still, stuck_suspects
 from photogonio.reconstruct.goniometer.suspects import APART, FEWEST, STUCK, is_mark, suspects
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 from photogonio.reconstruct.table.neighbours import Expected, expected, numbered, places
@@ -49,6 +50,7 @@ class SpoiltRows:
     mark: float  # the value that they hold
     instead: float  # 1/sr: what neighbours say, in the middle
     lamp: float | None  # radians from the lamp's direction, within which all are; None: elsewhere
+    still: bool = False  # a reading like others, at which the instrument stood still
 
 
 def find_spoilt(samples: GoniometerSamples) -> list[SpoiltRows]:
@@ -63,10 +65,10 @@ def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> lis
     size = np.abs(value[value != 0.0])
     if not len(size):
         return []
-    marks = suspects(at, value)
+    marks, still = suspects(at, value), stuck_suspects(at, value)
     zero = np.abs(value) <= ZERO * np.median(size)
     good = ~np.isin(value, marks) & ~zero & (value > 0.0)
-    if good.sum() < FEWEST or not (zero.any() or len(marks) or (value < 0).any()):
+    if good.sum() < FEWEST or not (zero.any() or len(marks) or len(still) or (value < 0).any()):
         return []
     known = _Known.of(at, value, good, marks)
     found = []
@@ -74,6 +76,7 @@ def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> lis
         rows = np.flatnonzero(value == mark)
         one = _marked(samples, known, rows, float(mark), channel)
         found += [] if one is None else [one]
+    found += _still(known, still[~np.isin(still, [one.mark for one in found])], channel)
     out = np.concatenate([one.rows for one in found]) if found else np.empty(0, int)
     hidden = np.setdiff1d(np.flatnonzero(zero), out)
     return found + _zeros(samples, known, hidden, channel)
@@ -143,6 +146,21 @@ def _marked(samples, known: _Known, rows: np.ndarray, mark: float, channel: int)
     if wrong.mean() < MOST:
         return None
     return SpoiltRows(rows, channel, mark, float(np.median(told.value)), None)
+
+
+def _still(known: _Known, marks: np.ndarray, channel: int) -> list[SpoiltRows]:
+    """Rows of values at which the instrument stood still."""
+    left, found = known.good | (known.value <= 0.0), []
+    for mark in marks:
+        rows, others = np.flatnonzero(known.value == mark), np.flatnonzero(left & (known.value != mark))
+        good = known.good & left & (known.value != mark)
+        among, noise = _scattered(known, rows), known.relative
+        if good.sum() < FEWEST or not stands_still(known.at, known.value, others, rows, noise, among=among):
+            continue
+        told = expected(known.at[good], known.value[good], known.at[_some(rows)])
+        found.append(SpoiltRows(rows, channel, float(mark), float(np.median(told.value)), None, still=True))
+        left[rows] = False
+    return found
 
 
 def _scattered(known: _Known, rows: np.ndarray) -> bool:

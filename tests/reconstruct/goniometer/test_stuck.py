@@ -1,0 +1,51 @@
+"""Values at which an instrument stood still, among a surface's own that repeat."""
+
+import numpy as np
+import pytest
+
+from photogonio.reconstruct.goniometer.spoilt import find_spoilt
+from photogonio.reconstruct.goniometer.stuck import stuck_suspects
+from photogonio.reconstruct.table.neighbours import places
+from tests.drawn.goniometer import SATIN, matte, measured, regular, rough, scattered
+
+
+def out_of(table) -> np.ndarray:
+    found = find_spoilt(table)
+    return np.unique(np.concatenate([one.rows for one in found])) if found else np.empty(0, int)
+
+
+def frozen(table, rows: np.ndarray, value: float):
+    table.value[rows] = value
+    return table
+
+
+@pytest.mark.parametrize("where", ["scattered", "run"])
+@pytest.mark.parametrize("surface", [SATIN, rough(0.5)])
+def test_a_frozen_reading_among_others_is_left_out(surface, where):
+    at = regular() if where == "run" else scattered(600, 3)
+    table = measured(surface, at, noise=0.02)
+    rng = np.random.default_rng(1)
+    rows = np.arange(300, 340) if where == "run" else np.sort(rng.choice(600, 40, replace=False))
+    value = float(np.quantile(table.value, 0.6)) * 1.0001
+    np.testing.assert_array_equal(out_of(frozen(table, rows, value)), rows)
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-3, 0.01])
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.05])
+def test_what_digits_and_plateaus_repeat_is_believed(noise, step):
+    for surface in (matte(0.5), SATIN, rough(0.5)):
+        table = measured(surface, regular(), noise=noise)
+        if step:
+            table.value[:] = np.round(table.value / step) * step
+        assert not len(out_of(table))
+
+
+def test_reciprocal_and_mirrored_twins_are_one_reading():
+    theta_i, theta_r = np.radians(np.linspace(10.0, 70.0, 40)), np.radians(np.linspace(72.0, 20.0, 40))
+    at = np.concatenate(
+        [places(theta_i, theta_r, 0 * theta_i + 1), places(theta_r, theta_i, 0 * theta_i - 1)]
+    )
+    value = np.tile(np.random.default_rng(0).uniform(0.1, 0.2, 40), 2)
+    assert not len(stuck_suspects(at, value))
+    value[[3, 43, 8, 48, 13, 53, 20, 60]] = 0.15  # four pairs of directions
+    np.testing.assert_array_equal(stuck_suspects(at, value), [0.15])
