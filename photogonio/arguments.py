@@ -264,6 +264,9 @@ def _show(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "-o", "--out", metavar="FILE", default="brdf.png", help=".png or .svg (default: brdf.png)"
     )
+    parser.add_argument(
+        "--draws", metavar="N", type=positive, help="N balls instead, each of a BRDF drawn from the errors"
+    )
 
 
 def _export(commands: argparse._SubParsersAction) -> None:

@@ -39,6 +39,9 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         {name: found for path in paths for name, found in hash_inputs(path).items()},
     )
     reporter.say(_table(found))
+    reporter.say(
+        str(found.significance or "neither says how sure it is: whether they differ by more cannot be told")
+    )
     numbers = found.to_dict() | {"source": source.to_dict()}
     if args.out:
         _write(found, numbers, Path(args.out), source)

@@ -6,19 +6,32 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import find_brdf
 from photogonio.face.files import load
+from photogonio.face.known import KnownBrdf
 from photogonio.face.measured import MeasuredBrdf
 from photogonio.reconstruct.brdf.words import described
 from photogonio.report.html import picture_bytes
+from photogonio.report.plots import draws_figure
 from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_file
 
+MOST_DRAWS = 100
 _ANGLES = np.radians([0.0, 30.0, 60.0])
+
+
+def draws_of(brdf: MeasuredBrdf | KnownBrdf, count: int) -> Figure:
+    """Balls of BRDFs drawn from the errors. Raises InputError where there are too many, or the file says no errors."""
+    if count > MOST_DRAWS:
+        raise InputError(f"--draws {count}", f"expected at most {MOST_DRAWS}")
+    drawn = brdf.sample(count, seed=0)
+    title = f"{brdf.name}: {count} draws of its numbers within their stated errors"
+    return draws_figure(drawn, title)
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
@@ -30,8 +43,9 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     if isinstance(brdf, MeasuredBrdf):
         for line in told_distrust(brdf, path.name):
             reporter.warn(line)
-    source = Provenance(canonical_command("show", path.name, {}), {path.name: hash_file(path)})
-    figure = brdf.plot()
+    options = {"draws": args.draws}
+    source = Provenance(canonical_command("show", path.name, options), {path.name: hash_file(path)})
+    figure = brdf.plot() if args.draws is None else draws_of(brdf, args.draws)
     with staged_file(out) as stage:
         stage.write_bytes(picture_bytes(figure, kind=kind, source=source.to_text()))
     reporter.say(f"written to {out}")

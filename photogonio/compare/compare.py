@@ -12,6 +12,7 @@ from photogonio.compare.appearance import Appearance, appearance
 from photogonio.compare.colours import in_common_colours
 from photogonio.compare.known import Known
 from photogonio.compare.metrics import Directions
+from photogonio.compare.significance import Side, Significance, pairs_below, significance
 from photogonio.report.misfit import correlation
 
 _ALBEDO_ANGLES = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0])
@@ -31,6 +32,7 @@ class Comparison:
     a: np.ndarray  # (n, c) 1/sr
     b: np.ndarray  # (n, c) 1/sr
     appearance: Appearance | None  # None where a or b is known at given pairs only
+    significance: Significance | None = None  # None where neither says how sure it is
 
     def to_dict(self) -> dict[str, object]:
         numbers: dict[str, object] = {
@@ -42,6 +44,7 @@ class Comparison:
             "scale": self.scale,
             **self.measures,
         }
+        numbers["difference"] = None if self.significance is None else self.significance.to_dict()
         return numbers | ({"appearance": self.appearance.to_dict()} if self.appearance else {})
 
 
@@ -66,7 +69,13 @@ def compare(a: Known, b: Known, *, mask: float = np.radians(80.0), scale: bool =
         judged, reference = _everywhere(a.evaluate, take_a, factor), _everywhere(b.evaluate, take_b, 1.0)
         measures |= _integrals(judged, reference, at, mask)
         seen = appearance(judged, reference, channels)
-    return Comparison((a.name, b.name), channels, mask, factor, measures, at, value_a, value_b, seen)
+    pairs, few_a, few_b = at, value_a / factor, value_b
+    if a.at is None and b.at is None:
+        pairs = pairs_below(mask, isotropic=a.isotropic and b.isotropic)
+        few_a, few_b = a.values(pairs)[:, take_a], b.values(pairs)[:, take_b]
+    sides = Side.of(a, take_a, few_a), Side.of(b, take_b, few_b)
+    sure = significance(*sides, pairs, channels, scale=scale)
+    return Comparison((a.name, b.name), channels, mask, factor, measures, at, value_a, value_b, seen, sure)
 
 
 def _everywhere(known: metrics.Evaluate, channels: list[int], factor: np.ndarray | float) -> metrics.Evaluate:

@@ -230,3 +230,19 @@ def overview_figure(
         ax.set_axis_off()
         ax.set_title(f"light {name}", fontsize=10, color=_INK)
     return figure
+
+
+def draws_figure(drawn: Sequence[Evaluate], title: str) -> Figure:
+    """A ball of each under the same light and exposure: how much they differ is how unsure the picture is."""
+    columns = int(np.ceil(np.sqrt(len(drawn))))
+    rows = -(-len(drawn) // columns)
+    figure = Figure(figsize=(1.9 * columns + 0.4, 1.9 * rows + 0.7), layout="constrained")
+    figure.suptitle(title, fontsize=10, color=_INK)
+    axes = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
+    balls = [shaded_sphere(one, BALL_LIGHTS["over the shoulder"], size=160) for one in drawn]
+    white = max(float(np.nanquantile(ball, 0.99)) for ball in balls)
+    for ax in axes:
+        ax.set_axis_off()
+    for ax, ball in zip(axes, balls, strict=False):
+        ax.imshow(to_display(ball, white=white, background=1.0), interpolation="antialiased")
+    return figure

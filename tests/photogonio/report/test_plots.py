@@ -76,3 +76,13 @@ def test_figures_give_the_same_bytes_twice():
 def test_numbers_are_aligned_right_and_words_left():
     table = Table(("name", "value", "mixed"), [("a", "1.5", "2"), ("b", "-2e-3", "no")])
     assert [table.numeric(k) for k in range(3)] == [False, True, False]
+
+
+def test_draws_are_balls_at_one_exposure():
+    """Of two that differ, one is darker; a third place stays empty."""
+    shades = [lambda i, r, f=f: np.full((len(i), 3), f / np.pi) for f in (0.4, 0.8, 0.8)]
+    figure = plots.draws_figure(shades, "three")
+    pictures = [ax.images[0].get_array() for ax in figure.axes if ax.images]
+    assert len(figure.axes) == 4 and len(pictures) == 3
+    middle = [float(np.asarray(one)[80, 80, 0]) for one in pictures]
+    assert middle[0] < middle[1] == middle[2]
