@@ -27,13 +27,13 @@ class LobeTerms:
     turning: bool
     peak: bool  # about a direction, without Fresnel's term and masking:
     forward: bool  # the mirror direction, not the light's own
-    halfway: bool  # or a cosine power of the half vector
     separable: bool
     beckmann: bool
     f0: float  # of the exact dielectric formula; below 0: Schlick's, whose f0 is in the factors
     table: np.ndarray  # (k,) 1 - E of a coat at even steps of cos; (0,) of others
     entered: Callable[..., np.ndarray] | None  # of a coat that turns: angles to (1 - E(i)) (1 - E(r))
     factors: np.ndarray  # (2, c) of the lobe, and of (1 - h.i)^5 of it, or of (1 - E(i)) (1 - E(r))
+    halfway: bool = False  # a peak that is a cosine power of the half vector
 
 
 def add_lobe(
