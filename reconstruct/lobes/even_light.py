@@ -33,6 +33,7 @@ def even_light_parts(
         turning=turning,
         peak=False,
         forward=False,
+        halfway=False,
         separable=separable,
         beckmann=beckmann,
         f0=f0,
