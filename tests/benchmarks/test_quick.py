@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks import all as everything
 from benchmarks import (
+    consumers,
     coverage,
     end_to_end,
     far_lamps,
@@ -186,3 +187,13 @@ def test_what_the_distance_of_lamps_costs(capsys):
     errors = [float(row[-6]) for row in rows]
     assert 0.0 < max(errors) < 2.0  # per cent
     assert all(row[-2] == "yes" and row[-3] == "0" for row in rows)
+
+
+@pytest.mark.long
+def test_what_consumers_read(capsys):
+    consumers.main(["--quick"])
+    rows = re.findall(
+        r"^\| (\w+) \| [\w ]+ \| ([\w .]+) \| ([\d.]+) \|", capsys.readouterr().out, re.MULTILINE
+    )
+    assert [row[:2] for row in rows] == [(f, m) for f in ("mitsuba", "csv") for m in ("matte", "gloss 0.3")]
+    assert all(float(lost) < 1.0 for _, _, lost in rows)
