@@ -43,7 +43,7 @@ def stuck_suspects(at: np.ndarray, value: np.ndarray) -> np.ndarray:
         return values[:0]
     enough = count[:-1] >= max(LEAST, ODD * np.quantile(count, USUAL))
     often = np.flatnonzero(enough & (values[:-1] > FAINT * np.median(value[value > 0.0])))
-    odds = np.array([_log_chance(values, count, k) for k in often])
+    odds = np.array([_log_chance(values, count, int(k)) for k in often])
     rare = often[odds < np.log(CHANCE / len(values))] if len(often) else often
     return values[rare[np.argsort(-count[rare], kind="stable")][:MOST]]
 

@@ -109,7 +109,7 @@ def _beyond_below(roughness: float, order: int) -> float:
     grid = [one.ravel() for one in np.meshgrid(theta, theta, dphi, indexing="ij")]
     weight = share * np.sin(theta) * np.cos(theta)
     whole = np.einsum("i,r,d->ird", weight, weight, turn).ravel()
-    f = blinn_phong(*grid, roughness)
+    f = blinn_phong(grid[0], grid[1], grid[2], roughness)
     missed = Basis("isotropic", order).evaluate(Cells.of_angles(*grid), unit[:, None])[:, 0] - f
     return float(np.sqrt((whole @ missed**2) / (whole @ f**2)))
 
