@@ -97,10 +97,11 @@ def clean(
     work = _piloted(seen, added, scales, kinds)
     many_views = len(np.unique(seen.group)) > 1
     turns = rounds if many_views or stray is not None or seen.binned else 0
+    if stray is not None:
+        progress("stray light")
     for _ in range(turns):
         reference = work.reference.model
         if stray is not None:
-            progress("stray light")
             light = stray(work.cells, reference)
         blurred = binning(work.cells, reference) + lamp_size(work.cells, reference)
         added, before = light + blurred, (added, scales.factor)

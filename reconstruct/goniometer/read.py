@@ -174,7 +174,7 @@ def _said(samples: GoniometerSamples, one: SpoiltRows) -> str:
     if one.lamp is not None:
         text += f", within {math.degrees(one.lamp):.0f} degrees of the lamp's direction: the detector hid the lamp"
     elif one.mark:
-        text += ": the instrument stood still" if one.still else ": a mark of a missing value"
+        text += f": {one.why}"
     if samples.line is None:
         return text
     line = samples.line[one.rows, min(one.channel, samples.line.shape[1] - 1)]

@@ -38,6 +38,8 @@ CLOSE, ALONE = (
     0.6,
 )  # nearest rows, itself among them, and the share of good ones about a zero that stands alone
 FADING = 0.2  # share of zeros beside low values, which then are a surface's last digits
+BELOW = 0.3  # of what neighbours say: so far below zero no noise leads that leaves these alike
+STILL, TURNED = "the instrument stood still", "their sign is wrong"
 LINKED = 20  # nearest rows that a zero hangs together with
 
 
@@ -50,7 +52,7 @@ class SpoiltRows:
     mark: float  # the value that they hold
     instead: float  # 1/sr: what neighbours say, in the middle
     lamp: float | None  # radians from the lamp's direction, within which all are; None: elsewhere
-    still: bool = False  # a reading like others, at which the instrument stood still
+    why: str = "a mark of a missing value"  # unless it is zero
 
 
 def find_spoilt(samples: GoniometerSamples) -> list[SpoiltRows]:
@@ -78,6 +80,7 @@ def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> lis
         found += [] if one is None else [one]
     found += _still(known, still[~np.isin(still, [one.mark for one in found])], channel)
     out = np.concatenate([one.rows for one in found]) if found else np.empty(0, int)
+    found += _below_zero(known, np.setdiff1d(np.flatnonzero(value < 0.0), out), channel)
     hidden = np.setdiff1d(np.flatnonzero(zero), out)
     return found + _zeros(samples, known, hidden, channel)
 
@@ -148,6 +151,18 @@ def _marked(samples, known: _Known, rows: np.ndarray, mark: float, channel: int)
     return SpoiltRows(rows, channel, mark, float(np.median(told.value)), None)
 
 
+def _below_zero(known: _Known, rows: np.ndarray, channel: int) -> list[SpoiltRows]:
+    """Rows far below zero, each with a value of its own, where neighbours agree on one above: a sign is wrong."""
+    if not len(rows):
+        return []
+    told = known.expected(rows)
+    wrong = np.minimum(-known.value[rows], told.least) > BELOW * told.value
+    if wrong.mean() < MOST:
+        return []
+    mark, instead = (float(np.median(one[wrong])) for one in (known.value[rows], told.value))
+    return [SpoiltRows(rows[wrong], channel, mark, instead, None, TURNED)]
+
+
 def _still(known: _Known, marks: np.ndarray, channel: int) -> list[SpoiltRows]:
     """Rows of values at which the instrument stood still."""
     left, found = known.good | (known.value <= 0.0), []
@@ -158,7 +173,7 @@ def _still(known: _Known, marks: np.ndarray, channel: int) -> list[SpoiltRows]:
         if good.sum() < FEWEST or not stands_still(known.at, known.value, others, rows, noise, among=among):
             continue
         told = expected(known.at[good], known.value[good], known.at[_some(rows)])
-        found.append(SpoiltRows(rows, channel, float(mark), float(np.median(told.value)), None, still=True))
+        found.append(SpoiltRows(rows, channel, float(mark), float(np.median(told.value)), None, STILL))
         left[rows] = False
     return found
 

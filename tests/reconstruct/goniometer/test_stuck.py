@@ -49,3 +49,14 @@ def test_reciprocal_and_mirrored_twins_are_one_reading():
     assert not len(stuck_suspects(at, value))
     value[[3, 43, 8, 48, 13, 53, 20, 60]] = 0.15  # four pairs of directions
     np.testing.assert_array_equal(stuck_suspects(at, value), [0.15])
+
+
+def test_rows_of_the_wrong_sign_are_left_out_and_noise_below_zero_is_not():
+    table = measured(SATIN, scattered(600, 3), noise=0.05)
+    rows = np.sort(np.random.default_rng(1).choice(600, 30, replace=False))
+    table.value[rows] *= -1.0
+    np.testing.assert_array_equal(out_of(table), rows)
+    for constant in (0.2, 0.5, 1.0):  # of the value, everywhere
+        noisy = measured(matte(0.05), scattered(600, 3), constant=constant * 0.05 / np.pi)
+        assert constant < 0.5 or (noisy.value < 0.0).any()
+        assert not len(out_of(noisy))
