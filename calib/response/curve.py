@@ -1,4 +1,9 @@
-"""A tone curve as sRGB's and what bends it: a spline, one for all channels and a small one of each channel's own."""
+"""A tone curve as sRGB's of codes that are moved: smoothly, all channels alike but for a little of each one's own.
+
+A camera's program bends the picture that would be sRGB by a curve such as an artist draws, an S, a lifted toe, a
+shoulder: smooth from code to code. So the code that sRGB would have is the code and a smooth function of it; that tells
+codes between those of black and white print that no print shows.
+"""
 
 from __future__ import annotations
 
@@ -10,47 +15,62 @@ from scipy.interpolate import BSpline
 
 from photogonio.capture.containers.tone import srgb
 
-KNOTS = 14  # along the root of the code, which lies between code and logarithm: fine in the dark as in light
-_FIRST = 0.08  # root of the code at which they begin
+KNOTS = 12
 BENDS = KNOTS + 2
-ANCHOR = 0.8  # code at which the bend is 0: exposure knows no other scale
-# what curves of cameras do, standard deviations: the bend's slope against the logarithm of light, how that changes from
-# one knot to the next, and how a channel differs from the others
-_SLOPE, _CHANGE, _SUDDEN, _OWN, _OWN_CHANGE = 0.4, 0.12, 0.08, 0.02, 0.01
-_NARROW = 0.2  # of the logarithm of light, the least between knots
+ANCHOR = 0.8  # code against which the light of others is quoted
+LEAST = 1e-3  # of the code that sRGB would have: its light is nothing
+# how far codes are moved, and over which part of the codes that changes: by what an artist draws, and by finer things;
+# a channel beside the others
+_DRAWN, _FINE, _OWN = (0.12, 0.45), (0.012, 0.18), (0.003, 0.4)
+# turns at either end, a toe or a shoulder: how far, over which part of the codes, and which end
+_TURNS = ((0.08, 0.06, 1.0), (0.08, 0.15, 1.0), (0.03, 0.06, 0.0))
+_ENDS = 0.06  # by how much the ends of the codes are moved
+_BEYOND = 0.5  # of the logarithm of light beyond codes that were seen: how wrong it may be
+_LOOSE = 1e-3  # of these, by which each coefficient is free
 
 
 @cache
 def _knots() -> np.ndarray:
-    inner = np.linspace(_FIRST, 1.0, KNOTS)
-    step = inner[1] - inner[0]
-    return inner[0] + step * np.arange(-3, KNOTS + 3)
-
-
-def _root(codes: np.ndarray) -> np.ndarray:
-    knots = _knots()
-    return np.clip(np.sqrt(np.maximum(codes, 0.0)), knots[3], knots[-4])
+    step = 1.0 / (KNOTS - 1)
+    return step * np.arange(-3, KNOTS + 3)
 
 
 def basis(codes: np.ndarray) -> np.ndarray:
-    """The spline's functions (n, BENDS) at codes (n,), fractions of full scale; below the first knot as there."""
-    return BSpline.design_matrix(_root(codes), _knots(), 3).toarray()
+    """The spline's functions (n, BENDS) at codes (n,), fractions of full scale."""
+    knots = _knots()
+    return BSpline.design_matrix(np.clip(codes, knots[3], knots[-4]), knots, 3).toarray()
+
+
+def steepness(moved: np.ndarray) -> np.ndarray:
+    """Slope (n,) of the logarithm of sRGB's light by the code."""
+    moved, step = np.maximum(moved, LEAST), 1e-4
+    return (np.log(srgb(moved + step)) - np.log(srgb(moved))) / step
+
+
+def log_srgb(moved: np.ndarray) -> np.ndarray:
+    """Logarithm (n,) of sRGB's light."""
+    return np.log(srgb(np.maximum(moved, LEAST)))
 
 
 def prior(channels: int) -> np.ndarray:
     """Rows (m, (1 + channels) BENDS) of what is expected of the bends, each in its standard deviations: the common
     one's, then each channel's own."""
-    centres = np.maximum(_knots()[2:-2], _FIRST / 2)
-    light = np.log(srgb(centres**2))
-    first, second, third = (np.diff(np.eye(BENDS), order, axis=0) for order in (1, 2, 3))
-    step = np.maximum(np.diff(light), _NARROW)
-    common = np.vstack(
-        [first / (_SLOPE * step)[:, None] / np.sqrt(len(first)), second / _CHANGE, third / _SUDDEN]
-    )
-    own = np.vstack([first / _OWN, second / _OWN_CHANGE])
-    return np.vstack(
-        [_placed(common, 0, channels), *(_placed(own, c + 1, channels) for c in range(channels))]
-    )
+    places = _knots()[2:-2]
+    apart = places[:, None] - places
+    common = sum(size**2 * np.exp(-0.5 * (apart / reach) ** 2) for size, reach in (_DRAWN, _FINE))
+    for size, reach, end in _TURNS:
+        turn = size * np.exp(-np.abs(places - end) / reach)
+        common = common + turn[:, None] * turn
+    own = _OWN[0] ** 2 * np.exp(-0.5 * (apart / _OWN[1]) ** 2)
+    blocks = [common, *[own] * channels]
+    rows = [_placed(_whitened(one), block, channels) for block, one in enumerate(blocks)]
+    return np.vstack(rows)
+
+
+def _whitened(covariance: np.ndarray) -> np.ndarray:
+    """Rows whose squares sum to what a covariance makes of a vector."""
+    loose = covariance + _LOOSE**2 * np.diag(np.diag(covariance))
+    return np.linalg.inv(np.linalg.cholesky(loose))
 
 
 def _placed(rows: np.ndarray, block: int, channels: int) -> np.ndarray:
@@ -60,9 +80,8 @@ def _placed(rows: np.ndarray, block: int, channels: int) -> np.ndarray:
 
 
 def anchors(channels: int) -> np.ndarray:
-    """Rows (1 + channels, ...) that are 0: the bends at the anchor."""
-    at = basis(np.array([ANCHOR]))
-    return np.vstack([_placed(at, block, channels) for block in range(1 + channels)])
+    """Rows (2, ...) of the ends: no light has about the lowest code, and full scale is full scale."""
+    return _placed(basis(np.array([0.0, 1.0])) / _ENDS, 0, channels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,18 +96,30 @@ class Curves:
     def channels(self) -> int:
         return len(self.bends) - 1
 
+    def moved(self, codes: np.ndarray, channel: int) -> np.ndarray:
+        """The codes (n,) that sRGB would have."""
+        return codes + basis(codes) @ (self.bends[0] + self.bends[channel + 1])
+
     def log_light(self, codes: np.ndarray, channel: int) -> np.ndarray:
         """Logarithm (n,) of the light of codes (n,), but for a constant."""
-        base = np.log(np.maximum(srgb(np.maximum(codes, 1e-6)), 1e-12))
-        return base + basis(codes) @ (self.bends[0] + self.bends[channel + 1])
+        return log_srgb(self.moved(codes, channel))
 
     def error_between(self, codes: np.ndarray, others: np.ndarray, channel: int) -> np.ndarray:
         """Standard errors (n,) of the logarithm of the ratio of the light of codes and of others, (n,) each."""
-        apart = basis(codes) - basis(others)
+        apart = self._slopes(codes, channel) - self._slopes(others, channel)
         wide = np.zeros((len(codes), self.bends.size))
         wide[:, :BENDS] = apart
         wide[:, (channel + 1) * BENDS : (channel + 2) * BENDS] = apart
-        return np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", wide, self.covariance, wide), 0.0))
+        told = np.maximum(np.einsum("ni,ij,nj->n", wide, self.covariance, wide), 0.0)
+        return np.sqrt(told + (self._untold(codes, channel) - self._untold(others, channel)) ** 2)
+
+    def _untold(self, codes: np.ndarray, channel: int) -> np.ndarray:
+        """What of the logarithm of light (n,) is unsure since no print has such codes."""
+        beyond = self.log_light(codes, channel) - self.log_light(np.clip(codes, *self.seen), channel)
+        return _BEYOND * beyond
+
+    def _slopes(self, codes: np.ndarray, channel: int) -> np.ndarray:
+        return basis(codes) * steepness(self.moved(codes, channel))[:, None]
 
     def table(self, size: int = 1024) -> np.ndarray:
         """Light (size, c) at evenly spaced codes: 0 at 0, 1 at full scale, rising."""

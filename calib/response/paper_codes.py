@@ -21,7 +21,7 @@ from photogonio.capture.radiance import RadianceImage
 ReadWindows = Callable[[View, Windows], RadianceImage]
 ReadCoded = Callable[[View], Coded | None]
 
-_ACROSS, _APART = 150, 3.0  # samples along the board; radii of mirror balls that they are away from them
+_ACROSS, _APART = 300, 3.0  # samples along the board; radii of mirror balls that they are away from them
 _FEWEST, _CELLS = (
     8,
     12,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from photogonio.calib.response.curve import ANCHOR, BENDS, Curves, anchors, basis, prior
+from photogonio.calib.response.curve import ANCHOR, BENDS, Curves, anchors, basis, prior, steepness
 from photogonio.capture.linear.encoding import srgb_to_linear
 
 CODES = np.linspace(0.05, 1.0, 40)
@@ -26,11 +26,21 @@ def test_a_table_rises_whatever_the_bends():
     assert (np.diff(Curves(bends, np.zeros((2 * BENDS,) * 2), (0.0, 1.0)).table(), axis=0) > 0).all()
 
 
-def test_no_bend_is_what_is_expected_and_a_constant_is_free_but_for_the_anchor():
+def test_smooth_bends_are_likelier_than_rough_ones():
     rows = prior(2)
-    constant = np.concatenate([np.ones(BENDS), np.zeros(2 * BENDS)])
-    assert rows @ constant == pytest.approx(0.0, abs=1e-9)
-    assert anchors(2)[0] @ constant == pytest.approx(1.0)
+    smooth, rough = np.zeros(3 * BENDS), np.zeros(3 * BENDS)
+    smooth[:BENDS] = 0.05 * np.sin(np.linspace(0.0, np.pi, BENDS))
+    rough[:BENDS:2] = 0.05
+    assert (rows @ rough) @ (rows @ rough) > 10 * (rows @ smooth) @ (rows @ smooth)
+    assert (anchors(2) @ smooth)[0] == pytest.approx(0.0, abs=0.5)
+
+
+def test_beyond_the_codes_that_were_seen_it_is_unsure():
+    curves = Curves(np.zeros((2, BENDS)), np.zeros((2 * BENDS, 2 * BENDS)), (0.2, 0.8))
+    inside, outside = np.array([0.3]), np.array([0.1])
+    assert curves.error_between(inside, np.array([0.7]), 0) == pytest.approx(0.0)
+    lost = np.log(srgb_to_linear(0.2) / srgb_to_linear(0.1))
+    assert curves.error_between(outside, inside, 0) == pytest.approx(lost / 2)
 
 
 def test_errors_are_of_ratios():
@@ -38,5 +48,5 @@ def test_errors_are_of_ratios():
     curves = Curves(np.zeros((2, BENDS)), spread, (0.0, 1.0))
     error = curves.error_between(CODES, np.full(len(CODES), ANCHOR), 0)
     assert curves.error_between(CODES, CODES, 0) == pytest.approx(0.0)
-    apart = basis(CODES) - basis(np.full(len(CODES), ANCHOR))
-    assert error == pytest.approx(np.sqrt(2 * (apart**2).sum(1)))
+    slopes = [steepness(c)[:, None] * basis(c) for c in (CODES, np.full(len(CODES), ANCHOR))]
+    assert error == pytest.approx(np.sqrt(2 * ((slopes[0] - slopes[1]) ** 2).sum(1)))
