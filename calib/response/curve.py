@@ -52,9 +52,9 @@ def log_srgb(moved: np.ndarray) -> np.ndarray:
     return np.log(srgb(np.maximum(moved, LEAST)))
 
 
-def prior(channels: int) -> np.ndarray:
+def prior(channels: int, drawn: float = 1.0) -> np.ndarray:
     """Rows (m, (1 + channels) BENDS) of what is expected of the bends, each in its standard deviations: the common
-    one's, then each channel's own."""
+    one's, of which ``drawn`` says how strong a curve it is, then each channel's own."""
     places = _knots()[2:-2]
     apart = places[:, None] - places
     common = sum(size**2 * np.exp(-0.5 * (apart / reach) ** 2) for size, reach in (_DRAWN, _FINE))
@@ -62,7 +62,7 @@ def prior(channels: int) -> np.ndarray:
         turn = size * np.exp(-np.abs(places - end) / reach)
         common = common + turn[:, None] * turn
     own = _OWN[0] ** 2 * np.exp(-0.5 * (apart / _OWN[1]) ** 2)
-    blocks = [common, *[own] * channels]
+    blocks = [drawn**2 * common, *[own] * channels]
     rows = [_placed(_whitened(one), block, channels) for block, one in enumerate(blocks)]
     return np.vstack(rows)
 

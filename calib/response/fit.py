@@ -21,12 +21,13 @@ from photogonio.capture import robust
 from photogonio.capture.containers.tone import srgb
 
 _ROUNDS, _TUKEY = 12, 5.0
-_STEPS, _LEAST_MISS = 25, 0.5
+_STEPS, _LEAST_MISS = 15, 0.5
 _DAMPING, _DAMPED, _GAINED = (
     1e-3,
     1e6,
     1e-3,
 )  # of steps at the end: first, at most; and of the cost, that counts
+_DRAWN = (1.0, 0.5, 0.25)  # how strong a curve may be, of those that are known: the likeliest is taken
 _STEP = 0.1  # of a lamp's distance that it moves in a round, at most
 _WIDE = 64.0  # of the errors expected, in which all is believed at first
 _ENDS = 0.002  # share of the codes that lies beyond what is called seen, at either end
@@ -51,13 +52,32 @@ def fit_response(photos: Sequence[PaperCodes]) -> FittedResponse:
     layout = Layout(channels, lights, len(photos), middles)
     values = start_values(layout, photos)
     alike = dict.fromkeys(lights, NO_SCATTER)
-    held, expected = expectations(layout, photos, values, alike)
-    values, scale = _approached(layout, photos, values, (held, expected))
-    for _ in range(2):
-        values = _settled(layout, photos, values, scale, (held, expected))
-        alike = {name: scatter_of(layout, photos, values, name) for name in lights}
-        held, expected = expectations(layout, photos, values, alike)
-    return _finished(layout, photos, values, scale, held)
+    values, scale = _approached(layout, photos, values, expectations(layout, photos, values, alike))
+    values = _settled(layout, photos, values, scale, expectations(layout, photos, values, alike))
+    alike = {name: scatter_of(layout, photos, values, name) for name in lights}
+    likeliest = (np.inf, values, values)
+    for drawn in _DRAWN:
+        expectation = expectations(layout, photos, values, alike, drawn)
+        values = _settled(layout, photos, values, scale, expectation)
+        unlikely = _unlikely(layout, photos, values, scale, expectation)
+        if unlikely < likeliest[0]:
+            likeliest = (unlikely, values, expectation[0])
+    return _finished(layout, photos, likeliest[1], scale, likeliest[2])
+
+
+def _unlikely(
+    layout: Layout,
+    photos: Sequence[PaperCodes],
+    values: np.ndarray,
+    scale: np.ndarray,
+    expectation: tuple[np.ndarray, np.ndarray],
+) -> float:
+    """Minus the logarithm of how likely the codes are under an expectation, but for a constant: Laplace's integral
+    about the values that are likeliest (MacKay, Neural Computation 1992)."""
+    expected = expectation[0].T @ expectation[0]
+    told = _normal(layout, photos, values, scale)[0]
+    room = np.linalg.slogdet(told + expected)[1] - np.linalg.slogdet(expected)[1]
+    return _cost(layout, photos, values, scale, expectation) + 0.5 * float(room)
 
 
 def _finished(

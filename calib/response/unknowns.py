@@ -104,10 +104,15 @@ def raised(place: np.ndarray) -> np.ndarray:
 
 
 def expectations(
-    layout: Layout, photos: Sequence[PaperCodes], values: np.ndarray, alike: dict[str, float]
+    layout: Layout,
+    photos: Sequence[PaperCodes],
+    values: np.ndarray,
+    alike: dict[str, float],
+    drawn: float = 1.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rows over all unknowns in standard deviations, and what they are expected to be."""
-    bends = np.vstack([prior(layout.channels), anchors(layout.channels)])
+    """Rows over all unknowns in standard deviations, and what they are expected to be, of a curve as strong as
+    ``drawn``."""
+    bends = np.vstack([prior(layout.channels, drawn), anchors(layout.channels)])
     rows = [np.hstack([bends, np.zeros((len(bends), layout.size - layout.strengths))])]
     expected = [np.zeros(len(bends))]
 
