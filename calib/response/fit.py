@@ -16,7 +16,7 @@ import numpy as np
 from photogonio.calib.response.curve import BENDS, Curves, steepness
 from photogonio.calib.response.paper_codes import PaperCodes
 from photogonio.calib.response.paper_light import design_of, direct_light, light_of
-from photogonio.calib.response.unknowns import NO_SCATTER, Layout, expectations, raised, scatter_of
+from photogonio.calib.response.unknowns import NO_SCATTER, Unknowns, expectations, raised, scatter_of
 from photogonio.capture import robust
 from photogonio.capture.containers.tone import srgb
 
@@ -49,7 +49,7 @@ def fit_response(photos: Sequence[PaperCodes]) -> FittedResponse:
     channels = photos[0].code.shape[1]
     lights = tuple(dict.fromkeys(one.light for one in photos))
     middles = tuple(float(np.median(direct_light(raised(one.place) - one.points)[0])) for one in photos)
-    layout = Layout(channels, lights, len(photos), middles)
+    layout = Unknowns(channels, lights, len(photos), middles)
     values = start_values(layout, photos)
     alike = dict.fromkeys(lights, NO_SCATTER)
     values, scale = _approached(layout, photos, values, expectations(layout, photos, values, alike))
@@ -66,7 +66,7 @@ def fit_response(photos: Sequence[PaperCodes]) -> FittedResponse:
 
 
 def _unlikely(
-    layout: Layout,
+    layout: Unknowns,
     photos: Sequence[PaperCodes],
     values: np.ndarray,
     scale: np.ndarray,
@@ -81,7 +81,7 @@ def _unlikely(
 
 
 def _finished(
-    layout: Layout, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray, held: np.ndarray
+    layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray, held: np.ndarray
 ) -> FittedResponse:
     """What the values say, with the curve's covariance: by how each square pulls at it, since the errors expected of
     single ones are not known so well."""
@@ -99,7 +99,7 @@ def _finished(
 
 
 def _approached(
-    layout: Layout,
+    layout: Unknowns,
     photos: Sequence[PaperCodes],
     values: np.ndarray,
     expectation: tuple[np.ndarray, np.ndarray],
@@ -116,7 +116,7 @@ def _approached(
 
 
 def _settled(
-    layout: Layout,
+    layout: Unknowns,
     photos: Sequence[PaperCodes],
     values: np.ndarray,
     scale: np.ndarray,
@@ -143,7 +143,7 @@ def _settled(
 
 
 def _cost(
-    layout: Layout,
+    layout: Unknowns,
     photos: Sequence[PaperCodes],
     values: np.ndarray,
     scale: np.ndarray,
@@ -158,7 +158,7 @@ def _cost(
     return lost + 0.5 * float(np.sum((held @ values - expected) ** 2))
 
 
-def start_values(layout: Layout, photos: Sequence[PaperCodes]) -> np.ndarray:
+def start_values(layout: Unknowns, photos: Sequence[PaperCodes]) -> np.ndarray:
     values = np.zeros(layout.size)
     for k, name in enumerate(layout.lights):
         own = [one for one in photos if one.light == name]
@@ -191,7 +191,7 @@ class _Weighed:
 
 
 def _weighed(
-    layout: Layout, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
+    layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
 ) -> Iterator[tuple[int, _Weighed]]:
     usual = np.median(scale, axis=0)
     for number, one in enumerate(photos):
@@ -206,7 +206,7 @@ def _weighed(
 
 
 def _normal(
-    layout: Layout, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
+    layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Normal matrix and pull of all unknowns; how far each photo's black and white print miss (p, 2), in errors."""
     normal, pull = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
@@ -221,7 +221,7 @@ def _normal(
 
 
 def _scores(
-    layout: Layout, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
+    layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
     """Sum of the squares of what each square of each photo pulls at the unknowns, all its channels together."""
     pulls = [np.zeros((len(one.code), layout.size)) for one in photos]
@@ -233,7 +233,7 @@ def _scores(
     return total
 
 
-def _shortened(layout: Layout, values: np.ndarray, step: np.ndarray) -> np.ndarray:
+def _shortened(layout: Unknowns, values: np.ndarray, step: np.ndarray) -> np.ndarray:
     """A step that moves no lamp too far at once."""
     for k in range(len(layout.lights)):
         at = slice(layout.places + 3 * k, layout.places + 3 * k + 3)
@@ -244,7 +244,7 @@ def _shortened(layout: Layout, values: np.ndarray, step: np.ndarray) -> np.ndarr
     return step
 
 
-def _misfits(layout: Layout, photos: Sequence[PaperCodes], values: np.ndarray) -> tuple[float, float]:
+def _misfits(layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray) -> tuple[float, float]:
     """Of white and black print, as shares of their light were the curve sRGB's."""
     white, black = [], []
     for number, one in enumerate(photos):

@@ -6,7 +6,7 @@ import numpy as np
 
 from photogonio.calib.response.curve import BENDS, basis, log_srgb, steepness
 from photogonio.calib.response.paper_codes import PaperCodes
-from photogonio.calib.response.unknowns import Layout
+from photogonio.calib.response.unknowns import Unknowns
 
 _MODEL = 0.0015  # relative error of the light on one square of white print
 _INK_MODEL = 0.006  # of black print: the lens's glare, and shine
@@ -23,7 +23,7 @@ def direct_light(offset: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 def light_of(
-    layout: Layout, one: PaperCodes, number: int, values: np.ndarray
+    layout: Unknowns, one: PaperCodes, number: int, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Direct light (n,) over its middle with what is even, its logarithm's slopes (n, 3) by the lamp's place, and what
     is even of it (n,)."""
@@ -52,9 +52,9 @@ def codes_by(bend: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def design_of(
-    layout: Layout, one: PaperCodes, number: int, values: np.ndarray, channel: int
+    layout: Unknowns, one: PaperCodes, number: int, values: np.ndarray, channel: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives (n, k) by :meth:`Layout.asked` of the code that the light should have, how far the code is from it
+    """Derivatives (n, k) by :meth:`Unknowns.asked` of the code that the light should have, how far the code is from it
     (n,), and the standard error of that (n,)."""
     light, by_place, by_even = light_of(layout, one, number, values)
     code, black = one.code[:, channel], ~one.white

@@ -27,7 +27,7 @@ _LOWEST = 0.15  # height over distance at which a lamp is first sought, at least
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class Unknowns:
     """Where each unknown stands."""
 
     channels: int
@@ -77,7 +77,7 @@ class Layout:
         return self.veil + 1
 
 
-def strengths_of(layout: Layout, photos: Sequence[PaperCodes], name: str) -> list[tuple[np.ndarray, float]]:
+def strengths_of(layout: Unknowns, photos: Sequence[PaperCodes], name: str) -> list[tuple[np.ndarray, float]]:
     """Of a light's photos: which unknowns are its strengths there, and what makes them those at one exposure."""
     own = [k for k, one in enumerate(photos) if one.light == name]
     return [
@@ -89,7 +89,7 @@ def strengths_of(layout: Layout, photos: Sequence[PaperCodes], name: str) -> lis
     ]
 
 
-def scatter_of(layout: Layout, photos: Sequence[PaperCodes], values: np.ndarray, name: str) -> float:
+def scatter_of(layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, name: str) -> float:
     """By how much a lamp that shone in several photos was not as strong in all of them, its logarithm."""
     strong = np.array([values[at].mean() - by for at, by in strengths_of(layout, photos, name)])
     if len(strong) < 3:
@@ -104,7 +104,7 @@ def raised(place: np.ndarray) -> np.ndarray:
 
 
 def expectations(
-    layout: Layout,
+    layout: Unknowns,
     photos: Sequence[PaperCodes],
     values: np.ndarray,
     alike: dict[str, float],

@@ -5,7 +5,7 @@ import pytest
 
 from photogonio.calib.response.curve import BENDS
 from photogonio.calib.response.paper_light import codes_by, design_of, direct_light
-from photogonio.calib.response.unknowns import Layout
+from photogonio.calib.response.unknowns import Unknowns
 from photogonio.capture.linear.encoding import srgb_to_linear
 from tests.calib.response.phones import CURVES, photos
 
@@ -31,7 +31,7 @@ def test_codes_without_bends_are_srgbs():
 def test_derivatives_are_those_of_the_codes(number):
     told = photos(CURVES["gentle"], count=2, channels=1, noise=0.01)
     one = told[number]
-    layout = Layout(1, ("flash", "L1"), 2, (1e-5, 1e-5))
+    layout = Unknowns(1, ("flash", "L1"), 2, (1e-5, 1e-5))
     values = np.random.default_rng(2).normal(0.0, 0.003, layout.size)
     place = one.pose.apply(one.place) if one.attached else one.place
     at = layout.places + 3 * number

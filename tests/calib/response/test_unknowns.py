@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from photogonio.calib.response.curve import BENDS
-from photogonio.calib.response.unknowns import Layout, expectations, raised, scatter_of
+from photogonio.calib.response.unknowns import Unknowns, expectations, raised, scatter_of
 from tests.calib.response.phones import CURVES, FLASH, photos
 
 
 def layout_and_values(told):
     lights = tuple(dict.fromkeys(one.light for one in told))
-    layout = Layout(1, lights, len(told), (1e-5,) * len(told))
+    layout = Unknowns(1, lights, len(told), (1e-5,) * len(told))
     values = np.zeros(layout.size)
     for k, name in enumerate(lights):
         one = next(p for p in told if p.light == name)
@@ -24,7 +24,7 @@ def layout_and_values(told):
 
 
 def test_every_unknown_has_a_place_of_its_own():
-    layout = Layout(3, ("a", "b"), 4, (1.0,) * 4)
+    layout = Unknowns(3, ("a", "b"), 4, (1.0,) * 4)
     asked = np.concatenate([layout.asked("ab"[p % 2], p, c) for p in range(4) for c in range(3)])
     assert set(asked.tolist()) == set(range(layout.size))
     assert len(np.unique(layout.asked("a", 0, 1))) == 2 * BENDS + 9
