@@ -13,7 +13,7 @@ of no lobe and so makes none up where nothing was measured.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -54,6 +54,8 @@ class Average:
     covariance: np.ndarray  # (c, p, p) of modes and lobe coefficients, between the members and of each
     members: tuple[Member, ...]
     left_out: np.ndarray  # (n, c) 1/sr
+    error: np.ndarray  # (n, c) one standard error of it, 1/sr
+    leverage: np.ndarray  # (n,) each row's share in what all rows say of it
     fold: np.ndarray  # (n,)
     said: np.ndarray  # (n, c) by all rows, 1/sr
     fresh: FreshReading
@@ -104,10 +106,56 @@ def average_of(
         spread, share = rows.spread(likely[k])
         error += one.weight * (spread[:, None] * part.variance * size**2 + (one.left_out - said) ** 2)
         leverage += one.weight * share
+    return _told(cells, model, covariance, members, (said, np.sqrt(error), leverage, rows.fold))
+
+
+def between(cells: Cells, one: Average, other: Average, share: float) -> Average:
+    """The mean of two averages of ``cells`` with the same modes, the first having ``share`` of the weight."""
+    m, parts = len(one.model.coefficients), ((one, share), (other, 1.0 - share))
+    counts = [len(each.model.lobe_coefficients) for each, _ in parts]
+    starts, channels = m + np.cumsum([0, *counts]), one.said.shape[1]
+    means, spread = [], np.zeros((channels, starts[-1], starts[-1]))
+    for k, (each, weight) in enumerate(parts):
+        place = np.r_[:m, starts[k] : starts[k + 1]]
+        own = np.zeros((starts[-1], channels))
+        own[place] = np.concatenate([each.model.coefficients, each.model.lobe_coefficients])
+        means.append(own)
+        spread[np.ix_(range(channels), place, place)] += weight * each.covariance
+    apart = means[0] - means[1]  # the law of total variance
+    spread += share * (1.0 - share) * np.einsum("pc,qc->cpq", apart, apart)
+    mean = share * means[0] + (1.0 - share) * means[1]
+    lobes = LobeSet(
+        (*one.model.lobes.families, *other.model.lobes.families),
+        (*one.model.lobes.shapes, *other.model.lobes.shapes),
+    )
+    left_out, square, leverage = (
+        share * a + (1.0 - share) * b
+        for a, b in (
+            (one.left_out, other.left_out),
+            (one.error**2, other.error**2),
+            (one.leverage, other.leverage),
+        )
+    )
+    square = square + share * (1.0 - share) * (one.left_out - other.left_out) ** 2
+    members = tuple(
+        replace(member, weight=weight * member.weight) for each, weight in parts for member in each.members
+    )
+    model = Model(one.model.basis, mean[:m], lobes, mean[m:])
+    return _told(cells, model, spread, members, (left_out, np.sqrt(square), leverage, one.fold))
+
+
+def _told(
+    cells: Cells,
+    model: Model,
+    covariance: np.ndarray,
+    members: tuple[Member, ...],
+    out: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+) -> Average:
+    """With what fresh readings may be, told by rows left ``out``: what is said of them, its errors, leverage, folds."""
+    left_out, error, leverage, _ = out
     now = model.evaluate(cells)
-    noise = noise_told(cells, now, leverage)
-    fresh = fresh_reading(cells, noise, said, np.sqrt(error))
-    return Average(model, covariance, members, said, rows.fold, now, fresh)
+    fresh = fresh_reading(cells, noise_told(cells, now, leverage), left_out, error)
+    return Average(model, covariance, members, *out, now, fresh)
 
 
 @lru_cache(maxsize=1)

@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.weights import error_model
 from photogonio.reconstruct.lobes.families import turned_roughness
-from photogonio.reconstruct.rows.row_average import Average, average_of, grid
+from photogonio.reconstruct.rows.row_average import Average, average_of, between, grid
 from photogonio.reconstruct.rows.row_evidence import RowEvidence
 from photogonio.reconstruct.symmetry.trials import turned
 from photogonio.reconstruct.symmetry.verdict import ONE_ROTATION, Verdict, odds_in_words, one_rotation
@@ -28,6 +28,7 @@ LIKELIEST = 3  # lobes of one roughness, that are stretched
 TINY = np.finfo(float).tiny
 MOST_ROWS = 1500  # evenly taken of more
 CERTAIN = 5.5  # log odds, whichever way the noise is taken to grow
+SHARE = 0.6  # of the weight, that an average which turns has beside the one that does not
 MOST = 1.2  # of what rows left out are missed by without such lobes: a peak is missed either way if it is left out
 
 
@@ -35,7 +36,8 @@ def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
     """The symmetry that measured rows show, and their average: with lobes that turn if they do.
 
     The evidence must say so whether the noise of rows is the same everywhere or grows as ``average`` tells, and the
-    average with such lobes must not predict rows left out much worse than the one without.
+    average with such lobes must not predict rows left out much worse than the one without. What both say is averaged
+    once more: where a peak was left out lobes that turn go astray as others do, and the two err otherwise.
     """
     if one_rotation(cells):
         return ONE_ROTATION, average
@@ -55,7 +57,7 @@ def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
     kept = [one for one in turning.members if one.lobes.turning]
     most, least, azimuth = turned_roughness(max(kept, key=lambda one: one.weight).lobes.shapes[0])
     axes = f"roughness {most:.2g} along {np.degrees(azimuth):.0f} degrees from x, {least:.2g} across"
-    return Verdict("reciprocal", f"{said}; {axes}", odds), turning
+    return Verdict("reciprocal", f"{said}; {axes}", odds), between(cells, turning, average, SHARE)
 
 
 def _odds(cells: Cells, deviation: np.ndarray) -> tuple[float, list[LobeSet]]:

@@ -8,7 +8,7 @@ import pytest
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.weights import error_model
 from photogonio.reconstruct.lobes.families import second_lobe
-from photogonio.reconstruct.rows.row_average import Average, average_of
+from photogonio.reconstruct.rows.row_average import Average, average_of, between
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import samples_table
 from tests.drawn.goniometer import SATIN, matte, measured, scattered
@@ -82,3 +82,21 @@ def test_the_covariance_is_one_and_says_how_far_the_average_is_off():
     # at the rows themselves three standard errors hold nearly all, and most are less than the noise of a row
     assert np.mean(off < 3.0 * error) > 0.95
     assert np.median(error) < sigma
+
+
+def test_between_two_averages_all_is_their_mean_and_the_covariance_holds_what_they_differ_by(glossy):
+    given, one = glossy
+    other = average_of(given, error_model(given), 4, LOBES[:1])
+    both = between(given, one, other, 0.3)
+    assert sum(member.weight for member in both.members) == pytest.approx(1.0)
+    for name in ("said", "left_out", "leverage"):
+        mean = 0.3 * getattr(one, name) + 0.7 * getattr(other, name)
+        np.testing.assert_allclose(getattr(both, name), mean, rtol=1e-9, atol=1e-12)
+
+    def variance(found: Average) -> np.ndarray:
+        design = np.hstack([found.model.basis.design(given), found.model.lobes.columns(given)[1]])
+        return np.einsum("np,pq,nq->n", design, found.covariance[0], design)
+
+    # the law of total variance
+    expected = 0.3 * variance(one) + 0.7 * variance(other) + 0.21 * (one.said - other.said)[:, 0] ** 2
+    np.testing.assert_allclose(variance(both), expected, rtol=1e-6, atol=1e-12 * expected.max())
