@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 HALF_OF_95 = 1.96  # standard errors on either side hold 95 %
 MOST = 3  # pieces of advice
+PLAN = " `photogonio plan` says where camera and lamp should stand next."
 NOTHING = "Nothing."  # advice that is none
 UNSURE = 0.05  # relative standard error of an albedo, above which more is asked for
 LEAST_SHARE = 0.3  # of the variance, that is worth naming
@@ -42,7 +43,7 @@ def verdict_of(result: Result, coverage: Coverage) -> Answers:
         what=lead(result),
         sure=_sure(result),
         missing=_missing(result, coverage),
-        next=_next(result, told),
+        next=_next(result, told) + (PLAN if result.setup and coverage.missing and not result.faults else ""),
     )
 
 

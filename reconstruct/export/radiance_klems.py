@@ -55,8 +55,19 @@ def _held(value: np.ndarray, brdf: Brdf) -> np.ndarray:
     A gloss much narrower than a patch falls between the samples or on one of them.
     """
     theta, phi = patch_samples()
-    albedo = xml.gray(brdf, brdf.directional_albedo(theta, phi + np.pi)).max(axis=1)
+    if brdf.turning:  # of those farthest from the normal alone, which takes a fifth of the time
+        places = np.flatnonzero(theta[0] == theta[0].max())
+        theta, phi = theta[:, places], phi[:, places]
+    albedo = xml.gray(brdf, _albedo(brdf, theta, phi + np.pi)).max(axis=1)
     return np.minimum(1.0, albedo / np.maximum(_projected_solid_angles() @ value, 1e-300))
+
+
+def _albedo(brdf: Brdf, theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """(..., c) directional albedo; of a surface that does not turn once for each polar angle."""
+    if brdf.turning:
+        return brdf.directional_albedo(theta, phi)
+    once, place = np.unique(theta, return_inverse=True)
+    return brdf.directional_albedo(once)[place.reshape(theta.shape)]
 
 
 def _projected_solid_angles() -> np.ndarray:
