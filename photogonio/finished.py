@@ -46,7 +46,8 @@ def write_result(result: Result, out: Path, *, with_setup: bool = True) -> None:
         if result.setup is not None and with_setup:
             from photogonio.calib.setup_file import save_setup
 
-            save_setup(result.setup, stage / "setup.json")
+            told_all = replace(result.setup, warnings=result.warnings, diagnoses=result.diagnoses)
+            save_setup(told_all, stage / "setup.json")
         pictures = page.draw_pictures(result, source=result.provenance.to_text())
         for picture in pictures:
             (stage / f"{picture.name}.png").write_bytes(picture.png)

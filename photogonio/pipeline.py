@@ -124,7 +124,12 @@ def calibrate(
     reporter = reporter or Reporter(quiet=True)
     with Scratch() as scratch:
         setup, radiance, kept, _ = calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
-        setup = replace(setup, source=_provenance("calibrate", photoset, Options(), kept.hashes).to_dict())
+        setup = replace(
+            setup,
+            source=_provenance("calibrate", photoset, Options(), kept.hashes).to_dict(),
+            warnings=tuple(reporter.warnings),
+            diagnoses=tuple(reporter.diagnoses),
+        )
         if out is not None:
             prints = prints_of(radiance, kept, threads)
             with staged_folder(pictures_folder(Path(out))) as stage:

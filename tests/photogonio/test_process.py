@@ -214,9 +214,20 @@ def test_calibrate_alone_writes_the_same_setup(capsys, tmp_path, tiny_set: TinyS
     alone, whole = (
         json.loads(path.read_text()) for path in (tmp_path / "setup.json", tmp_path / "out/setup.json")
     )
+    told = alone["warnings"], alone["diagnoses"]
+    assert set(told[0]) <= set(whole["warnings"]) and set(told[1]) <= set(whole["diagnoses"])
     for setup in (alone, whole):
-        setup.pop("source")
+        for key in ("source", "warnings", "diagnoses"):  # process tells of the fit too
+            setup.pop(key)
     assert alone == whole
+
+
+def test_what_is_told_stands_in_the_setup(capsys, tmp_path, tiny_set: TinySet):
+    status, out, err = process(capsys, tiny_set.folder, tmp_path / "out", *QUICK, "--json")
+    assert status == 0, err
+    numbers, setup = json.loads(out), json.loads((tmp_path / "out/setup.json").read_text())
+    assert numbers["warnings"] and setup["warnings"] == numbers["warnings"]
+    assert list(setup["diagnoses"]) == list(numbers["diagnoses"])
 
 
 def test_calibrate_says_how_sure_it_is_and_draws_every_photo(capsys, tmp_path, tiny_set: TinySet):
