@@ -8,7 +8,7 @@ The size of its squares cannot be seen: it is that of a sheet of ours of the sam
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
@@ -30,12 +30,14 @@ FAMILIES = (  # dictionaries of which each begins with the one before: to try a 
 Family = tuple[str, ...]
 NEARLY_ALL = 0.9  # of the markers of a dictionary: a number as high hints that the board has more
 FEWEST = 6  # markers of a photo that tell a layout
+TRIED = 6  # photos that are asked for a layout
 WIDEST = 40  # columns that are tried
 OFF = 0.12  # of a marker's side: how far a marker's middle may lie from its place, in the median
 BETTER = 1.5  # times as near as by any other layout
 SHEETS = (20.0, 15.0, 25.0, 30.0, 10.0, 12.0, 40.0)  # squares of our sheets, mm, the likeliest first
 UNKNOWN_SQUARE = 20.0  # mm, where nothing tells
-MARKER_STEP = 0.05  # of a square: a printed marker's side, about
+MARKER_STEP = 0.05  # of a square: in such steps people choose a marker's side
+UNSURE_SHARE, UNSURE_PIXELS = 0.008, 0.8  # of a square, and pixels, that a side as found may be off
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,8 +122,8 @@ def find_board(photos: Sequence[Markers]) -> FoundBoard | None:
     for family in dict.fromkeys(m.family for m in photos):
         own = [m for m in photos if m.family == family and len(m) >= FEWEST]
         own.sort(key=len, reverse=True)
-        layout = next((one for m in own[:3] if (one := find_layout(m, own)) is not None), None)
-        if layout is not None:
+        tried = dict.fromkeys(one for m in own[:TRIED] if (one := find_layout(m, own)) is not None)
+        for layout in tried:
             count = sum(int(_fitting(layout, m).sum()) for m in own)
             if best is None or count > best[0]:
                 best = count, layout
@@ -143,10 +145,14 @@ def find_layout(markers: Markers, others: Sequence[Markers] = ()) -> Layout | No
             ((_misfit(one, markers) / side, k, one) for k, one in enumerate(_layouts(markers.family, first))),
             key=lambda scored: scored[:2],
         )
-        if scores and scores[0][0] < OFF:
-            (least, _, layout), rest = scores[0], scores[1:]
-            if not rest or rest[0][0] > BETTER * max(least, 0.02):
-                return layout
+        if not scores or scores[0][0] >= OFF:
+            continue
+        limit = BETTER * max(scores[0][0], 0.02)
+        near = [one for score, _, one in scores if score <= limit]
+        # patterns of either age differ in the first marker of every other row: without it the usual one is meant
+        plain = list(dict.fromkeys(replace(one, legacy=False) for one in near))
+        if len(plain) == 1:
+            return plain[0] if plain[0] in near else near[0]
     return None
 
 
@@ -225,8 +231,10 @@ def _with_size(layout: Layout, photos: Sequence[Markers]) -> FoundBoard:
     rows += layout.legacy and rows % 2 == 1  # the pattern differs for even rows alone
     names = layout.family[1:] or layout.family
     name = next((n for n in names if top < len(dictionary(n).bytesList)), names[-1])
-    share = round(float(np.median(shares)) / MARKER_STEP) * MARKER_STEP
-    share = share if abs(share - np.median(shares)) < 0.4 * MARKER_STEP else float(np.median(shares))
+    share, side = float(np.median(shares)), float(np.median([_side(m.quads) for m in photos]))
+    usual = round(share / MARKER_STEP) * MARKER_STEP
+    # edges of small markers are found some tenth of a pixel inside
+    share = usual if abs(share - usual) < UNSURE_SHARE + UNSURE_PIXELS * share / side else round(share, 2)
     return _sized(layout, name, max(rows, 2), share)
 
 

@@ -79,5 +79,6 @@ def _rises(level: np.ndarray, places: np.ndarray, normals: np.ndarray, reach: fl
         before, after = share[rows, k - 1], share[rows, k]
         with np.errstate(invalid="ignore", divide="ignore"):
             crossings.append(along[k] - STEP * (after - limit) / (after - before))
-    width = TO_TENTHS * (crossings[1] - crossings[0])
+    with np.errstate(invalid="ignore"):
+        width = TO_TENTHS * (crossings[1] - crossings[0])
     return np.where(edge & np.isfinite(width) & (width > 0), width, np.nan)

@@ -3,24 +3,165 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
-from photogonio.capture.manifest.draft import manifest_text, survey
-from photogonio.capture.photoset import MANIFEST
+import numpy as np
+
+from photogonio.capture.files.documents import read_text, read_toml
+from photogonio.capture.manifest.draft import (
+    Folder,
+    encoding_doubt,
+    encoding_for,
+    manifest_text,
+    passed_lines,
+    survey,
+    tone_line,
+)
+from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.manifest.seen import FLASH, flash_light, sample_lines, seen_manifest, with_sample
+from photogonio.capture.manifest.stub import photo_tables
+from photogonio.capture.photoset import MANIFEST, Photo, PhotoSet, Plane, Sphere
+from photogonio.survey.recognise import Recognised, recognise
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
+
+NO_BOARD = (
+    "# CHECK: no photo shows a board whose markers are numbered row by row: write [board] (docs/photoset.md),\n"
+    "# or take it out and give [camera] matrix, rotation and translation.\n"
+)
+FAR = 2.0  # mm between the manifest's sample and the photos' that are worth a word
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     folder = Path(args.folder)
-    text = manifest_text(folder)
-    found = survey(folder)
-    with staged_file(folder / MANIFEST) as stage:
+    found, path = survey(folder), folder / MANIFEST
+    given = load_photoset(folder, unnamed=True) if path.is_file() else None
+    known = {p.file: p for p in (() if given is None else given.photos)}
+    new = [p for p in found.photos if p.file not in known]
+    if known and not new:
+        reporter.say(f"{path} names all {len(known)} photos already; nothing is to be added")
+        return _numbers(path, found, list(known.values()), None, 0)
+    every = [known.get(p.file, p) for p in found.photos]
+    seen = recognise(folder, every, None if given is None else given.board, reporter.progress)
+    photos = [_lit(p, seen) for p in seen.photos if p.file not in known]
+    text = (
+        _new_text(folder, found, seen, photos)
+        if given is None
+        else _added_text(path, given, found, seen, photos)
+    )
+    with staged_file(path) as stage:
         stage.write_text(text, encoding="utf-8")
     for name, why in found.passed.items():
         reporter.warn(f"{name} is not taken: {why}")
-    roles = [photo.role for photo in found.photos]
-    counts = {role: roles.count(role) for role in dict.fromkeys(roles)}
-    shown = ", ".join(f"{count} {role}" for role, count in counts.items())
-    reporter.say(f"written to {folder / MANIFEST} ({shown}); check the places and sizes in it")
-    return {"out": str(folder / MANIFEST), "photos": counts, "not_taken": dict(found.passed)}
+    if given is None and seen.found is None:
+        reporter.warn("no photo shows a board: the manifest is that of the A4 sheet of `photogonio target`")
+    for doubt in _doubts(seen) if given is None and seen.found is not None else []:
+        reporter.warn(doubt)
+    _say(reporter, path, photos, seen, given)
+    return _numbers(path, found, photos, seen, len(new))
+
+
+def _new_text(folder: Path, found: Folder, seen: Recognised, photos: list[Photo]) -> str:
+    """A whole manifest; that of our A4 sheet, to be looked over, if no photo shows a board."""
+    if seen.found is None:
+        return NO_BOARD + manifest_text(folder)
+    notes = [tone_line(found.tones), *found.notes]
+    notes += [f"Camera: {seen.camera}"] if seen.camera else []
+    if seen.found.sheet is None:
+        size = seen.found.board.pitch
+        notes.append(
+            f"CHECK: no photo tells how large the print is; its squares are taken for {size:g} mm. Measure several"
+        )
+        notes.append("together: if they differ, all lengths here change in proportion (board, sample).")
+    else:
+        notes.append(
+            f"The board is that of `photogonio target --paper {seen.found.sheet}`. CHECK: measure its ruler."
+        )
+    sample = None if seen.sample is None else seen.sample.sample
+    head = seen_manifest(
+        name=folder.resolve().name,
+        board=seen.found.board,
+        sample=sample_lines(sample, _doubts(seen)),
+        notes=notes,
+        encoding=encoding_for(found.tones),
+        flash=any(p.light == FLASH for p in photos),
+    )
+    return head + "\n" + photo_tables(photos) + passed_lines(found.passed)
+
+
+def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, photos: list[Photo]) -> str:
+    """The manifest as it is, with photos that it does not name, and with the sample if its own is the example's."""
+    text, values = read_text(path), read_toml(path)
+    lines = [] if given.photos else [tone_line(found.tones), *found.notes]
+    lines += encoding_doubt(values, encoding_for(found.tones))
+    if seen.sample is not None:
+        replaced = with_sample(text, sample_lines(seen.sample.sample, _doubts(seen)))
+        if replaced is not None:
+            text = replaced
+        elif (far := _apart(given.sample, seen.sample.sample)) > FAR:
+            lines.append(f"CHECK: the photos show the sample {far:.1f} mm from where [sample] says")
+    flash = any(p.light == FLASH for p in photos) and all(light.id != FLASH for light in given.lights)
+    tables = "".join(f"# {line}.\n" for line in lines) + photo_tables(photos) + passed_lines(found.passed)
+    return text.rstrip() + "\n" + (flash_light() if flash else "") + "\n" + tables
+
+
+def _apart(one: Sphere | Plane, other: Sphere | Plane) -> float:
+    """How far a sample's middle is from another's; infinite between a ball and a flat piece."""
+    if isinstance(one, Sphere) and isinstance(other, Sphere):
+        return float(np.linalg.norm(np.asarray(one.center) - np.asarray(other.center)))
+    if isinstance(one, Plane) and isinstance(other, Plane):
+        return float(np.linalg.norm(np.mean(one.outline, axis=0) - np.mean(other.outline, axis=0)))
+    return float("inf")
+
+
+def _doubts(seen: Recognised) -> list[str]:
+    if seen.sample is None:
+        return ["no photo shows a sample on the board: this one is an example"]
+    if not seen.sample.placed:
+        return ["the sample's outline is found to some millimetres only"]
+    return [] if seen.sample.sure else ["what stands on the board is not wholly told by this shape"]
+
+
+def _lit(photo: Photo, seen: Recognised) -> Photo:
+    return replace(photo, light=FLASH) if photo.file in seen.flash and photo.light is None else photo
+
+
+def _say(
+    reporter: Reporter, path: Path, photos: list[Photo], seen: Recognised, given: PhotoSet | None
+) -> None:
+    counts = ", ".join(f"{count} {role}" for role, count in _counts(photos).items())
+    reporter.say(f"written to {path} ({counts})")
+    if given is None and seen.sample is not None:
+        one = seen.sample.sample
+        what = (
+            f"a ball of radius {one.radius:.1f} at {one.center[0]:.1f}, {one.center[1]:.1f}"
+            if isinstance(one, Sphere)
+            else f"a flat piece with {len(one.outline)} corners"
+        )
+        reporter.say(f"the sample is {what}; what is in doubt stands in the file as CHECK")
+
+
+def _counts(photos: list[Photo]) -> dict[str, int]:
+    roles = [photo.role for photo in photos]
+    return {role: roles.count(role) for role in dict.fromkeys(roles)}
+
+
+def _numbers(
+    path: Path, found: Folder, photos: list[Photo], seen: Recognised | None, added: int
+) -> dict[str, object]:
+    sample = None if seen is None or seen.sample is None else seen.sample.sample
+    place: dict[str, object] | None = None
+    if isinstance(sample, Sphere):
+        place = {"shape": "sphere", "center": sample.center, "radius": sample.radius}
+    elif sample is not None:
+        place = {"shape": "plane", "outline": sample.outline, "height": sample.height}
+    return {
+        "out": str(path),
+        "photos": _counts(photos),
+        "added": added,
+        "sample": place,
+        "camera": "" if seen is None else seen.camera,
+        "flash": [] if seen is None else list(seen.flash),
+        "not_taken": dict(found.passed),
+    }

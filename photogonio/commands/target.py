@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.stub import stub_manifest
 from photogonio.capture.photoset import MANIFEST, CharucoBoard
 from photogonio.capture.target.layout import make_target
@@ -18,13 +19,19 @@ from photogonio.system.progress import Reporter
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out = Path(args.out)
     manifest = out.parent / MANIFEST
-    if manifest.exists():
-        raise InputError(manifest, "is there already; choose another folder with -o")
     target = make_target(paper=args.paper, kind=args.kind, square=args.square, dictionary=args.dictionary)
+    kept = manifest.exists()  # somebody's, with what was filled in
+    if kept and (told := load_photoset(out.parent, unnamed=True).board) != target.board:
+        found = "none" if told is None else told.kind
+        raise InputError(
+            manifest, f"has another [board] ({found}) than this sheet; choose another folder with -o"
+        )
     with ExitStack() as both:
-        both.enter_context(staged_file(manifest)).write_text(stub_manifest(target), encoding="utf-8")
+        if not kept:
+            both.enter_context(staged_file(manifest)).write_text(stub_manifest(target), encoding="utf-8")
         both.enter_context(staged_file(out)).write_bytes(pdf_page(target))
-    reporter.say(f"written to {out}, and a stub {manifest}; print at 100 % and measure a square")
+    beside = f"{manifest} is kept as it is" if kept else f"a stub {manifest} beside it"
+    reporter.say(f"written to {out}, {beside}; print at 100 % and measure a square")
     return {
         "paper": target.paper,
         "pattern_mm": target.size,

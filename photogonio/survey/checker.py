@@ -11,7 +11,7 @@ import numpy as np
 from photogonio.cache.glances import Glances
 from photogonio.cache.store import default_store
 from photogonio.calib.adjust.intrinsics import quick_camera
-from photogonio.calib.geometry.board import Corners, board_size
+from photogonio.calib.geometry.board import Corners, board_size, opencv_board
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import PoseFit, fit_pose
 from photogonio.calib.identify.layout import Markers, find_board
@@ -21,7 +21,16 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.exposure import Exposure, combine
 from photogonio.capture.files.images import read_header, read_image
 from photogonio.capture.linear.alone import encoding_alone, gray_alone
-from photogonio.capture.photoset import Board, LightEntry, Photo, PhotoSet, Radiometry, Sphere
+from photogonio.capture.photoset import (
+    Board,
+    CharucoBoard,
+    GridBoard,
+    LightEntry,
+    Photo,
+    PhotoSet,
+    Radiometry,
+    Sphere,
+)
 from photogonio.reconstruct.design.spots import BESIDE, Piece, Spot, Stance, apart
 from photogonio.survey.folder import SetFolder
 from photogonio.survey.sample_place import clipped_share, middle_of, piece_of
@@ -132,13 +141,17 @@ class Checker:
 
         Raises InputError if it cannot be read."""
         seen = self._glance(path)
-        if self.board is not None or seen.markers is None:
+        told, corners = seen.markers, seen.corners
+        if self._markers and corners is not None and beyond(self.board, corners.marker_ids):
+            told = Markers(self._markers[0].family, corners.marker_ids, corners.marker_pixels)
+        if told is None:
             return seen
-        self._markers.append(seen.markers)
+        self._markers.append(told)
         found = find_board(self._markers)
-        if found is None:
+        if found is None or found.board == self.board:
             return seen
         self.board, self.seen_board = found.board, True
+        self._corners, self.camera = [], None  # a board of other rows has its corners elsewhere
         return self._glance(path)
 
     def _glance(self, path: Path) -> QuickLook:
@@ -213,6 +226,13 @@ class Checker:
         eye, middle = pose.center, middle_of(scene)
         near = apart(Spot.of(eye - middle), Spot.of(glance.place - middle)) < FLASH_WITHIN
         return LampFound(glance.place, glance.source, near and entry is None)
+
+
+def beyond(board: Board | None, ids: np.ndarray) -> bool:
+    """Whether markers are seen, more than one, that come after a board's last: it has more rows than were seen."""
+    if not isinstance(board, CharucoBoard | GridBoard):
+        return False
+    return int((ids > int(np.max(opencv_board(board).getIds()))).sum()) > 1
 
 
 def beside(pose: Pose) -> np.ndarray:

@@ -1,0 +1,288 @@
+"""Where a sample of which nothing is told stands on the board, and whether it is a ball or a flat piece.
+
+What hides the print is laid on the board's plane in each photo. A ball that stands on the paper hides an ellipse behind
+it, another one from each camera; a flat piece always the same polygon. The shape that holds most of what is hidden
+and little of what is seen is taken, and placed by its limb, or its edges, in the photos.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from photogonio.calib.adjust.flat_sample import moved_points, place_plane
+from photogonio.calib.detect.edges import Edges, on_plane, plane_edges
+from photogonio.calib.detect.gray import GrayPart, without_fireflies
+from photogonio.calib.detect.limb import Limb, settled_limb
+from photogonio.calib.geometry.camera import Camera, Pose, focal
+from photogonio.calib.geometry.cones import cone_residual, outline
+from photogonio.calib.geometry.print_map import Print
+from photogonio.calib.geometry.visibility import behind_ball
+from photogonio.calib.identify.covered import Cover
+from photogonio.capture.photoset import Plane, Sphere
+
+SEEN_COSTS = 2.0  # a cell that is seen against one that is hidden, within a shape
+SIZES = (0.7, 0.9, 1.1)  # radii tried at first, of that of a disc as large as what is hidden
+AROUND = 3.0  # radii of that disc about what is hidden, in which a ball is looked for
+WIDEST = 1.0  # logarithm of a ball's radius over that of the disc
+REACH = 1.6  # of half its size about its middle, that a polygon is looked for in
+SMALLEST = 60  # cells of what is hidden, to be a sample
+MOST_PHOTOS = 8  # that tell the shape
+BALL_NEARLY = 0.04  # by which a ball may explain less than a polygon does, which follows any hull
+STRAIGHT = 0.92  # of its narrowest box that a hull must fill, to be a rectangle
+CORNERED = 0.03  # of a hull's length that its corners may be cut by
+REACHES = (9.0, 5.0, 3.0)  # pixels in which edges are looked for, closer and closer
+LIMB_REACH = 0.12  # of a ball's radius in the picture, likewise
+SURE = 0.8  # of what is hidden that a shape explains; less is a doubt
+HEIGHT = 0.5  # of a flat piece above the paper, where nothing tells
+SOFT = 2.0  # standard errors
+STILL = 2e-3  # of its distance, by which a camera may have moved
+
+
+@dataclass(frozen=True, slots=True)
+class SamplePhoto:
+    """One photo for the search."""
+
+    small: np.ndarray  # (h, w) float32 gray
+    pose: Pose
+    cover: Cover
+
+
+@dataclass(frozen=True, slots=True)
+class FoundSample:
+    """A sample as the photos show it."""
+
+    sample: Sphere | Plane
+    explained: float  # share of what is hidden that it explains, less what it should hide and does not
+    placed: bool  # by limb or edges, to a fraction of a pixel
+
+    @property
+    def sure(self) -> bool:
+        return self.placed and self.explained >= SURE
+
+
+def find_sample(photos: Sequence[SamplePhoto], camera: Camera, print_: Print | None) -> FoundSample | None:
+    """The sample of several photos, all of a camera (of the small pictures); None if nothing hides the print."""
+    few = [photos[k] for k in np.unique(np.linspace(0, len(photos) - 1, MOST_PHOTOS).astype(int))]
+    main = main_part([one.cover for one in few])
+    if main is None:
+        return None
+    covers = [one.cover for one in few]
+    flat = fitted_polygon(polygon_of(main, covers[0]), covers)
+    ball = ball_of(main, covers)
+    whole = max(sum(float((c.hidden[main.ravel()] == 1).sum()) for c in covers), 1.0)
+    by_flat = _explained([_inside(flat.outline, c.points) for c in covers], covers) / whole
+    by_ball = _explained([behind(ball, c) for c in covers], covers) / whole
+    if by_ball > by_flat - BALL_NEARLY:
+        placed = placed_ball(photos, camera, ball)
+        if placed is not None:
+            return FoundSample(placed, min(by_ball, 1.0), True)
+    settled = placed_flat(photos, camera, flat, print_)
+    return FoundSample(settled or flat, min(by_flat, 1.0), settled is not None)
+
+
+def main_part(covers: Sequence[Cover]) -> np.ndarray | None:
+    """Cells (h, w) bool of the largest connected part that hides the print; None if there is none.
+
+    What is black in all photos is no shadow, which would move."""
+    hidden = sum((c.hidden == 1).astype(float) for c in covers)
+    seen = sum((c.hidden == 0).astype(float) for c in covers)
+    dark = sum(c.dark.astype(float) for c in covers)
+    black = (dark >= 0.8 * len(covers)) & (seen == 0)
+    shape = covers[0].shape
+    mask = (((hidden > seen) & (hidden > 0)) | black).reshape(shape).astype(np.uint8)
+    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    unknown = ((hidden == 0) & (seen == 0)).reshape(shape)
+    closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)) > 0
+    mask = np.where(unknown & closed, 1, mask).astype(np.uint8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    if count < 2:
+        return None
+    best = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+    return labels == best if stats[best, cv2.CC_STAT_AREA] >= SMALLEST else None
+
+
+def polygon_of(main: np.ndarray, cover: Cover) -> Plane:
+    """A flat piece about the cells (h, w): a rectangle if they nearly fill one, else a convex polygon."""
+    points = cover.points[main.ravel()].astype(np.float32)
+    hull = cv2.convexHull(points)
+    box = cv2.minAreaRect(hull)
+    if cv2.contourArea(hull) > STRAIGHT * box[1][0] * box[1][1]:
+        corners = cv2.boxPoints(((box[0]), (box[1][0] + cover.step, box[1][1] + cover.step), box[2]))
+    else:
+        corners = cv2.approxPolyDP(hull, CORNERED * cv2.arcLength(hull, True), True).reshape(-1, 2)
+    return Plane(np.asarray(corners, float), HEIGHT)
+
+
+def fitted_polygon(flat: Plane, covers: Sequence[Cover]) -> Plane:
+    """The polygon moved, turned and stretched so that it best explains what is hidden."""
+    middle = np.asarray(flat.outline, float).mean(axis=0)
+    size = float(np.ptp(flat.outline, axis=0).max()) / 2
+
+    def shaped(values: np.ndarray) -> np.ndarray:
+        moved = values * np.array([size, size, 1.0, 1.0, 1.0])
+        cosine, sine = np.cos(moved[2]), np.sin(moved[2])
+        off = (np.asarray(flat.outline, float) - middle) @ axes.T * np.exp(moved[3:]) @ axes
+        return middle + moved[:2] + off @ np.array([[cosine, sine], [-sine, cosine]])
+
+    edge = flat.outline[1] - flat.outline[0]
+    along = edge / np.linalg.norm(edge)
+    axes = np.array([along, [-along[1], along[0]]])
+    steps = np.diag([0.08, 0.08, 0.06, 0.1, 0.1])
+    best = np.zeros(5)
+    worth = sum((c.hidden == 1) - SEEN_COSTS * (c.hidden == 0) for c in covers)
+    near = (np.abs(covers[0].points - middle) < REACH * size).all(axis=1)
+    points, worth = covers[0].points[near], np.asarray(worth)[near]
+    for _ in range(2):
+        found = minimize(
+            lambda values: -float(worth[_inside(shaped(values), points)].sum()),
+            best,
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": best + np.vstack([np.zeros(5), steps]),
+                "maxiter": 150,
+                "xatol": 1e-3,
+            },
+        )
+        best, steps = found.x, 0.4 * steps
+    return replace(flat, outline=shaped(best))
+
+
+def ball_of(main: np.ndarray, covers: Sequence[Cover]) -> Sphere:
+    """The ball on the paper that best explains what is hidden, by the cells alone."""
+    middle = covers[0].points[main.ravel()].mean(axis=0)
+    radius = covers[0].step * float(np.sqrt(main.sum() / np.pi))
+    eye = np.mean([c.eye for c in covers], axis=0)
+    away = middle - eye[:2]
+    slope = float(np.linalg.norm(away)) / max(float(eye[2]), 1e-9)
+    away = away / max(float(np.linalg.norm(away)), 1e-9)
+
+    close = (np.abs(covers[0].points - middle) < AROUND * radius).all(axis=1)
+    near = [replace(c, points=c.points[close], hidden=c.hidden[close], dark=c.dark[close]) for c in covers]
+
+    def cost(values: np.ndarray) -> float:
+        if abs(values[2] - np.log(radius)) > WIDEST:
+            return 0.0
+        ball = _standing(values)
+        return -_explained([behind(ball, c) for c in near], near)
+
+    best: tuple[float, np.ndarray] | None = None
+    for size in SIZES:
+        start = np.append(middle - size * radius * slope * away, np.log(size * radius))
+        simplex = start + np.vstack([np.zeros(3), np.diag([0.2 * radius, 0.2 * radius, 0.15])])
+        found = minimize(
+            cost,
+            start,
+            method="Nelder-Mead",
+            options={"initial_simplex": simplex, "maxiter": 120, "xatol": 0.02},
+        )
+        if best is None or found.fun < best[0]:
+            best = float(found.fun), found.x
+    assert best is not None
+    return _standing(best[1])
+
+
+def _standing(values: np.ndarray) -> Sphere:
+    """A ball on the paper, of x, y and the logarithm of its radius."""
+    radius = float(np.exp(values[2]))
+    return Sphere(np.append(values[:2], radius), radius)
+
+
+def behind(ball: Sphere, cover: Cover) -> np.ndarray:
+    """(n,) bool, cells that a camera sees behind a ball."""
+    points = np.column_stack([cover.points, np.zeros(len(cover.points))])
+    return behind_ball(points, cover.eye, np.asarray(ball.center, float), ball.radius)
+
+
+def _inside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(n,) bool, points within a convex polygon."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    off = points[:, None] - corners
+    cross = edges[:, 0] * off[..., 1] - edges[:, 1] * off[..., 0]
+    return (cross >= 0).all(axis=1) | (cross <= 0).all(axis=1)
+
+
+def _explained(inside: Sequence[np.ndarray], covers: Sequence[Cover]) -> float:
+    """Hidden cells within a shape, less those that are seen there."""
+    total = 0.0
+    for mask, cover in zip(inside, covers, strict=True):
+        own = cover.hidden[mask]
+        total += float((own == 1).sum() - SEEN_COSTS * (own == 0).sum())
+    return total
+
+
+def placed_ball(photos: Sequence[SamplePhoto], camera: Camera, ball: Sphere) -> Sphere | None:
+    """The ball on the paper by its limbs; None if too few are clear."""
+    for _ in range(2):
+        limbs = [
+            (one.pose, limb) for one in _as_seen(photos) if (limb := _limb(one, camera, ball)) is not None
+        ]
+        if not limbs:
+            return None
+        ball = _by_limbs(limbs, camera, ball)
+    return ball
+
+
+def _as_seen(photos: Sequence[SamplePhoto]) -> list[SamplePhoto]:
+    """The photos; those of a camera that stood still laid over one another, for no single lamp shows a whole limb."""
+    eyes = np.array([one.pose.center for one in photos])
+    if len(photos) < 2 or np.ptp(eyes, axis=0).max() > STILL * np.linalg.norm(eyes[0]):
+        return list(photos)
+    brightest = np.max([one.small / max(float(np.percentile(one.small, 98)), 1e-9) for one in photos], axis=0)
+    return [replace(photos[0], small=brightest.astype(np.float32))]
+
+
+def _limb(one: SamplePhoto, camera: Camera, ball: Sphere) -> Limb | None:
+    limb = outline(camera, one.pose, ball.center, ball.radius)
+    width, height = camera.size
+    if not np.isfinite(limb).all() or (np.abs(limb) > 2 * max(width, height)).any():
+        return None
+    reach = max(4.0, LIMB_REACH * float(np.ptp(limb, axis=0).mean()) / 2)
+    calm = without_fireflies(one.small)
+    part = GrayPart(calm, np.isfinite(calm))
+    return settled_limb(part, camera, one.pose, np.asarray(ball.center, float), ball.radius, reach)
+
+
+def _by_limbs(limbs: Sequence[tuple[Pose, Limb]], camera: Camera, ball: Sphere) -> Sphere:
+    rays = [camera.rays(limb.pixels) for _, limb in limbs]
+
+    def residual(values: np.ndarray) -> np.ndarray:
+        center = np.append(values[:2], values[2])
+        return np.concatenate(
+            [
+                cone_residual(ray, pose.apply(center), values[2], focal(camera)) / limb.sigma
+                for ray, (pose, limb) in zip(rays, limbs, strict=True)
+            ]
+        )
+
+    start = np.append(np.asarray(ball.center, float)[:2], ball.radius)
+    found = least_squares(residual, start, loss="soft_l1", f_scale=SOFT, x_scale=ball.radius).x
+    return Sphere(np.append(found[:2], found[2]), float(found[2]))
+
+
+def placed_flat(
+    photos: Sequence[SamplePhoto], camera: Camera, flat: Plane, print_: Print | None
+) -> Plane | None:
+    """A flat piece by its edges; None if too few are clear."""
+    done = None
+    for reach in REACHES:
+        seen: list[tuple[Pose, Edges]] = []
+        for one in photos:
+            calm = without_fireflies(one.small)
+            part = GrayPart(calm, np.isfinite(calm))
+            edges = plane_edges(part, camera, one.pose, flat, reach, print_)
+            if edges is not None:
+                seen.append((one.pose, edges))
+        move = place_plane(camera, [pose for pose, _ in seen], [edges for _, edges in seen], flat)
+        if move is None:
+            return done
+        values = move.values.copy()
+        values[4:6] = 0.0  # it lies level
+        values[3] = np.clip(values[3], -0.5 * HEIGHT, 20.0 * HEIGHT)
+        moved = moved_points(on_plane(flat, flat.outline), flat, values)
+        flat = done = Plane(moved[:, :2], max(flat.height + float(values[3]), 0.0))
+    return done

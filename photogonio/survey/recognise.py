@@ -1,0 +1,177 @@
+"""A folder's photos recognised: board, roles, brackets, flash, and where the sample stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from photogonio.cache.glances import Glances
+from photogonio.cache.store import default_store
+from photogonio.calib.adjust.intrinsics import quick_camera
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.pose import fit_pose
+from photogonio.calib.geometry.print_map import draw_print
+from photogonio.calib.identify.covered import cover_of
+from photogonio.calib.identify.lamp_glance import shrunk
+from photogonio.calib.identify.layout import FoundBoard, find_board
+from photogonio.calib.identify.quick_look import QuickLook, quick_look
+from photogonio.calib.identify.sample import FoundSample, SamplePhoto, find_sample
+from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import Header, read_header, read_image
+from photogonio.capture.linear.alone import encoding_alone, gray_alone
+from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, Photo, PrintedBoard, Radiometry
+
+JUDGED = 8  # photos that tell of the board
+BARE = 0.02  # share of the board that is hidden below which nothing stands on it
+DARK = 0.004  # of white level: a photo whose bright parts are dimmer was taken with the cap on
+NAMED_ROLES = ("dark", "flat", "ambient", "chart", "probe")  # which a name tells, and no picture
+SAME_PLACE = 1e-3  # of its distance, by which a camera may have moved within a bracket
+SAME_LIGHT = 0.04  # relative scatter of light in exposures of one bracket
+OTHER_EXPOSURE = 1.2  # times, by which exposures of a bracket differ
+CHANGED = 0.25  # of the stated ratio of exposures, by which the photos' may differ
+
+Tell = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """What photos tell of a set."""
+
+    photos: tuple[Photo, ...]  # with their roles and brackets
+    found: FoundBoard | None
+    sample: FoundSample | None
+    camera: str = ""  # maker and model
+    flash: tuple[str, ...] = ()  # photos that a flash lit, by EXIF
+    unread: tuple[str, ...] = ()
+
+
+def recognise(folder: Path, photos: Sequence[Photo], board: Board | None, tell: Tell) -> Recognised:
+    """The photos with the roles that they show, the board unless it is given, and the sample."""
+    glances = Glances(default_store())
+    found = None if board is not None else _board(folder, photos, glances, tell)
+    known = board if board is not None else found.board if found is not None else None
+    headers = {p.file: h for p in photos if (h := _header(folder, p)) is not None}
+    names = [h.camera for h in headers.values() if h.camera]
+    flash = tuple(p.file for p in photos if p.file in headers and headers[p.file].flash)
+    camera = max(set(names), key=names.count) if names else ""
+    if not isinstance(known, CharucoBoard | GridBoard):
+        return Recognised(tuple(photos), found, None, camera, flash)
+    seen: dict[str, QuickLook] = {}
+    unread = []
+    for k, photo in enumerate(photos):
+        tell("looking at the photos", k + 1, len(photos))
+        try:
+            seen[photo.file] = _glance(folder, photo, known, glances)
+        except InputError:
+            unread.append(photo.file)
+    sized, sample = _judged(photos, seen, known)
+    lit = tuple(file for file in flash if any(p.file == file and p.role == "sample" for p in sized))
+    return Recognised(sized, found, sample, camera, lit, tuple(unread))
+
+
+def _header(folder: Path, photo: Photo) -> Header | None:
+    try:
+        return read_header(folder / photo.file)
+    except InputError:
+        return None
+
+
+def _board(folder: Path, photos: Sequence[Photo], glances: Glances, tell: Tell) -> FoundBoard | None:
+    chosen = [photos[k] for k in np.unique(np.linspace(0, len(photos) - 1, JUDGED).astype(int))]
+    seen = []
+    for k, photo in enumerate(chosen):
+        tell("looking for the board", k + 1, len(chosen))
+        try:
+            markers = _glance(folder, photo, None, glances).markers
+        except InputError:
+            continue
+        if markers is not None:
+            seen.append(markers)
+    return find_board(seen)
+
+
+def _glance(folder: Path, photo: Photo, board: Board | None, glances: Glances) -> QuickLook:
+    encoding = encoding_alone(Radiometry())
+    key = glances.key(folder / photo.file, encoding, "superpixel", board)
+    seen = glances.get(key)
+    if seen is None:
+        seen = quick_look(*gray_alone(read_image(folder / photo.file), encoding), board)
+        glances.put(key, seen)
+    return seen
+
+
+def _judged(
+    photos: Sequence[Photo], seen: dict[str, QuickLook], board: PrintedBoard
+) -> tuple[tuple[Photo, ...], FoundSample | None]:
+    """Photos with their roles and brackets, and the sample."""
+    clear = {name: one for name, one in seen.items() if one.clear and one.corners is not None}
+    sizes = [one.size for one in clear.values()]
+    size = max(set(sizes), key=sizes.count) if sizes else (0, 0)
+    corners = [one.corners for one in clear.values() if one.size == size and one.corners is not None]
+    camera = quick_camera(corners, size) if corners else None
+    if camera is None:
+        return tuple(_dark(p, seen.get(p.file)) for p in photos), None
+    laid, poses = [], {}
+    result = []
+    small: Camera | None = None
+    for photo in photos:
+        photo, one = _dark(photo, seen.get(photo.file)), clear.get(photo.file)
+        fit = (
+            None if one is None or one.size != size or one.corners is None else fit_pose(camera, one.corners)
+        )
+        if one is not None and fit is not None and photo.role in ("sample", "calibration"):
+            small = shrunk(camera, one.step, one.small.shape)
+            cover = cover_of(board, one.small, small, fit.pose)
+            photo = replace(photo, role="calibration" if cover.share < BARE else "sample")
+            poses[photo.file] = fit.pose
+            if photo.role == "sample":
+                laid.append(SamplePhoto(one.small, fit.pose, cover))
+        result.append(photo)
+    sample = find_sample(laid, small, draw_print(board)) if laid and small is not None else None
+    return tuple(bracketed(result, poses, clear)), sample
+
+
+def _dark(photo: Photo, one: QuickLook | None) -> Photo:
+    if one is not None and photo.role == "sample" and one.white < DARK and not one.clear:
+        return replace(photo, role="dark")
+    return photo
+
+
+def bracketed(photos: Sequence[Photo], poses: dict[str, Pose], seen: dict[str, QuickLook]) -> list[Photo]:
+    """Photos one after another that show the same view in the same light at other exposures, with bracket numbers;
+    those that have one keep it."""
+    number = max((p.bracket for p in photos if p.bracket is not None), default=0)
+    result: list[Photo] = []
+    for photo in photos:
+        last = result[-1] if result else None
+        if last is not None and photo.bracket is None and _same_view(last, photo, poses, seen):
+            if last.bracket is None:
+                number += 1
+                result[-1] = replace(last, bracket=number)
+            photo = replace(photo, bracket=result[-1].bracket)
+        result.append(photo)
+    return result
+
+
+def _same_view(a: Photo, b: Photo, poses: dict[str, Pose], seen: dict[str, QuickLook]) -> bool:
+    if a.role != "sample" or b.role != "sample" or a.light != b.light:
+        return False
+    if a.exposure_time is None or b.exposure_time is None or a.file not in poses or b.file not in poses:
+        return False
+    ratio = b.exposure_time / a.exposure_time
+    if max(ratio, 1 / ratio) < OTHER_EXPOSURE:
+        return False
+    moved = np.linalg.norm(poses[a.file].center - poses[b.file].center)
+    if moved > SAME_PLACE * np.linalg.norm(poses[a.file].center):
+        return False
+    one, other = seen[a.file], seen[b.file]
+    usable = ~one.full & ~other.full & (one.small > 0.02) & (other.small > 0.02)
+    if usable.sum() < 1000:
+        return False
+    found = other.small[usable] / one.small[usable]
+    middle = float(np.median(found))
+    scatter = float(np.median(np.abs(found / middle - 1.0)))
+    return scatter < SAME_LIGHT and abs(np.log(middle / ratio)) < CHANGED
