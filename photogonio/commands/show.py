@@ -19,7 +19,7 @@ from photogonio.report.plots import draws_figure
 from photogonio.report.trust import told_distrust
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
-from photogonio.system.provenance import Provenance, canonical_command, hash_file
+from photogonio.system.provenance import Provenance, canonical_command, hash_inputs
 
 MOST_DRAWS = 100
 _ANGLES = np.radians([0.0, 30.0, 60.0])
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         for line in told_distrust(brdf, path.name):
             reporter.warn(line)
     options = {"draws": args.draws}
-    source = Provenance(canonical_command("show", path.name, options), {path.name: hash_file(path)})
+    source = Provenance(canonical_command("show", path.name, options), hash_inputs(path))
     figure = brdf.plot() if args.draws is None else draws_of(brdf, args.draws)
     with staged_file(out) as stage:
         stage.write_bytes(picture_bytes(figure, kind=kind, source=source.to_text()))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from photogonio.cli import main
 from photogonio.compare.colours import in_common_colours
 from photogonio.compare.known import Known
 from photogonio.compare.reflectances import as_reflectance, load_known
@@ -76,3 +77,10 @@ def test_of_surfaces_that_turn_too(tmp_path, name, monkeypatch):
     pairs = random_pairs(500, below=60.0)
     np.testing.assert_allclose(known.evaluate(*pairs)[:, 0], brdf(*pairs)[:, 0], rtol=0.15)
     assert not as_reflectance(path).isotropic
+
+
+def test_show_takes_a_folder_of_measurements(files, tmp_path, monkeypatch):
+    """Pictures are drawn elsewhere: a small one will do."""
+    monkeypatch.setattr("photogonio.report.plots.shaded_sphere", lambda *_, **__: np.ones((2, 2, 3)))
+    assert main(["show", str(files["pabopto"]), "-o", str(tmp_path / "a.svg"), "--quiet"]) == 0
+    assert "in_05.0_000.0.dat" in (tmp_path / "a.svg").read_text()
