@@ -11,6 +11,7 @@ from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.adjust.terms import BALL_PLACE
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.diagnose.base import Departure, Stage
+from photogonio.calib.geometry.cones import outline
 from photogonio.capture.diagnosis import Diagnosis, Entry
 from photogonio.capture.photoset import PhotoSet
 
@@ -18,6 +19,8 @@ _ASTRAY = 3.0  # expected errors of the manifest at which a ball's move is told
 _CONTRADICTED = 3.0  # times their errors, by which highlights miss all lamps; path-traced sets: 0.4 to 1.2
 _MISSES = 4.0  # times the other balls' residual at which a ball's highlights contradict them
 _LEAST_MISS = 0.25  # pixels
+_SEEN_IN = 3  # photos that hold a ball whole, at least, of which one must show a lamp in it
+_SEEN_LARGE = 8  # pixels across, in which a lamp is sure to be found
 
 
 class MirrorBalls(Departure):
@@ -38,6 +41,11 @@ class MirrorBalls(Departure):
             "Check its `center` and `radius`, and whether it moved between photos.",
             least=_MISSES * _LEAST_MISS,
             source="pixels, or 4 times the best ball's misses where that is more",
+        ),
+        Entry(
+            "mirror-ball-unseen",
+            "A mirror ball of the manifest shows no lamp in any photo, or lies outside all of them: it tells nothing.",
+            "Check its `center` and `radius`, and whether the sample hides it.",
         ),
         Entry(
             "balls-and-paper-contradict",
@@ -63,6 +71,7 @@ class MirrorBalls(Departure):
             state.remarks.residuals["highlight_error_scale"] = settled.highlight_scale
         moves = [float(np.linalg.norm(shift)) for shift in shifts]
         said = [one for k in range(len(rms)) if (one := _told(photoset, k, moves[k], rms)) is not None]
+        said += [one for k in range(len(rms)) if (one := _unseen(state, k)) is not None]
         return said + _beside_paper(settled.highlight_scale)
 
 
@@ -79,6 +88,38 @@ def _told(photoset: PhotoSet, number: int, moved: float, rms: Sequence[float]) -
         message = f"{which} contradicts the others: its highlights miss by {rms[number]:.1f} px"
         return Diagnosis("mirror-ball-contradicts", message, rms[number], detail=detail)
     return None
+
+
+def _unseen(state: State, number: int) -> Diagnosis | None:
+    """Of a ball in which no photo shows a lamp, though photos hold it whole, or none does; None of others."""
+    ball, observations = state.photoset.mirror_balls[number], state.observations
+    if not observations or any(h.ball == number for one in observations for h in one.highlights):
+        return None
+    camera = state.settled.camera
+    limbs = [outline(camera, one.pose, ball.center, ball.radius) for one in observations]
+    held = sum(is_held(limb, camera.size) for limb in limbs)
+    which = f"mirror ball {number + 1} (at {', '.join(f'{v:g}' for v in ball.center)})"
+    if not any(is_touched(limb, camera.size) for limb in limbs):
+        message = f"{which} lies outside every photo: check its center and radius"
+    elif held >= _SEEN_IN:
+        message = (
+            f"{which} shows no lamp in any of the {held} photos that hold it: check its center and radius"
+        )
+    else:
+        return None
+    return Diagnosis("mirror-ball-unseen", message, max(held, 1), detail={"ball": number + 1})
+
+
+def is_held(limb: np.ndarray, size: tuple[int, int]) -> bool:
+    """Whether a picture holds an outline (n, 2) whole, large enough to show a lamp."""
+    low, high = limb.min(0), limb.max(0)
+    return bool((low > 0).all() and (high < np.array(size) - 1).all() and (high - low >= _SEEN_LARGE).all())
+
+
+def is_touched(limb: np.ndarray, size: tuple[int, int]) -> bool:
+    """Whether any of an outline (n, 2) lies in a picture; one that is not known, behind the camera, does not."""
+    low, high = limb.min(0), limb.max(0)
+    return bool((high > 0).all() and (low < np.array(size) - 1).all())
 
 
 def _beside_paper(scale: float) -> list[Diagnosis]:

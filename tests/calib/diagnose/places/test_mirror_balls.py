@@ -30,3 +30,29 @@ def test_a_mirror_ball_that_stands_elsewhere_is_named():
     drawn.settled()
     assert drawn.said("mirror ball 1 (at 10, 10, 8)")
     assert not drawn.said("mirror ball 2")
+
+
+def unseen(state, kept=0, center=None):
+    """The same with the first ball's highlight left in ``kept`` photos, the manifest's ball at ``center`` if given."""
+    seen, others = [], []
+    for one in state.observations:
+        shows = any(h.ball == 0 for h in one.highlights) and len(seen) >= kept
+        (others if shows or not any(h.ball == 0 for h in one.highlights) else seen).append(one)
+    blind = [replace(one, highlights=[h for h in one.highlights if h.ball != 0]) for one in others]
+    first, *rest = state.photoset.mirror_balls
+    photoset = replace(state.photoset, mirror_balls=(replace(first, center=center or first.center), *rest))
+    return replace(state, observations=seen + blind, photoset=photoset)
+
+
+def test_a_mirror_ball_in_which_no_photo_shows_a_lamp_or_that_lies_outside_all_is_named():
+    """One photo's highlight is enough to have seen it."""
+    drawn = Drawn(12)
+    state = drawn.settled()
+    told = []
+    for other in (unseen(state), unseen(state, kept=1), unseen(state, center=(2000.0, 1500.0, 8.0))):
+        drawn.remarks.diagnoses.clear()
+        ask(other, asked_at(Stage.PLACES))
+        told.append([one.message for one in drawn.remarks.diagnoses if one.code == "mirror-ball-unseen"])
+    assert [len(one) for one in told] == [1, 0, 1]
+    assert told[0][0].startswith("mirror ball 1 (at 10, 10, 8) shows no lamp in any of the ")
+    assert told[2][0].startswith("mirror ball 1 (at 2000, 1500, 8) lies outside every photo")
