@@ -31,8 +31,8 @@ ENTRIES = (
         "tone-curve-unsure",
         'With `encoding = "unknown"`, print and paper tell the tone curve, but not how the sample compares with the '
         "paper to a few per cent: no print is as bright as the sample, or the lamps light the sheet too evenly.",
-        "Take RAW photos, or brackets. Else: lamps nearer the sheet, some photos exposed a stop or two darker, "
-        "the flash of the camera in some.",
+        "Take RAW photos, or brackets; or print the strip of greys of a target. Else: lamps nearer the sheet, some "
+        "photos exposed a stop or two darker, the flash of the camera in some.",
         least=0.02,
         source="relative; errors of what the result is quoted to",
     ),

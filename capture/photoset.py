@@ -99,6 +99,14 @@ class WhitePatch:
 
 
 @dataclass(frozen=True, slots=True)
+class GreyPatch:
+    """Even grey print of unknown reflectance, by which an unknown tone curve is told."""
+
+    outline: np.ndarray  # (n, 2) board x, y
+    height: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Radiometry:
     encoding: str = "auto"  # "auto" (as the files say) | "linear" | "srgb" | "gamma" | "unknown"
     gamma: float | None = None
@@ -175,6 +183,7 @@ class PhotoSet:
     board: Board | None = None
     mirror_balls: tuple[MirrorBall, ...] = ()
     white_patches: tuple[WhitePatch, ...] = ()
+    grey_patches: tuple[GreyPatch, ...] = ()
     radiometry: Radiometry = Radiometry()
     camera: CameraEntry = CameraEntry()
     lights: tuple[LightEntry, ...] = ()

@@ -49,7 +49,8 @@ def fit_response(photos: Sequence[PaperCodes]) -> FittedResponse:
     channels = photos[0].code.shape[1]
     lights = tuple(dict.fromkeys(one.light for one in photos))
     middles = tuple(float(np.median(direct_light(raised(one.place) - one.points)[0])) for one in photos)
-    layout = Unknowns(channels, lights, len(photos), middles)
+    tones = 1 + max(int(one.tone.max()) for one in photos)
+    layout = Unknowns(channels, lights, len(photos), middles, tones)
     values = start_values(layout, photos)
     alike = dict.fromkeys(lights, NO_SCATTER)
     values, scale = _approached(layout, photos, values, expectations(layout, photos, values, alike))
@@ -94,7 +95,7 @@ def _finished(
     curves = Curves(values[:count].reshape(1 + layout.channels, BENDS), spread[:count, :count], (low, high))
     places = {n: values[layout.places + 3 * k :][:3] for k, n in enumerate(layout.lights)}
     misfit, black = _misfits(layout, photos, values)
-    ink, lens = np.exp(values[layout.ink : layout.lens]), values[layout.lens : layout.veil]
+    ink, lens = np.exp(values[layout.ink :][: layout.channels]), values[layout.lens : layout.veil]
     return FittedResponse(curves, places, ink, misfit, black, float(values[layout.veil]), lens)
 
 
@@ -172,9 +173,12 @@ def start_values(layout: Unknowns, photos: Sequence[PaperCodes]) -> np.ndarray:
         seen = np.log(np.maximum(srgb(one.code[lit]), 1e-9)) - np.log(light[lit])[:, None]
         at = layout.strengths + k * layout.channels
         values[at : at + layout.channels] = np.median(seen, axis=0)
-        dark = np.log(np.maximum(srgb(one.code[~lit]), 1e-9)) - np.log(light[~lit])[:, None]
-        inks.append(np.median(dark, axis=0) - np.median(seen, axis=0))
-    values[layout.ink : layout.lens] = np.median(inks, axis=0)
+        every = np.log(np.maximum(srgb(one.code), 1e-9)) - np.log(light)[:, None]
+        kinds = [every[~lit & (one.tone == tone)] for tone in range(layout.tones)]
+        untold = np.full(layout.channels, np.nan)
+        own = [np.median(each, axis=0) if len(each) else untold for each in kinds]
+        inks.append(np.concatenate(own) - np.tile(np.median(seen, axis=0), layout.tones))
+    values[layout.ink : layout.lens] = np.nanmedian(inks, axis=0)
     return values
 
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from photogonio.calib.detect.paper import PaperSamples, paper_places, sample_paper
+from photogonio.calib.detect.paper import PaperPlaces, PaperSamples, paper_places, sample_paper
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.geometry.visibility import behind_ball
@@ -33,6 +33,8 @@ _SHADED, _LIT_BY = (
 )  # radii about a ball's shadow, and about its foot, in which paper is not its lamp's alone
 _PHOTOS = 16  # that are asked
 _SAMPLE_POINTS = 16  # along the sample
+# number of the first grey among squares; samples along each, and what of its side is left at the edges
+_GREYS, _GREY_SAMPLES, _INNER = 1_000_000, 12, 0.2
 _STEEPEST = 0.5  # of a ball: cosine to the camera
 _GRID = np.linspace(0.0, 1.0, 4096)
 
@@ -46,6 +48,9 @@ class PaperCodes:
     code: np.ndarray  # (n, c) fractions of full scale
     noise: np.ndarray  # (n, c) standard error of them
     square: np.ndarray  # (n,) int
+    tone: (
+        np.ndarray
+    )  # (n,) int, which print that is not white: 0 black, else the number of a grey; 0 for white
     aside: np.ndarray  # (n,) of :meth:`calib.geometry.camera.Camera.aside`
     pose: Pose
     light: str
@@ -88,6 +93,7 @@ def _of_view(
     samples = None if places is None else sample_paper(places, partial(_near, read.windows, view))
     if samples is None or samples.aside is None:
         return None
+    samples = with_greys(samples, photoset, setup, one, partial(_near, read.windows, view))
     samples = samples.keep(_by_its_lamp_alone(samples, setup, one))
     if not len(samples):
         return None
@@ -102,6 +108,40 @@ def _of_view(
 
 def _near(windows: ReadWindows, view: View, pixels: np.ndarray) -> RadianceImage:
     return windows(view, Windows(pixels, 0, 1))
+
+
+def with_greys(
+    samples: PaperSamples,
+    photoset: PhotoSet,
+    setup: Setup,
+    one: ViewSetup,
+    near: Callable[[np.ndarray], RadianceImage | None],
+) -> PaperSamples:
+    """The samples, and those of grey print, each in a square of its own from _GREYS on."""
+    side = np.linspace(_INNER, 1 - _INNER, _GREY_SAMPLES)
+    u, v = (part.reshape(-1, 1) for part in np.meshgrid(side, side))
+    width, height = setup.camera.size
+    parts = [samples]
+    for number, grey in enumerate(photoset.grey_patches):
+        low, high = grey.outline.min(0), grey.outline.max(0)
+        flat = low + np.hstack([u, v]) * (high - low)
+        points = np.column_stack([flat, np.full(len(flat), grey.height)])
+        pixels = setup.camera.project(one.pose, points)
+        inside = (pixels > 2).all(1) & (pixels[:, 0] < width - 3) & (pixels[:, 1] < height - 3)
+        if not inside.any():
+            continue
+        points, pixels = points[inside], pixels[inside]
+        square = np.full(len(points), _GREYS + number)
+        aside = setup.camera.aside(pixels)
+        places = PaperPlaces(
+            points, np.zeros(len(points), bool), pixels, square, np.zeros((len(points), 3)), aside
+        )
+        found = sample_paper(places, near)
+        parts += [] if found is None else [found]
+    names = ("points", "white", "value", "variance", "square", "spread", "aside")
+    if len(parts) == 1 or samples.spread is None or samples.aside is None:
+        return samples
+    return PaperSamples(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _by_its_lamp_alone(samples: PaperSamples, setup: Setup, one: ViewSetup) -> np.ndarray:
@@ -152,6 +192,7 @@ def _means(
         code=middle[good],
         noise=np.sqrt(variance + (_FLOOR / steps) ** 2)[good],
         square=(kinds // 2)[good],
+        tone=np.maximum(kinds // 2 - _GREYS + 1, 0)[good],
         aside=mean(aside[:, None])[good, 0],
         pose=one.pose,
         light=name,

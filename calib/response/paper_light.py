@@ -59,7 +59,7 @@ def design_of(
     light, by_place, by_even = light_of(layout, one, number, values)
     code, black = one.code[:, channel], ~one.white
     bend = values[:BENDS] + values[(channel + 1) * BENDS : (channel + 2) * BENDS]
-    ink, veil = np.exp(values[layout.ink + channel]), values[layout.veil]
+    ink, veil = np.exp(values[layout.ink + one.tone * layout.channels + channel]), values[layout.veil]
     tone = np.where(black, ink, 1.0) * light
     total = np.maximum(tone + veil, 1e-3 * tone)
     lens = np.column_stack([one.aside, one.aside**2])
@@ -75,10 +75,10 @@ def design_of(
             np.ones(len(code)),
             by_place * share[:, None],
             by_even * share,
-            np.where(black, share, 0.0),
+            np.where(black, share, 0.0)[:, None] * (one.tone[:, None] == np.arange(layout.tones)),
             lens,
             1.0 / total,
         ]
     )
-    model = np.where(black, _INK_MODEL, _MODEL) / np.interp(code, _GRID, _STEEP)
+    model = np.where(black & (one.tone == 0), _INK_MODEL, _MODEL) / np.interp(code, _GRID, _STEEP)
     return design / steep[:, None], code - expected, np.hypot(one.noise[:, channel], model)

@@ -12,6 +12,7 @@ from photogonio.calib.response.paper_codes import PaperCodes
 from photogonio.capture import robust
 
 _INK, _INKS, _INKS_APART = 0.05, 0.3, 0.1  # ink's share of white, how inks differ, and how its channels do
+_GREY, _GREYS = 0.3, 1.0  # the same of grey print, of which next to nothing is known
 _EVEN = 0.005  # light that is everywhere, as a share of the lamp's
 _LENS = 0.1  # what a lens may darken towards the corner, its logarithm
 # of a lamp's strength from photo to photo: least and most that it is taken to vary, and over how it is seen to
@@ -34,6 +35,7 @@ class Unknowns:
     lights: tuple[str, ...]
     photos: int
     middles: tuple[float, ...]  # of the direct light of each photo, about: that is 1
+    tones: int = 1  # of print that is not white: black, and greys
 
     @property
     def strengths(self) -> int:
@@ -53,7 +55,7 @@ class Unknowns:
 
     @property
     def lens(self) -> int:
-        return self.ink + self.channels
+        return self.ink + self.tones * self.channels
 
     @property
     def veil(self) -> int:
@@ -69,8 +71,9 @@ class Unknowns:
             place + 2,
             self.even + number,
         ]
-        shared = [self.ink + channel, self.lens, self.lens + 1, self.veil]
-        return np.concatenate([bend, bend + (channel + 1) * BENDS, own, shared])
+        inks = self.ink + channel + self.channels * np.arange(self.tones)
+        shared = [self.lens, self.lens + 1, self.veil]
+        return np.concatenate([bend, bend + (channel + 1) * BENDS, own, inks, shared])
 
     @property
     def size(self) -> int:
@@ -147,16 +150,19 @@ def expectations(
         hold(k, values[k], _STRENGTH)
     for k in range(layout.photos):
         hold(layout.even + k, 0.0, _EVEN)
-    mean = np.zeros(layout.size)
-    mean[layout.ink : layout.lens] = 1.0 / (layout.channels * _INKS)
-    rows.append(mean[None])
-    expected.append(np.array([np.log(_INK) / _INKS]))
-    for k in range(layout.channels):
-        row = np.zeros(layout.size)
-        row[layout.ink : layout.lens] = -1.0 / (layout.channels * _INKS_APART)
-        row[layout.ink + k] += 1.0 / _INKS_APART
-        rows.append(row[None])
-        expected.append(np.zeros(1))
+    for tone in range(layout.tones):
+        usual, differ = (_INK, _INKS) if tone == 0 else (_GREY, _GREYS)
+        first = layout.ink + tone * layout.channels
+        mean = np.zeros(layout.size)
+        mean[first : first + layout.channels] = 1.0 / (layout.channels * differ)
+        rows.append(mean[None])
+        expected.append(np.array([np.log(usual) / differ]))
+        for k in range(layout.channels):
+            row = np.zeros(layout.size)
+            row[first : first + layout.channels] = -1.0 / (layout.channels * _INKS_APART)
+            row[first + k] += 1.0 / _INKS_APART
+            rows.append(row[None])
+            expected.append(np.zeros(1))
     hold(layout.lens, 0.0, _LENS)
     hold(layout.lens + 1, 0.0, _LENS)
     hold(layout.veil, 0.0, _VEIL)

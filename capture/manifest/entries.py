@@ -29,6 +29,7 @@ from photogonio.capture.photoset import (
     Board,
     CameraEntry,
     CharucoBoard,
+    GreyPatch,
     GridBoard,
     LightEntry,
     LooseMarkers,
@@ -264,6 +265,7 @@ PATCH_TABLE = {
     "height": Key(FINITE),
     "reflectance": Key(per_channel(high=1.5), required=True),  # fluorescent paper passes 1
 }
+GREY_TABLE = {"outline": Key(outline, required=True), "height": Key(FINITE)}
 MANIFEST_KEYS = {
     "format": Key(integer(low=1, high=1), required=True),
     "name": Key(text),
@@ -272,6 +274,7 @@ MANIFEST_KEYS = {
     "sample": Key(table(SAMPLE_TABLE, build_sample), required=True),
     "mirror_ball": Key(tables(BALL_TABLE, lambda values, where: MirrorBall(**values))),
     "white_patch": Key(tables(PATCH_TABLE, lambda values, where: WhitePatch(**{"height": 0.0, **values}))),
+    "grey_patch": Key(tables(GREY_TABLE, lambda values, where: GreyPatch(**values))),
     "radiometry": Key(table(RADIOMETRY_TABLE, build_radiometry)),
     "camera": Key(table(CAMERA_TABLE, build_camera)),
     "light": Key(tables(LIGHT_TABLE, light_with_markers)),

@@ -43,6 +43,7 @@ def load_photoset(folder: str | Path, *, unnamed: bool = False) -> PhotoSet:
         board=values.get("board"),
         mirror_balls=values.get("mirror_ball", ()),
         white_patches=values.get("white_patch", ()),
+        grey_patches=values.get("grey_patch", ()),
         radiometry=values.get("radiometry", Radiometry()),
         camera=values.get("camera", CameraEntry()),
         lights=values.get("light", ()),

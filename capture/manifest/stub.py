@@ -41,6 +41,10 @@ outline = [{patch}]
 height = 0.0                     # its thickness
 reflectance = 0.9                # as measured
 
+# The printed strip of greys, from which encoding = "unknown" learns a phone's tone curve; how dark they are need not
+# be known.
+{greys}
+
 [radiometry]
 encoding = "{encoding}"                # "auto": as each file says, else 8 bits are "srgb" and all others "linear"
 """
@@ -64,6 +68,7 @@ def stub_manifest(target: Target, *, name: str = "my-set", encoding: str = "auto
         plane=points(corners),
         balls=balls,
         patch=points(target.patch),
+        greys="\n".join(f"[[grey_patch]]\noutline = [{points(corners)}]" for _, corners in target.greys),
         encoding=encoding,
     )
 

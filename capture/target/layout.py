@@ -19,6 +19,9 @@ KINDS = ("charuco", "aruco-grid")
 DICTIONARIES = ("DICT_5X5_250", "DICT_5X5_1000")  # the first that has enough markers
 EDGE = 10.0  # most printers leave this much of the paper blank
 FOOT = 16.0  # for the ruler and a line of text
+# of the strip of greys: device grey, mm below the pattern and high; the ruler stays clear
+GREYS = (0.85, 0.7, 0.55, 0.42, 0.3, 0.2)
+STRIP_BELOW, STRIP_HEIGHT = 4.0, 8.0
 MARKER_SHARE = 0.75  # of a square (charuco), or of the distance of two markers (aruco-grid)
 
 
@@ -34,6 +37,9 @@ class Target:
     sample: tuple[float, float]  # centre
     balls: tuple[tuple[float, float], tuple[float, float]]  # centres
     patch: np.ndarray  # (4, 2) corners of the white patch
+    greys: tuple[
+        tuple[float, np.ndarray], ...
+    ]  # of the strip: grey as it is asked of the printer, and corners (4, 2)
 
 
 def make_target(
@@ -76,7 +82,19 @@ def make_target(
         sample=tuple(middles[middle].tolist()),
         balls=(tuple(middles[low].tolist()), tuple(middles[high].tolist())),
         patch=free[right] * square + cell,
+        greys=grey_strip(size[0]),
     )
+
+
+def grey_strip(width: float) -> tuple[tuple[float, np.ndarray], ...]:
+    """Greys in a row below the pattern of that ``width``, from light to dark."""
+    side = width / len(GREYS)
+    low, high = -STRIP_BELOW - STRIP_HEIGHT, -STRIP_BELOW
+    found = []
+    for k, grey in enumerate(GREYS):
+        left, right = k * side, (k + 1) * side
+        found.append((grey, np.array([(left, low), (right, low), (right, high), (left, high)])))
+    return tuple(found)
 
 
 def settle_dictionary(name: str | None, needed: int) -> str:

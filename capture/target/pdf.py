@@ -11,6 +11,7 @@ from photogonio.capture.photoset import CharucoBoard
 from photogonio.capture.target.layout import Target, black_rectangles
 
 RULER = 100  # mm
+CARD = 85.6  # mm, the long side of a bank card: ISO/IEC 7810, ID-1
 THIN = 0.2  # mm, of lines that corner detection does not see
 
 
@@ -24,6 +25,7 @@ def pdf_page(target: Target) -> bytes:
     canvas.saveState()
     canvas.translate(*target.corner)
     draw_pattern(canvas, target)
+    draw_greys(canvas, target)
     draw_places(canvas, target)
     canvas.restoreState()
     draw_foot(canvas, target)
@@ -39,6 +41,14 @@ def draw_pattern(canvas: Canvas, target: Target) -> None:
         path.rect(x, y, width, height)
     canvas.setFillGray(0.0)
     canvas.drawPath(path, stroke=0, fill=1)
+
+
+def draw_greys(canvas: Canvas, target: Target) -> None:
+    """The strip that tells the tone curve of photos that name none."""
+    for grey, corners in target.greys:
+        (left, low), (right, high) = corners[0], corners[2]
+        canvas.setFillGray(grey)
+        canvas.rect(left, low, right - left, high - low, stroke=0, fill=1)
 
 
 def draw_places(canvas: Canvas, target: Target) -> None:
@@ -71,6 +81,7 @@ def draw_foot(canvas: Canvas, target: Target) -> None:
     canvas.line(left, base, left + RULER, base)
     for k in range(RULER + 1):
         canvas.line(left + k, base, left + k, base + (4.0 if k % 10 == 0 else 3.0 if k % 5 == 0 else 2.0))
+    canvas.line(left + CARD, base - 3.0, left + CARD, base + 5.5)
     board = target.board
     if isinstance(board, CharucoBoard):
         what = f"{board.squares[0]} x {board.squares[1]} squares of {board.square_length:g} mm"
@@ -80,7 +91,8 @@ def draw_foot(canvas: Canvas, target: Target) -> None:
     canvas.setFont("Helvetica", 2.8)
     lines = (
         f"{board.kind}, {board.dictionary}, {what}, markers {board.marker_length:g} mm",
-        "Print at 100 %. This ruler is 100 mm; if not, scale the lengths in photoset.toml by what it measures.",
+        "Print at 100 %. This ruler is 100 mm, and a bank card as long as to the tall mark (85.6 mm);",
+        "if not, scale the lengths in photoset.toml by what it measures.",
     )
     for k, line in enumerate(lines):
-        canvas.drawString(left + RULER + 4.0, base + 4.0 - 4.0 * k, line)
+        canvas.drawString(left + RULER + 4.0, base + 4.0 - 3.2 * k, line)

@@ -69,7 +69,13 @@ def looking(eye: np.ndarray, at: np.ndarray, roll: float) -> Pose:
 
 
 def photos(
-    tone: Tone, *, seed: int = 0, count: int = 10, channels: int = 3, noise: float = 0.15
+    tone: Tone,
+    *,
+    seed: int = 0,
+    count: int = 10,
+    channels: int = 3,
+    noise: float = 0.15,
+    greys: tuple[float, ...] = (),
 ) -> list[PaperCodes]:
     """Every second one by flash, the others by a torch elsewhere each time; ``noise`` in steps of 8 bits is that of a
     square's mean. What is known of a lamp is some per cent off."""
@@ -78,8 +84,14 @@ def photos(
     ground = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
     inner = (np.abs(ground[:, 0] - 90) < 35) & (np.abs(ground[:, 1] - 70) < 28)
     ground = ground[~inner]
-    points, white = np.vstack([ground, ground]), np.repeat([True, False], len(ground))
-    square = np.tile(np.arange(len(ground)), 2)
+    strip = np.column_stack(
+        [np.arange(len(greys)) * 30.0 + 15, np.full(len(greys), -8.0), np.zeros(len(greys))]
+    )
+    points = np.vstack([ground, ground, strip])
+    white = np.concatenate([np.repeat([True, False], len(ground)), np.zeros(len(greys), bool)])
+    square = np.concatenate([np.tile(np.arange(len(ground)), 2), 1000 + np.arange(len(greys))])
+    tone_number = np.concatenate([np.zeros(2 * len(ground), int), 1 + np.arange(len(greys))])
+    share = np.concatenate([np.ones(len(ground)), np.full(len(ground), INK), greys])
     middle, found = np.array([90.0, 70.0, 0.0]), []
     for k in range(count):
         pose = looking(middle + _place(rng, 25, 80, (480, 650)), middle, rng.uniform(-0.3, 0.3))
@@ -88,7 +100,7 @@ def photos(
         offset = lamp - points
         light = offset[:, 2] / np.linalg.norm(offset, axis=1) ** 3
         exposure = 2.0 ** (np.round(3 * np.log2(rng.uniform(0.45, 0.75) / light.max())) / 3)
-        level = exposure * light * np.where(white, 1.0, INK)
+        level = exposure * light * share
         code = np.column_stack([tone(level * gain) for gain in (1.0, 0.97, 0.9)[:channels]])
         code = code + rng.normal(0.0, noise / 255, code.shape)
         place = middle + (lamp - middle) * (1 + rng.uniform(-0.06, 0.06))
@@ -99,6 +111,7 @@ def photos(
                 code,
                 np.full(code.shape, noise / 255),
                 square,
+                tone_number,
                 np.zeros(len(points)),
                 pose,
                 "flash" if flash else f"L{k}",

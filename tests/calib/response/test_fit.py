@@ -26,6 +26,17 @@ def test_a_curve_is_found_over_two_decades_and_its_error_is_stated(name):
     assert np.abs(miss[bright]).max() < 0.01
 
 
+def test_greys_tell_codes_between_black_and_white():
+    """Of a curve so strong that black and white alone leave them open."""
+    tone, greys = CURVES["contrasty"], (0.65, 0.4, 0.25, 0.15, 0.09, 0.06)
+    sets = (photos(tone, count=6, channels=1, seed=9, greys=some) for some in ((), greys))
+    bare, told = (misses(fit_response(one), tone) for one in sets)
+    between = (LIGHT > 0.02) & (LIGHT < 0.1)
+    assert (told[1] < 0.6 * bare[1])[between].all()
+    assert np.abs(told[0][between]).max() < np.abs(bare[0][between]).max() / 2
+    assert (np.abs(told[0]) < 3 * np.hypot(told[1], 0.002)).all()
+
+
 def test_lamps_and_ink_are_found_with_it():
     truth = photos(CURVES["gentle"], count=6, channels=1, seed=5, noise=0.01)
     fitted = fit_response(truth)

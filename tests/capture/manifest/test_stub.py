@@ -33,6 +33,8 @@ def test_the_stub_is_a_manifest_once_photos_are_named(tmp_path, paper, kind):
     balls = np.array([ball.center[:2] for ball in found.mirror_balls])
     assert np.abs(balls - target.balls).max() <= 0.005
     assert found.sample.center[:2] == pytest.approx(target.sample, abs=0.01)
+    greys = np.array([one.outline for one in found.grey_patches])
+    assert np.abs(greys - [outline for _, outline in target.greys]).max() <= 0.005
 
 
 NAMES = ["a.png", 'a "b".png', "back\\slash.png", "tab\there.png", "Grün/日本.png", "line\nfeed.png"]

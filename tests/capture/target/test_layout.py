@@ -92,3 +92,16 @@ def test_everything_fits_on_the_paper(paper, kind):
 def test_impossible_targets_are_refused(wrong, said):
     with pytest.raises(InputError, match=said):
         make_target(**wrong)
+
+
+@pytest.mark.parametrize(("paper", "kind"), TARGETS)
+def test_the_strip_of_greys_lies_between_pattern_and_ruler(paper, kind):
+    for square in (12.0, 20.0, 27.0):
+        target = make_target(paper=paper, kind=kind, square=square)
+        greys = [grey for grey, _ in target.greys]
+        assert greys == sorted(greys, reverse=True)
+        assert 0.0 < greys[-1] < greys[0] < 1.0
+        corners = np.concatenate([outline for _, outline in target.greys])
+        assert corners[:, 1].max() <= -4.0  # white beside the markers, which they are found by
+        assert corners[:, 1].min() + target.corner[1] > 12.0  # above ruler and text
+        assert corners[:, 0].min() >= 0.0 and corners[:, 0].max() <= target.size[0] + 1e-9
