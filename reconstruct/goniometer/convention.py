@@ -59,6 +59,12 @@ def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> f
             f"no theta is above {theta:.4g}, but azimuths reach {phi:.4g}: polar angles in radians? "
             "Say --angles degrees if they are not, else bring all to one unit",
         )
+    if told.angles is None and 0.0 < phi <= TURN and theta > RADIANS:
+        raise InputError(
+            table.path,
+            f"no azimuth is above {phi:.4g}, but polar angles reach {theta:.4g}: azimuths in radians? "
+            "Say --angles degrees if they are not, else bring all to one unit",
+        )
     return 1.0
 
 

@@ -22,6 +22,7 @@ USUAL = 0.95  # of the values come at most as often as is usual,
 ODD = 3.0  # times as often as which a suspect comes
 MOST = 8  # suspects that are looked at
 BELOW = 2  # rows at least that lie a jump below one: the least may be a plateau
+SOME = 0.03  # of all rows, below by steps that rounding does not make: then it is none
 SHARE = 0.15  # of the rows, that a plateau without noise has at least
 FAINT = 1e-3  # of the middle value: what fades is for zeros to tell
 WIDER = 4.0  # steps of the digits, that noise is wide which repeats no value, and
@@ -84,7 +85,8 @@ def stands_still(
     noisy = noise > max(WIDER * step, LEAST_NOISE * mark)
     if among and off > max(0.5 * jump, SMALL * mark) and (noisy or off > FAR_STEPS * step):
         return True
-    if (value[others] < mark - jump).sum() < BELOW:
+    below, clearly = ((value[others] < mark - by).sum() for by in (WIDER * step, jump))
+    if clearly < BELOW and below < SOME * len(value):
         above = np.sort(value[others])[BELOW - 1]
         few = noisy or len(rows) < SHARE * len(value)
         return bool(few and len(rows) >= STUCK and above > mark + jump)

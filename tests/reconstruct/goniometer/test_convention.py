@@ -113,3 +113,15 @@ def test_the_cases_told_rightly_are_the_plain_table(name, told):
     )  # azimuths at the pole
     np.testing.assert_allclose(off, 0.0, atol=1e-5)
     np.testing.assert_allclose(other.value, plain.value, rtol=2e-5)  # six digits are written
+
+
+def test_azimuths_in_radians_beside_degrees_are_asked_about(tmp_path):
+    """Which of the two is meant nobody can tell: refused, unless the unit is said."""
+    rows = [
+        f"{i},0,{r},{p:.4f},0.1" for i in (0, 30, 60) for r in (10, 40, 70) for p in (0.0, 1.5708, 3.1416)
+    ]
+    path = tmp_path / "mixed.csv"
+    path.write_text("\n".join(["theta_i,phi_i,theta_r,phi_r,value", *rows]))
+    with pytest.raises(InputError, match="azimuths in radians"):
+        read_samples(path)
+    assert len(read_samples(path, Told(angles="degrees")).value) == len(rows)
