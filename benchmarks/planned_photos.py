@@ -1,11 +1,11 @@
 """Planned photos against random ones: the mean variance of f that each leaves, over small sets that are there already.
 
-python -m benchmarks.planned_photos [SETS]
+python -m benchmarks.planned_photos [--sets 20] [--quick]
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 
 import numpy as np
 
@@ -69,4 +69,8 @@ def main(sets: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sets", type=int, default=20)
+    parser.add_argument("--quick", action="store_true", help="one set")
+    asked = parser.parse_args()
+    main(1 if asked.quick else asked.sets)
