@@ -23,7 +23,7 @@ from photogonio.refit import of_photos
 from photogonio.report.calibration_report import calibration_html
 from photogonio.report.marked_photos import pictures_folder, save_pictures
 from photogonio.report.summary import relit_warning
-from photogonio.report.viewer.contact_sheet import prints_of
+from photogonio.report.viewer.small_prints import SmallPrints
 from photogonio.result import Result
 from photogonio.run.calibrate_photos import calibrated
 from photogonio.run.circumstances import Circumstances
@@ -56,7 +56,12 @@ def process(
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
     watch = Stopwatch()
-    with Scratch() as scratch, cluster_of(options.executor) as cluster, job_in(default_folder()):
+    small = SmallPrints(photoset)
+    with (
+        Scratch(decoded=small.add) as scratch,
+        cluster_of(options.executor) as cluster,
+        job_in(default_folder()),
+    ):
         setup, radiance, kept, correction = calibrated(photoset, reporter, options.threads(), scratch)
         space = photoset.radiometry.colour
         require_mixable(photoset, setup.scale, options.channels)
@@ -92,7 +97,7 @@ def process(
                 break
             setup = relit(setup, turned, photoset.white_patches)
             reporter.tell(relit_warning(turned))
-        prints = {} if out is None else prints_of(radiance, kept, options.threads())
+        prints = {} if out is None else small.of(radiance, kept, options.threads())
     provenance = _provenance("process", photoset, options, reduced.hashes)
     known = replace(known, diagnoses=tuple(reporter.diagnoses))
     result = replace(of_photos(known, table, fit, beside, provenance, reporter), seconds=watch.seconds)
@@ -122,7 +127,8 @@ def calibrate(
     photoset = load_photoset(folder)
     threads = Options(workers=workers).threads()
     reporter = reporter or Reporter(quiet=True)
-    with Scratch() as scratch:
+    small = SmallPrints(photoset)
+    with Scratch(decoded=small.add) as scratch:
         setup, radiance, kept, _ = calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
         setup = replace(
             setup,
@@ -131,7 +137,7 @@ def calibrate(
             diagnoses=tuple(reporter.diagnoses),
         )
         if out is not None:
-            prints = prints_of(radiance, kept, threads)
+            prints = small.of(radiance, kept, threads)
             with staged_folder(pictures_folder(Path(out))) as stage:
                 save_pictures(radiance, setup, stage, reporter)
             with staged_file(Path(out).with_suffix(".html")) as stage:

@@ -35,9 +35,13 @@ PIECE = 1 << 17
 class Scratch:
     """Decodes photos, and remembers. A context manager; any number of threads may use it at once."""
 
-    def __init__(self, most_bytes: int | None = None):
-        """``most_bytes`` are kept; by default what memory and disk allow."""
+    def __init__(
+        self, most_bytes: int | None = None, decoded: Callable[[Path, Image], None] = lambda path, image: None
+    ):
+        """``most_bytes`` are kept; by default what memory and disk allow. ``decoded`` is shown each photo
+        that is decoded."""
         self._most = free_bytes() if most_bytes is None else most_bytes
+        self._decoded = decoded
         self._file: BinaryIO | None = None
         self._end = 0
         self._kept: dict[tuple[Path, str], _Kept] = {}
@@ -96,6 +100,7 @@ class Scratch:
         if kept is not None and self._file is not None:
             return kept.read(self._file.fileno())
         image = read_image(path, demosaic=demosaic)
+        self._decoded(path, image)
         place = self._room(_size(image)) if keep else None
         if place is not None and self._file is not None:
             try:

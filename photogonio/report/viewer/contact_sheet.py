@@ -4,57 +4,21 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import cv2
 import numpy as np
 
-from photogonio.cache.kept import KeptSetup, key_of
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.remarks import LeftOut
-from photogonio.calib.report.overlay import draw_marks, mark_view, picture_of
+from photogonio.calib.report.overlay import draw_marks, mark_view
 from photogonio.calib.setup import Marks, Setup
-from photogonio.capture.errors import InputError
-from photogonio.capture.linear.reader import RadianceReader
-from photogonio.capture.photoset import View
-from photogonio.capture.radiance import RadianceImage
 from photogonio.report.sections import ContactPrint
+from photogonio.report.viewer.small_prints import WIDTH
 
-WIDTH = 320  # pixels of a print
 QUALITY = 80
 MOST_BYTES = 1_500_000  # of all prints together: more photos are made smaller
 EMPTY = 0.16  # of white: a photo that is not at hand
-
-
-def prints_of(radiance: RadianceReader, kept: KeptSetup, threads: int) -> dict[str, np.ndarray]:
-    """(h, w, 3) uint8 of each sample and calibration photo, by name; those that were made before are not again."""
-    views = {v.name: v for role in ("sample", "calibration") for v in radiance.photoset.views(role)}
-
-    def made(view: View) -> np.ndarray | None:
-        key = key_of(
-            "print", WIDTH, [(kept.hashes.get(photo.file, ""), photo.turned) for photo in view.photos]
-        )
-        known = None if kept.store is None or not kept.hashes else kept.store.get_array(key)
-        if known is not None:
-            return known
-        try:
-            small = reduced(radiance.read(view))
-        except InputError:
-            return None
-        if kept.store is not None and kept.hashes:
-            kept.store.put_array(key, small)
-        return small
-
-    with ThreadPoolExecutor(max(1, threads)) as pool:
-        found = dict(zip(views, pool.map(made, views.values()), strict=True))
-    return {name: small for name, small in found.items() if small is not None}
-
-
-def reduced(image: RadianceImage) -> np.ndarray:
-    """(h, w, 3) uint8 of no more than WIDTH."""
-    picture = picture_of(image)
-    return cv2.resize(picture, _small(picture.shape[1], picture.shape[0]), interpolation=cv2.INTER_AREA)
 
 
 def contact_sheet(

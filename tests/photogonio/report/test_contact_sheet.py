@@ -10,8 +10,9 @@ import numpy as np
 
 from photogonio.calib.report.overlay import CORNER, SAMPLE
 from photogonio.report.calibration_report import calibration_html
-from photogonio.report.viewer.contact_sheet import MOST_BYTES, WIDTH, contact_sheet
+from photogonio.report.viewer.contact_sheet import MOST_BYTES, contact_sheet
 from photogonio.report.viewer.set_up_scene import set_up_scene
+from photogonio.report.viewer.small_prints import WIDTH
 from tests.drawn.small_setup import CORNERS, small_setup
 
 GREY = np.full((WIDTH * 3 // 4, WIDTH, 3), 90, np.uint8)
