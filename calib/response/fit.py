@@ -176,8 +176,8 @@ def start_values(layout: Unknowns, photos: Sequence[PaperCodes]) -> np.ndarray:
         every = np.log(np.maximum(srgb(one.code), 1e-9)) - np.log(light)[:, None]
         kinds = [every[~lit & (one.tone == tone)] for tone in range(layout.tones)]
         untold = np.full(layout.channels, np.nan)
-        own = [np.median(each, axis=0) if len(each) else untold for each in kinds]
-        inks.append(np.concatenate(own) - np.tile(np.median(seen, axis=0), layout.tones))
+        inks_of = [np.median(each, axis=0) if len(each) else untold for each in kinds]
+        inks.append(np.concatenate(inks_of) - np.tile(np.median(seen, axis=0), layout.tones))
     values[layout.ink : layout.lens] = np.nanmedian(inks, axis=0)
     return values
 
