@@ -25,6 +25,9 @@ _ROUNDS, _WILD = 30, 3.0
 # white samples beside a black one
 _ACROSS, _CLOSE, _APART, _BESIDE = 180, (1.0, 2.0), 3.0, 8
 _CLEAR = 0.3  # of the paper's clearest part: a power that fits less of it is none
+# of the brightest white about a small print's black, what the darkest must be, for no shadow's edge to run between; and
+# noise that it may have
+_EVEN, _NOISY = 0.7, 0.03
 
 Pairs = tuple[np.ndarray, np.ndarray]  # black and the white beside, (n, c) each
 
@@ -58,11 +61,17 @@ def close_print(photoset: PhotoSet, camera: Camera, one: Observation, reader: Re
 
 
 def black_and_brightest(samples: PaperSamples) -> Pairs:
-    """Black print and the brightest white beside it."""
+    """Black print that no shadow's edge is near, and the brightest white beside it, where that is well above noise."""
     lit, dark = samples.keep(samples.white), samples.keep(~samples.white)
-    _, near = cKDTree(lit.points[:, :2]).query(dark.points[:, :2], k=_BESIDE)
-    brightest = lit.value[near].mean(2).argmax(1)
-    return dark.value, lit.value[near[np.arange(len(near)), brightest]]
+    tree, level = cKDTree(lit.points[:, :2]), lit.value.mean(1)
+    far, near = tree.query(dark.points[:, :2], k=_BESIDE)
+    brightest = near[np.arange(len(near)), level[near].argmax(1)]
+    # as far as black goes on, so that white on its other side has a say
+    about = tree.query_ball_point(dark.points[:, :2], 2.0 * float(far[:, 0].max(initial=0.0)))
+    darkest = np.array([level[one].min(initial=np.inf) for one in about])
+    noise = np.sqrt(lit.variance.mean(1) / lit.value.shape[1])
+    good = (darkest > _EVEN * level[brightest]) & (noise[brightest] < _NOISY * level[brightest])
+    return dark.value[good], lit.value[brightest[good]]
 
 
 def seen_power(

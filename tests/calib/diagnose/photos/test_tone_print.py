@@ -25,6 +25,28 @@ def test_black_beside_white_that_is_blurred_at_its_edges():
     )  # light grows by that over the eight nearest
 
 
+def test_black_across_a_shadows_edge_from_the_white_beside_it_is_not_compared():
+    """Squares of 12 under light whose edge passes at any place of a square; black is read clear of its edges, so that
+    the nearest white may lie all on one side. What lies in deep shadow is lost in the noise."""
+    rng = np.random.default_rng(3)
+    x, y = np.meshgrid(np.arange(0.5, 96.0), np.arange(0.5, 72.0))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    column, row = (points[:, :2] // 12).astype(int).T
+    clear = np.minimum(points[:, :2] % 12, 12 - points[:, :2] % 12).min(1) > 2
+    points, white = points[clear], ((column + row) % 2 == 0)[clear]
+    for edge in rng.uniform(20, 80, 6):
+        light = np.where(points[:, 0] + 0.3 * points[:, 1] > edge, 1.0, 1e-3)
+        noise = 5e-4
+        shown = np.where(white, 1.0, 0.05) * light + noise * rng.normal(size=len(white))
+        value = np.repeat(shown[:, None], 3, axis=1)
+        samples = PaperSamples(
+            points, white, value, np.full_like(value, 3 * noise**2), np.zeros(len(white), int)
+        )
+        black, beside = black_and_brightest(samples)
+        assert len(black) > 100
+        np.testing.assert_allclose(black / beside, 0.05, atol=6 * noise)
+
+
 @pytest.mark.parametrize("power", [0.45, 1.0, 2.2])
 def test_the_power_by_which_white_grows_with_light(power):
     """Exact on what is lit, whatever lies in shadow."""
