@@ -13,6 +13,7 @@ from photogonio.reconstruct.goniometer.told import Told
 
 RADIANS = 1.58  # the largest polar angle is pi / 2
 TURN = 6.3  # likewise of azimuths, 2 pi
+WIDE = 10.0  # degrees: polar angles beyond which no table has azimuths of a few degrees alone
 NORMAL = 0.5  # degrees: nearer to the normal a direction has no side
 GRAZING = math.cos(math.radians(89.5))  # values divided by less say nothing
 SIDE = 15.0  # degrees about a direction: where its peak would be
@@ -59,7 +60,7 @@ def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> f
             f"no theta is above {theta:.4g}, but azimuths reach {phi:.4g}: polar angles in radians? "
             "Say --angles degrees if they are not, else bring all to one unit",
         )
-    if told.angles is None and 0.0 < phi <= TURN and theta > RADIANS:
+    if told.angles is None and 0.0 < phi <= TURN and theta > WIDE:
         raise InputError(
             table.path,
             f"no azimuth is above {phi:.4g}, but polar angles reach {theta:.4g}: azimuths in radians? "
