@@ -8,7 +8,7 @@ from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
-from photogonio.reconstruct.table.neighbours import numbered, places
+from photogonio.reconstruct.table.neighbours import apart, numbered, places
 
 COSINE = 0.25  # of the power of a cosine that twins follow, from 1
 LEFT = 0.2  # of the squared differences of twins, beside that cosine
@@ -80,8 +80,7 @@ def _saturated(samples: GoniometerSamples) -> Diagnosis | None:
     """Whether the largest value comes far more often than the next, as where a detector could take no more."""
     at = numbered(places(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i))
     for channel, value in zip(samples.channels, samples.value.T, strict=True):
-        apart = np.unique(np.column_stack([value, at]), axis=0)[:, 0]  # the same place again is no repetition
-        values, count = np.unique(apart, return_counts=True)
+        values, count = np.unique(apart(value, at), return_counts=True)
         beside = count[-BELOW - 1 : -1]
         if len(beside) < BELOW or count[-1] < max(LEVEL, FLAT * beside.mean()):
             continue

@@ -21,11 +21,12 @@ def merged(samples: GoniometerSamples) -> GoniometerSamples:
     pair = np.hstack([samples.incident, samples.exit])
     step = FINEST
     while True:
-        cell = _cells(pair, np.radians(step))
-        count = np.bincount(cell)
-        if len(count) <= MOST:
+        keys = _keys(pair, np.radians(step))
+        if len(np.unique(keys)) <= MOST:
             break
         step *= np.sqrt(2.0)
+    cell = np.unique(keys, return_inverse=True)[1].ravel()
+    count = np.bincount(cell)
     size = count[:, None]
     mean = np.column_stack([np.bincount(cell, column) for column in pair.T]) / size
     theta_i, phi_i = spherical_angles(mean[:, :3])
@@ -48,10 +49,10 @@ def merged(samples: GoniometerSamples) -> GoniometerSamples:
     )
 
 
-def _cells(pair: np.ndarray, step: float) -> np.ndarray:
-    """(n,) which cell each pair of directions (n, 6) is in, numbered from 0 without gaps."""
+def _keys(pair: np.ndarray, step: float) -> np.ndarray:
+    """(n,) a number for the cell that each pair of directions (n, 6) is in."""
     width = int(2.0 / step) + 2
     keys = np.zeros(len(pair), np.int64)
     for column in pair[:, [0, 1, 3, 4]].T:
         keys = keys * width + np.floor((column + 1.0) / step).astype(np.int64)
-    return np.unique(keys, return_inverse=True)[1].ravel()
+    return keys

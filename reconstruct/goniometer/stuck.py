@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.special import gammaln
 
 from photogonio.reconstruct.goniometer.suspects import FEWEST, STUCK
-from photogonio.reconstruct.table.neighbours import numbered
+from photogonio.reconstruct.table.neighbours import apart, numbered
 
 LEAST = 3  # times, at different pairs of directions
 BESIDE = 20  # distinct values to either side, by which chance is told
@@ -38,8 +38,8 @@ FEWEST_JUMPS = 2  # of them to either side, that must jump: a plateau does so to
 
 def stuck_suspects(at: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Values above zero, but for the largest, that come more often than chance has it; the most frequent first."""
-    keys = np.unique(np.column_stack([value, _either_way(at)]), axis=0)[:, 0]
-    values, count = np.unique(keys[keys > 0.0], return_counts=True)
+    each = apart(value, _either_way(at))
+    values, count = np.unique(each[each > 0.0], return_counts=True)
     if len(values) < FEWEST:
         return values[:0]
     enough = count[:-1] >= max(LEAST, ODD * np.quantile(count, USUAL))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from photogonio.reconstruct.table.neighbours import numbered
+from photogonio.reconstruct.table.neighbours import apart, numbered
 
 FEWEST = 8  # rows with values above zero, by which others can be judged
 APART = 3.0  # factor between a mark of a missing value and what neighbours say
@@ -19,8 +19,7 @@ _MARKS = {9, 99, 999, 9999, 99999, 999999, 32767, 32768, 65535, 2147483647}
 def suspects(at: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Values that may be marks: below zero and repeated, or far below all others, or the largest if they are repeated
     or far above the next. The same value at the same place is not repeated."""
-    keys = np.unique(np.column_stack([value, numbered(at)]), axis=0)[:, 0]
-    values, count = np.unique(keys, return_counts=True)
+    values, count = np.unique(apart(value, numbered(at)), return_counts=True)
     middle = float(np.median(value[value > 0.0])) if (value > 0.0).any() else 1.0
     below = values < 0.0
     suspect = values[below & ((count > 1) | (values < -FAR * middle) | is_mark(values))].tolist()

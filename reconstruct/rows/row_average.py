@@ -120,9 +120,11 @@ def between(cells: Cells, one: Average, other: Average, share: float) -> Average
         own = np.zeros((starts[-1], channels))
         own[place] = np.concatenate([each.model.coefficients, each.model.lobe_coefficients])
         means.append(own)
-        spread[np.ix_(range(channels), place, place)] += weight * each.covariance
+        for c, own in enumerate(each.covariance):
+            spread[c][np.ix_(place, place)] += weight * own
     apart = means[0] - means[1]  # the law of total variance
-    spread += share * (1.0 - share) * np.einsum("pc,qc->cpq", apart, apart)
+    for c, own in enumerate(apart.T):
+        spread[c] += share * (1.0 - share) * np.outer(own, own)
     mean = share * means[0] + (1.0 - share) * means[1]
     lobes = LobeSet(
         (*one.model.lobes.families, *other.model.lobes.families),
@@ -212,13 +214,13 @@ def _mixed(
         whole[place] = np.concatenate([part.modes, part.lobes]) * unit[:, None] * size
         own.append(whole)
         covariance = part.covariance * np.outer(unit, unit)
-        spread[np.ix_(range(len(size)), place, place)] += (
-            member.weight * (part.variance * size**2)[:, None, None] * covariance
-        )
+        for each, variance in zip(spread, part.variance * size**2, strict=True):
+            each[np.ix_(place, place)] += member.weight * variance * covariance
     weight = np.array([one.weight for one in members])
     mean = np.einsum("k,kpc->pc", weight, own)
-    apart = np.array(own) - mean
-    spread += np.einsum("k,kpc,kqc->cpq", weight, apart, apart, optimize=True)
+    apart = np.sqrt(weight)[:, None, None] * (np.array(own) - mean)
+    for c, each in enumerate(spread):  # a channel at a time: hundreds of unknowns squared are not held twice
+        each += apart[:, :, c].T @ apart[:, :, c]
     families = tuple(family for one in members for family in one.lobes.families)
     shapes = tuple(shape for one in members for shape in one.lobes.shapes)
     return Model(rows.basis, mean[:m], LobeSet(families, shapes), mean[m:]), spread

@@ -49,6 +49,19 @@ def numbered(at: np.ndarray) -> np.ndarray:
     return np.rint(same / ALIKE)
 
 
+def apart(value: np.ndarray, number: np.ndarray) -> np.ndarray:
+    """(k,) ascending values (n,), each once for every place it comes at, whose whole numbers (n, 4) are given: the same
+    value at the same place is not repeated."""
+    low = number.min(axis=0)
+    width = (number.max(axis=0) - low + 1.0).astype(np.int64)
+    key = np.zeros(len(number), np.int64)  # a number alone sorts ten times as fast as four of them
+    for column, wide in zip((number - low).astype(np.int64).T, width, strict=True):
+        key = key * wide + column
+    order = np.lexsort((key, value))
+    value, key = value[order], key[order]
+    return value[np.r_[True, (np.diff(value) != 0.0) | (np.diff(key) != 0)]]
+
+
 def expected(at: np.ndarray, value: np.ndarray, where: np.ndarray, *, own: bool = False) -> Expected:
     """What rows at places ``at`` (n, 4) with ``value`` (n,) above zero say of places ``where`` (q, 4).
 

@@ -103,20 +103,24 @@ def _changes(
     """Independent changes (c, r, p) of a model's parameters ``found`` (c, 1, p), by its noise and its prior."""
     units = len(parts[0].cells)
     if units > 1:
-        without = _solved(problem, one, [part.without_each() for part in parts])
+        without = np.concatenate(
+            [_solved(problem, one, rest) for rest in _without_each(parts, whole)], axis=1
+        )
         yield np.sqrt((units - 1) / units) * (without - found)
     yield from _prior_draws(problem, one, whole)
 
 
+def _without_each(parts: list[Statistics], whole: list[Statistics]) -> Iterator[list[Statistics]]:
+    """The channels' sums without each unit in turn: as one fold, since those of all at once fill a memory."""
+    for f in range(len(parts[0].cells)):
+        yield [total.less(part, f) for total, part in zip(whole, parts, strict=True)]
+
+
 def _solved(problem: Problem, one: Alternative, parts: list[Statistics]) -> np.ndarray:
-    """(c, f, p) solutions for each fold of the channels' sums."""
-    folds = len(parts[0].cells)
-    shapes = problem.slopes.shape[1]
-    solutions, whole = [], [part.gram for part in parts]
-    for f in range(folds):
-        grams = [gram[f, 0] for gram in whole]
-        solutions.append(_solve(grams, [part.moment[f, 0][:, None] for part in parts], one, shapes)[..., 0])
-    return _embedded(problem, one, np.stack(solutions, axis=1))
+    """(c, 1, p) solutions of the channels' sums, which are of one fold."""
+    grams, moments = [part.gram[0, 0] for part in parts], [part.moment[0, 0][:, None] for part in parts]
+    solution = _solve(grams, moments, one, problem.slopes.shape[1])
+    return _embedded(problem, one, np.swapaxes(solution, 1, 2))
 
 
 def _prior_draws(problem: Problem, one: Alternative, whole: list[Statistics]) -> Iterator[np.ndarray]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.modes.angles import unit_vectors
-from photogonio.reconstruct.table.neighbours import NEIGHBOURS, expected, places
+from photogonio.reconstruct.table.neighbours import NEIGHBOURS, apart, expected, places
 
 
 def rows(n: int = 400) -> np.ndarray:
@@ -69,3 +69,12 @@ def test_a_row_is_judged_by_the_others_alone():
 def test_fewer_rows_than_neighbours_do():
     at = rows(6)
     assert np.isfinite(expected(at, np.linspace(0.1, 0.2, 6), at, own=True).value).all()
+
+
+def test_a_value_counts_once_for_each_place_that_it_comes_at() -> None:
+    rng = np.random.default_rng(3)
+    number = rng.integers(-2, 3, (400, 4)).astype(float) * [7850.0, 10000.0, 5000.0, 5000.0]
+    value = np.round(rng.uniform(-0.5, 0.5, 400), 1)
+    one_by_one = np.unique(np.column_stack([value, number]), axis=0)[:, 0]
+    assert len(one_by_one) < 400
+    np.testing.assert_array_equal(apart(value, number), one_by_one)
