@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import io
 import os
 import signal
 import sys
@@ -37,6 +38,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if any("\0" in word for word in words):  # no name of a file
         parser.error("an argument has a zero byte")
     args = parser.parse_args(words)
+    if isinstance(
+        sys.stdout, io.TextIOWrapper
+    ):  # names of files may be no text; standard error escapes them by itself
+        sys.stdout.reconfigure(errors="backslashreplace")
     reporter = Reporter(quiet=args.quiet, json=args.json)
     try:
         with _stoppable():

@@ -170,7 +170,13 @@ def quick_camera(views: list[Corners], size: tuple[int, int]) -> Camera | None:
     flags = MODELS["k1 k2"] if len(judges) >= 4 else MODELS["square pixels"]
     if len(judges) < 3:
         flags |= _CENTRED
-    return _calibrate(judges, size, flags)[1]
+    rms, camera, _ = _calibrate(judges, size, flags)
+    if (
+        len(judges) >= 4
+    ):  # of photos that are all alike, as of a camera that stands still, many terms may not settle
+        simple, fewer, _ = _calibrate(judges, size, MODELS["square pixels, k1"] | _CENTRED)
+        camera = fewer if simple < rms else camera
+    return camera
 
 
 def free_terms(flags: int) -> tuple[int, ...]:

@@ -84,7 +84,8 @@ def flash_fired(attributes: Mapping[str, object]) -> bool | None:
 
 def camera_name(attributes: Mapping[str, object]) -> str:
     """Maker and model; empty where EXIF tells neither."""
-    parts = [str(attributes.get(name, "")).strip(" \0") for name in ("Make", "Model")]
+    said = (str(attributes.get(name, "")) for name in ("Make", "Model"))
+    parts = ["".join(one if one.isprintable() else " " for one in text).strip() for text in said]
     if parts[1].lower().startswith(parts[0].lower()):
         parts[0] = ""
     return " ".join(part for part in parts if part)

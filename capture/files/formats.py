@@ -83,6 +83,8 @@ def by_name(path: Path) -> str | None:
 
 def format_of(path: Path) -> str:
     """The key in NAMES of the file's format. Raises InputError if it cannot be read or is of none of them."""
+    if not in_unicode(path):  # no library for pictures opens it, and no manifest can say it
+        raise InputError(path, "its name is not UTF-8; rename it")
     if path.exists() and not path.is_file() and not path.is_dir():
         raise InputError(path, "is no ordinary file: a pipe or a device, which photos are not read from")
     try:
@@ -97,6 +99,15 @@ def format_of(path: Path) -> str:
         what = "empty file" if not head else f"not a readable image: its content is not {PROMISED}"
         raise InputError(path, what)
     return found
+
+
+def in_unicode(path: Path) -> bool:
+    """Whether a name is text: a file system may hold any bytes, and Python then makes lone surrogates of them."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def by_content(head: bytes) -> str | None:

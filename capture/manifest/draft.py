@@ -13,7 +13,7 @@ from photogonio.capture.files.documents import read_text, read_toml
 from photogonio.capture.files.exposure import Exposure, stepped
 from photogonio.capture.files.formats import HEAD, NAMES, OTHERS, PROMISED, SUFFIXES, by_content, by_name
 from photogonio.capture.files.images import Header, read_header
-from photogonio.capture.manifest.stub import photo_tables, quoted, stub_manifest
+from photogonio.capture.manifest.stub import photo_tables, quoted, remark, stub_manifest
 from photogonio.capture.photoset import MANIFEST, Photo
 from photogonio.capture.target.layout import make_target
 
@@ -62,8 +62,7 @@ def manifest_text(folder: Path) -> str:
     )
     if path.exists():
         return text.rstrip() + "\n\n" + tables
-    name = folder.resolve().name.replace('"', "")
-    stub = stub_manifest(make_target(), name=name, encoding=encoding_for(found.tones))
+    stub = stub_manifest(make_target(), name=folder.resolve().name, encoding=encoding_for(found.tones))
     check = "# CHECK: the board, sample, balls and patch are those of the A4 sheet of `photogonio target`.\n"
     return check + stub + "\n" + tables
 
@@ -89,7 +88,7 @@ def encoding_doubt(values: Mapping[str, object], found: str) -> list[str]:
 
 
 def passed_lines(passed: Mapping[str, str]) -> str:
-    lines = [f"# NOT TAKEN: {quoted(name)}: {why}" for name, why in passed.items()]
+    lines = [remark(f"# NOT TAKEN: {quoted(name)}: {why}") for name, why in passed.items()]
     return "\n" + "\n".join(lines) + "\n" if lines else ""
 
 
@@ -123,6 +122,23 @@ def survey(folder: Path) -> Folder:
             members = [replace(photo, light=inner[1]) for photo in members]
         result += members
     return Folder(tuple(result), tuple(header.tone for header in headers.values()), passed, notes)
+
+
+def numbered_anew(photos: Iterable[Photo], known: Mapping[str, Photo]) -> tuple[Photo, ...]:
+    """``photos`` with brackets that are no others' of the ``known`` ones, by file: a bracket that has known members is
+    that of theirs, others come after all that there are."""
+    photos = tuple(photos)
+    theirs: dict[int, int] = {}
+    for photo in photos:
+        own = known[photo.file].bracket if photo.file in known else None
+        if photo.bracket is not None and own is not None:
+            theirs.setdefault(photo.bracket, own)
+    after = max((p.bracket for p in known.values() if p.bracket is not None), default=0)
+    for bracket in dict.fromkeys(p.bracket for p in photos if p.bracket is not None):
+        if bracket not in theirs:
+            after += 1
+            theirs[bracket] = after
+    return tuple(p if p.bracket is None else replace(p, bracket=theirs[p.bracket]) for p in photos)
 
 
 def read_all(folder: Path) -> tuple[dict[str, Header], dict[str, str], list[InputError]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from photogonio.capture.manifest.stub import SAMPLE_RADIUS, board_lines, points, quoted
+from photogonio.capture.manifest.stub import SAMPLE_RADIUS, board_lines, points, quoted, remark
 from photogonio.capture.photoset import Plane, PrintedBoard, Sphere
 
 FLASH = "flash"  # id of the light on the camera
@@ -41,7 +41,7 @@ def seen_manifest(
 ) -> str:
     """The head of a manifest, without its photos."""
     page = PAGE.format(
-        notes="".join(f"# {line}\n" for line in notes),
+        notes="".join(f"# {remark(line)}\n" for line in notes),
         name=quoted(name),
         board=full_board_lines(board),
         sample=sample,

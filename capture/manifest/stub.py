@@ -18,7 +18,7 @@ HEAD = """\
 # Photos of the bare board go into calibration/, of the sample under the lamp into sample/ (others: probe/, dark/,
 # flat/, ambient/, chart/); then `photogonio init FOLDER` adds them here.
 format = 1
-name = "{name}"
+name = {name}
 length_unit = "mm"
 
 [board]                          # measure the printed ruler: if it is not 100 mm, scale all lengths by what it is
@@ -60,7 +60,7 @@ def stub_manifest(target: Target, *, name: str = "my-set", encoding: str = "auto
         for x, y in target.balls
     )
     return HEAD.format(
-        name=name,
+        name=quoted(name),
         board=board_lines(target.board),
         x=x,
         y=y,
@@ -105,7 +105,13 @@ def photo_tables(photos: Iterable[Photo]) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
+def remark(text: str) -> str:
+    """Text that may stand in a remark: without what would end its line, or TOML forbids there."""
+    return "".join(letter if letter.isprintable() else " " for letter in text)
+
+
 def quoted(text: str) -> str:
     """A TOML basic string."""
     escapes: Mapping[str, str] = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
-    return '"' + "".join(escapes.get(letter, letter) for letter in text) + '"'
+    known = (escapes.get(letter, letter) for letter in text)
+    return '"' + "".join(f"\\u{ord(one):04x}" if one < " " or one == "\x7f" else one for one in known) + '"'

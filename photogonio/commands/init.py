@@ -8,22 +8,23 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.capture.files.documents import read_text, read_toml
+from photogonio.capture.files.documents import read_toml
 from photogonio.capture.manifest.draft import (
     Folder,
     encoding_doubt,
     encoding_for,
     manifest_text,
+    numbered_anew,
     passed_lines,
     survey,
     tone_line,
 )
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.seen import FLASH, flash_light, sample_lines, seen_manifest, with_sample
-from photogonio.capture.manifest.stub import photo_tables
+from photogonio.capture.manifest.stub import photo_tables, quoted
 from photogonio.capture.photoset import MANIFEST, Photo, PhotoSet, Plane, Sphere
 from photogonio.survey.recognise import Recognised, recognise
-from photogonio.system.outputs import staged_file
+from photogonio.system.outputs import check_place, staged_file
 from photogonio.system.progress import Reporter
 
 NO_BOARD = (
@@ -38,10 +39,12 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     found, path = survey(folder), folder / MANIFEST
     given = load_photoset(folder, unnamed=True) if path.is_file() else None
     known = {p.file: p for p in (() if given is None else given.photos)}
+    found = replace(found, photos=numbered_anew(found.photos, known))
     new = [p for p in found.photos if p.file not in known]
     if known and not new:
         reporter.say(f"{path} names all {len(known)} photos already; nothing is to be added")
         return _numbers(path, found, list(known.values()), None, 0)
+    check_place(path, folder=False)
     every = [known.get(p.file, p) for p in found.photos]
     seen = recognise(folder, every, None if given is None else given.board, reporter.progress)
     photos = [_lit(p, seen) for p in seen.photos if p.file not in known]
@@ -51,7 +54,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         else _added_text(path, given, found, seen, photos)
     )
     with staged_file(path) as stage:
-        stage.write_text(text, encoding="utf-8")
+        stage.write_text(text, encoding="utf-8", newline="")
     for name, why in found.passed.items():
         reporter.warn(f"{name} is not taken: {why}")
     if given is None and seen.found is None:
@@ -92,7 +95,7 @@ def _new_text(folder: Path, found: Folder, seen: Recognised, photos: list[Photo]
 
 def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, photos: list[Photo]) -> str:
     """The manifest as it is, with photos that it does not name, and with the sample if its own is the example's."""
-    text, values = read_text(path), read_toml(path)
+    (text, ends), values = _read(path), read_toml(path)
     lines = [] if given.photos else [tone_line(found.tones), *found.notes]
     lines += encoding_doubt(values, encoding_for(found.tones))
     if seen.sample is not None:
@@ -102,8 +105,17 @@ def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, ph
         elif (far := _apart(given.sample, seen.sample.sample)) > FAR:
             lines.append(f"CHECK: the photos show the sample {far:.1f} mm from where [sample] says")
     flash = any(p.light == FLASH for p in photos) and all(light.id != FLASH for light in given.lights)
-    tables = "".join(f"# {line}.\n" for line in lines) + photo_tables(photos) + passed_lines(found.passed)
-    return text.rstrip() + "\n" + (flash_light() if flash else "") + "\n" + tables
+    tables = "".join(f"# {line}.\n" for line in lines) + photo_tables(photos)
+    tables += passed_lines({name: why for name, why in found.passed.items() if quoted(name) not in text})
+    text += "" if text.endswith("\n") else "\n"
+    return (text + (flash_light() if flash else "") + "\n" + tables).replace("\n", ends)
+
+
+def _read(path: Path) -> tuple[str, str]:
+    """A manifest's text, its lines with plain ends if all have the same, and what their ends are."""
+    text = path.read_bytes().decode()
+    alike = text.count("\r\n") == text.count("\n") > 0
+    return (text.replace("\r\n", "\n"), "\r\n") if alike else (text, "\n")
 
 
 def _apart(one: Sphere | Plane, other: Sphere | Plane) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from photogonio.capture.files.exposure import Exposure, combine, filled, from_attributes, stepped
+from photogonio.capture.files.exposure import Exposure, camera_name, combine, filled, from_attributes, stepped
 from photogonio.capture.files.images import read_header
 from photogonio.capture.photoset import Photo
 
@@ -106,3 +106,7 @@ def test_what_the_manifest_or_apex_says_is_no_name():
 
 def test_one_and_the_same_time_is_nothing_to_speak_of():
     assert stepped({"a": Exposure(1 / 60), "b": Exposure(1 / 60)})[1] == ()
+
+
+def test_a_camera_is_named_in_one_line():
+    assert camera_name({"Make": "Maker\nx = 1\0", "Model": "M\x07 2"}) == "Maker x = 1 M  2"

@@ -70,3 +70,8 @@ def test_of_tiffs_own_bytes_the_name_tells_camera_raw(tmp_path):
         format_of(tmp_path / "b.png")
     with pytest.raises(InputError, match=r"c\.png: cannot be read"):
         format_of(tmp_path / "c.png")
+
+
+def test_a_name_that_is_no_text_is_refused(tmp_path):
+    with pytest.raises(InputError, match="not UTF-8"):
+        format_of(tmp_path / "photo\udcff.png")

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.capture.manifest.draft import manifest_text, survey
+from photogonio.capture.manifest.draft import manifest_text, numbered_anew, survey
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.stub import stub_manifest
+from photogonio.capture.photoset import Photo
 from photogonio.capture.target.layout import make_target
 from tests.capture.odd_files import gama, png
 
@@ -160,3 +161,12 @@ def test_a_manifest_of_another_encoding_is_doubted(tmp_path, stated, told):
     text = manifest_text(tmp_path)
     assert text.startswith(stub.rstrip()) and "# Tone curves: sRGB (sRGB chunk)." in text
     assert (f'# CHECK: [radiometry] encoding = "{stated}"' in text) == told
+
+
+def test_new_brackets_take_no_number_that_is_given():
+    """A folder whose name comes first shifts the numbers of all others; those in the manifest stay."""
+    names = ["A/1", "A/2", "B/1", "B/2", "C/1", "C/2", "C/3", "x"]
+    fresh = [Photo(n, "sample", bracket=None if n == "x" else ord(n[0]) - 64) for n in names]
+    known = {n: Photo(n, "sample", bracket=k) for n, k in zip(names[2:6], [1, 1, 2, 2], strict=True)}
+    assert [p.bracket for p in numbered_anew(fresh, known)] == [3, 3, 1, 1, 2, 2, 2, None]
+    assert numbered_anew(fresh, {}) == tuple(fresh)

@@ -9,7 +9,7 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
-from photogonio.capture.manifest.stub import FIELDS, photo_tables, quoted, stub_manifest
+from photogonio.capture.manifest.stub import FIELDS, photo_tables, quoted, remark, stub_manifest
 from photogonio.capture.photoset import Photo
 from photogonio.capture.target.layout import KINDS, PAPERS, make_target
 
@@ -37,12 +37,28 @@ def test_the_stub_is_a_manifest_once_photos_are_named(tmp_path, paper, kind):
     assert np.abs(greys - [outline for _, outline in target.greys]).max() <= 0.005
 
 
-NAMES = ["a.png", 'a "b".png', "back\\slash.png", "tab\there.png", "Grün/日本.png", "line\nfeed.png"]
+NAMES = [
+    "a.png",
+    'a "b".png',
+    "back\\slash.png",
+    "tab\there.png",
+    "Grün/日本.png",
+    "line\nfeed.png",
+    "bell\x07\x7f.png",
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_any_name_is_a_string_of_toml(name):
     assert tomllib.loads(f"x = {quoted(name)}") == {"x": name}
+
+
+def test_a_stub_takes_any_name_of_a_folder():
+    assert tomllib.loads(stub_manifest(make_target(), name='a "b\\c'))["name"] == 'a "b\\c'
+
+
+def test_a_remark_is_one_line():
+    assert tomllib.loads("# " + remark("maker\nx = 1 \udcff")) == {}
 
 
 def test_photos_come_back_from_their_tables():

@@ -49,15 +49,18 @@ def test_init_sees_board_roles_and_sample_and_adds_what_comes_later(folder, caps
     assert found.board.squares == (8, 6) and found.board.square_length == 20.0
     np.testing.assert_allclose(found.sample.center, SQUARE * BALL.center, atol=SQUARE)
     text = (folder / "photoset.toml").read_text().replace("radius = ", "radius = 2")
-    (folder / "photoset.toml").write_text(text)
+    text = text.replace("\n", "\r\n")
+    (folder / "photoset.toml").write_bytes(text.encode())
     assert main(["init", str(folder), "--quiet"]) == 0
-    assert (folder / "photoset.toml").read_text() == text
+    assert (folder / "photoset.toml").read_bytes() == text.encode()
     (folder / "late.png").write_bytes((folder / "s0.png").read_bytes())
     monkeypatch.setattr("photogonio.survey.recognise.find_sample", lambda *given: None)  # it was found above
     assert main(["init", str(folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["added"] == 1
-    again = (folder / "photoset.toml").read_text()
-    assert again.startswith(text.rstrip()) and again.count('"late.png"') == 1
+    again = (folder / "photoset.toml").read_bytes().decode()
+    assert (
+        again.startswith(text) and again.count("\r\n") == again.count("\n") and again.count('"late.png"') == 1
+    )
 
 
 def test_a_second_target_keeps_the_manifest(tmp_path, capsys):
