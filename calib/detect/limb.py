@@ -18,6 +18,7 @@ LIMB_POINTS = 72  # places along the limb
 _STEP = 0.25  # pixels between samples across it
 _SOFT = 0.7  # pixels, the scale of the edge filter
 _NEAR = 1.5  # pixels within which the limb is looked for once it is roughly known
+BLURRED = 4.5  # likewise, where the edge itself is some pixels wide
 _FEWEST = 18  # limb points, a quarter of all
 _CLEAR = 0.35  # pixels: typical distance from the circle beyond which a limb is not believed
 _MISPLACED = 0.03  # of the radius: how far off the manifest may place the ball
@@ -108,14 +109,21 @@ def place_ball(
 
 
 def settled_limb(
-    part: GrayPart, camera: Camera, pose: Pose, center: np.ndarray, radius: float, within: float
+    part: GrayPart,
+    camera: Camera,
+    pose: Pose,
+    center: np.ndarray,
+    radius: float,
+    within: float,
+    closest: float = _NEAR,
 ) -> Limb | None:
     """The limb found in wide reach, then again close to the circle it tells; None if it is not clear.
 
     Edges of the background and of the ball's own shadow line lie off the circle, and fall away in the second look.
+    ``closest``: pixels, the last reach; it must hold more than the edge, which else does not stand out in it.
     """
     limb = find_limb(part, camera, pose, center, radius, within)
-    for reach in (3 * _NEAR, _NEAR):
+    for reach in (3 * _NEAR, closest):
         if len(limb) < _FEWEST:
             return None
         near, size = place_ball(camera, [pose], [limb], center, radius)

@@ -10,7 +10,7 @@ from photogonio.calib.detect.corners import placed_corners, searched_corners
 from photogonio.calib.detect.gray import detection_image, fine_about, halved, without_fireflies
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.identify.layout import Markers, seen_markers
-from photogonio.calib.identify.sharpness import Sharpness, sharpness
+from photogonio.calib.identify.sharpness import Sharpness, placed_quads, sharpness
 from photogonio.capture.photoset import Board
 
 SMALL = 1_300_000  # pixels of the picture in which markers are looked for first
@@ -63,6 +63,8 @@ def quick_look(level: np.ndarray, usable: np.ndarray, board: Board | None) -> Qu
             corners, enough = _corners(board, tone, level, 2**power)
         if enough:
             break
+    if markers is not None:
+        markers = Markers(markers.family, markers.ids, placed_quads(level, markers.quads))
     quads = corners.marker_pixels if corners is not None else markers.quads if markers is not None else None
     sharp = None if quads is None else sharpness(level, quads)
     return QuickLook(

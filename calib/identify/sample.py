@@ -17,12 +17,13 @@ from scipy.optimize import least_squares, minimize
 from photogonio.calib.adjust.flat_sample import moved_points, place_plane
 from photogonio.calib.detect.edges import Edges, on_plane, plane_edges
 from photogonio.calib.detect.gray import GrayPart, without_fireflies
-from photogonio.calib.detect.limb import Limb, settled_limb
+from photogonio.calib.detect.limb import BLURRED, Limb, settled_limb
 from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.cones import cone_residual, outline
 from photogonio.calib.geometry.print_map import Print
 from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.calib.identify.covered import Cover
+from photogonio.calib.identify.standing import main_part
 from photogonio.capture.photoset import Plane, Sphere
 
 SEEN_COSTS = 2.0  # a cell that is seen against one that is hidden, within a shape
@@ -30,7 +31,6 @@ SIZES = (0.7, 0.9, 1.1)  # radii tried at first, of that of a disc as large as w
 AROUND = 3.0  # radii of that disc about what is hidden, in which a ball is looked for
 WIDEST = 1.0  # logarithm of a ball's radius over that of the disc
 REACH = 1.6  # of half its size about its middle, that a polygon is looked for in
-SMALLEST = 60  # cells of what is hidden, to be a sample
 MOST_PHOTOS = 8  # that tell the shape
 BALL_NEARLY = 0.04  # by which a ball may explain less than a polygon does, which follows any hull
 STRAIGHT = 0.92  # of its narrowest box that a hull must fill, to be a rectangle
@@ -79,31 +79,10 @@ def find_sample(photos: Sequence[SamplePhoto], camera: Camera, print_: Print | N
     by_ball = _explained([behind(ball, c) for c in covers], covers) / whole
     if by_ball > by_flat - BALL_NEARLY:
         placed = placed_ball(photos, camera, ball)
-        if placed is not None:
-            return FoundSample(placed, min(by_ball, 1.0), True)
+        if placed is not None or by_ball > by_flat:
+            return FoundSample(placed or ball, min(by_ball, 1.0), placed is not None)
     settled = placed_flat(photos, camera, flat, print_)
     return FoundSample(settled or flat, min(by_flat, 1.0), settled is not None)
-
-
-def main_part(covers: Sequence[Cover]) -> np.ndarray | None:
-    """Cells (h, w) bool of the largest connected part that hides the print; None if there is none.
-
-    What is black in all photos is no shadow, which would move."""
-    hidden = sum((c.hidden == 1).astype(float) for c in covers)
-    seen = sum((c.hidden == 0).astype(float) for c in covers)
-    dark = sum(c.dark.astype(float) for c in covers)
-    black = (dark >= 0.8 * len(covers)) & (seen == 0)
-    shape = covers[0].shape
-    mask = (((hidden > seen) & (hidden > 0)) | black).reshape(shape).astype(np.uint8)
-    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    unknown = ((hidden == 0) & (seen == 0)).reshape(shape)
-    closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)) > 0
-    mask = np.where(unknown & closed, 1, mask).astype(np.uint8)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    if count < 2:
-        return None
-    best = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    return labels == best if stats[best, cv2.CC_STAT_AREA] >= SMALLEST else None
 
 
 def polygon_of(main: np.ndarray, cover: Cover) -> Plane:
@@ -244,7 +223,9 @@ def _limb(one: SamplePhoto, camera: Camera, ball: Sphere) -> Limb | None:
     reach = max(4.0, LIMB_REACH * float(np.ptp(limb, axis=0).mean()) / 2)
     calm = without_fireflies(one.small)
     part = GrayPart(calm, np.isfinite(calm))
-    return settled_limb(part, camera, one.pose, np.asarray(ball.center, float), ball.radius, reach)
+    center = np.asarray(ball.center, float)
+    sharp = settled_limb(part, camera, one.pose, center, ball.radius, reach)
+    return sharp or settled_limb(part, camera, one.pose, center, ball.radius, reach, BLURRED)
 
 
 def _by_limbs(limbs: Sequence[tuple[Pose, Limb]], camera: Camera, ball: Sphere) -> Sphere:

@@ -23,29 +23,41 @@ length_unit = "mm"
 {board}
 
 {sample}
-# Polished balls, each by centre and radius, and a patch of known reflectance, if there are any (docs/photoset.md):
+{beside}
+[radiometry]
+encoding = "{encoding}"
+"""
+BESIDE = """\
+# Polished balls show where the lamp is, and a patch of known reflectance gives f in 1/sr. If some lie on the board,
+# take out the # and write where, as measured with a ruler (docs/photoset.md). Without a patch the scale is that of the
+# paper, or relative.
 # [[mirror_ball]]
 # center = [15.0, 15.0, 8.0]
 # radius = 8.0
 # [[white_patch]]
 # outline = [[150, 10], [170, 10], [170, 30], [150, 30]]
 # reflectance = 0.9
-
-[radiometry]
-encoding = "{encoding}"
 """
 
 
 def seen_manifest(
-    *, name: str, board: PrintedBoard, sample: str, notes: Sequence[str], encoding: str, flash: bool
+    *,
+    name: str,
+    board: PrintedBoard,
+    sample: str,
+    notes: Sequence[str],
+    encoding: str,
+    flash: bool,
+    beside: Iterable[tuple[float, float]] = (),
 ) -> str:
-    """The head of a manifest, without its photos."""
+    """The head of a manifest, without its photos; ``beside``: where something stands beside the sample."""
     page = PAGE.format(
         notes="".join(f"# {remark(line)}\n" for line in notes),
         name=quoted(name),
         board=full_board_lines(board),
         sample=sample,
         encoding=encoding,
+        beside=beside_lines(beside),
     )
     return page + (flash_light() if flash else "")
 
@@ -63,6 +75,18 @@ def full_board_lines(board: PrintedBoard) -> str:
 def flash_light() -> str:
     """The light on the camera, whose place the photos tell."""
     return f'\n[[light]]\nid = "{FLASH}"\nattached_to = "camera"\n'
+
+
+def beside_lines(places: Iterable[tuple[float, float]]) -> str:
+    """Examples of polished balls and of a white patch, as remarks, with the ``places`` (x, y) at which something hides
+    the print that they may be."""
+    found = ", ".join(f"({x:.0f}, {y:.0f})" for x, y in places)
+    check = (
+        f"# CHECK: beside the sample the print is hidden, or not seen well, about at {found}.\n"
+        if found
+        else ""
+    )
+    return check + BESIDE
 
 
 def sample_lines(sample: Sphere | Plane | None, doubts: Iterable[str] = ()) -> str:

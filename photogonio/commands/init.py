@@ -89,6 +89,7 @@ def _new_text(folder: Path, found: Folder, seen: Recognised, photos: list[Photo]
         notes=notes,
         encoding=encoding_for(found.tones),
         flash=any(p.light == FLASH for p in photos),
+        beside=[(float(one.corners[:, 0].mean()), float(one.corners[:, 1].mean())) for one in seen.beside],
     )
     return head + "\n" + photo_tables(photos) + passed_lines(found.passed)
 

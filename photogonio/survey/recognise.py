@@ -19,13 +19,13 @@ from photogonio.calib.identify.lamp_glance import shrunk
 from photogonio.calib.identify.layout import FoundBoard, find_board
 from photogonio.calib.identify.quick_look import QuickLook, quick_look
 from photogonio.calib.identify.sample import FoundSample, SamplePhoto, find_sample
+from photogonio.calib.identify.standing import Thing, showing, things
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Header, read_header, read_image
 from photogonio.capture.linear.alone import encoding_alone, gray_alone
 from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, Photo, PrintedBoard, Radiometry
 
 JUDGED = 8  # photos that tell of the board
-BARE = 0.02  # share of the board that is hidden below which nothing stands on it
 DARK = 0.004  # of white level: a photo whose bright parts are dimmer was taken with the cap on
 NAMED_ROLES = ("dark", "flat", "ambient", "chart", "probe")  # which a name tells, and no picture
 SAME_PLACE = 1e-3  # of its distance, by which a camera may have moved within a bracket
@@ -46,6 +46,7 @@ class Recognised:
     camera: str = ""  # maker and model
     flash: tuple[str, ...] = ()  # photos that a flash lit, by EXIF
     unread: tuple[str, ...] = ()
+    beside: tuple[Thing, ...] = ()  # what else stands on the board
 
 
 def recognise(folder: Path, photos: Sequence[Photo], board: Board | None, tell: Tell) -> Recognised:
@@ -67,9 +68,9 @@ def recognise(folder: Path, photos: Sequence[Photo], board: Board | None, tell: 
             seen[photo.file] = _glance(folder, photo, known, glances)
         except InputError:
             unread.append(photo.file)
-    sized, sample = _judged(photos, seen, known)
+    sized, sample, beside = _judged(photos, seen, known)
     lit = tuple(file for file in flash if any(p.file == file and p.role == "sample" for p in sized))
-    return Recognised(sized, found, sample, camera, lit, tuple(unread))
+    return Recognised(sized, found, sample, camera, lit, tuple(unread), beside)
 
 
 def _header(folder: Path, photo: Photo) -> Header | None:
@@ -105,33 +106,48 @@ def _glance(folder: Path, photo: Photo, board: Board | None, glances: Glances) -
 
 def _judged(
     photos: Sequence[Photo], seen: dict[str, QuickLook], board: PrintedBoard
-) -> tuple[tuple[Photo, ...], FoundSample | None]:
-    """Photos with their roles and brackets, and the sample."""
+) -> tuple[tuple[Photo, ...], FoundSample | None, tuple[Thing, ...]]:
+    """Photos with their roles and brackets, the sample, and what stands beside it."""
     clear = {name: one for name, one in seen.items() if one.clear and one.corners is not None}
     sizes = [one.size for one in clear.values()]
     size = max(set(sizes), key=sizes.count) if sizes else (0, 0)
-    corners = [one.corners for one in clear.values() if one.size == size and one.corners is not None]
+    same = {name: one for name, one in clear.items() if one.size == size}
+    corners = [one.corners for one in same.values() if one.corners is not None]
     camera = quick_camera(corners, size) if corners else None
+    dimmed = [_dark(p, seen.get(p.file)) for p in photos]
     if camera is None:
-        return tuple(_dark(p, seen.get(p.file)) for p in photos), None
-    laid, poses = [], {}
-    result = []
-    small: Camera | None = None
+        return tuple(dimmed), None, ()
+    laid, poses = _laid(dimmed, same, board, camera)
+    shows = dict(zip(laid, showing([one.cover for one in laid.values()]), strict=True))
+    result = [
+        replace(p, role="sample" if shows[p.file] else "calibration") if p.file in shows else p
+        for p in dimmed
+    ]
+    shown = [one for name, one in laid.items() if shows[name]]
+    if not shown:
+        return tuple(bracketed(result, poses, clear)), None, ()
+    one = next(iter(same.values()))
+    sample = find_sample(shown, shrunk(camera, one.step, one.small.shape), draw_print(board))
+    beside = tuple(things([one.cover for one in shown]))
+    return tuple(bracketed(result, poses, clear)), sample, beside
+
+
+def _laid(
+    photos: Sequence[Photo], seen: dict[str, QuickLook], board: PrintedBoard, camera: Camera
+) -> tuple[dict[str, SamplePhoto], dict[str, Pose]]:
+    """Photos of the board or of a sample on it, laid over the board, and their poses, by name."""
+    laid, poses = {}, {}
     for photo in photos:
-        photo, one = _dark(photo, seen.get(photo.file)), clear.get(photo.file)
-        fit = (
-            None if one is None or one.size != size or one.corners is None else fit_pose(camera, one.corners)
-        )
-        if one is not None and fit is not None and photo.role in ("sample", "calibration"):
+        one = seen.get(photo.file)
+        if one is None or one.corners is None or photo.role not in ("sample", "calibration"):
+            continue
+        fit = fit_pose(camera, one.corners)
+        if fit is not None:
             small = shrunk(camera, one.step, one.small.shape)
             cover = cover_of(board, one.small, small, fit.pose)
-            photo = replace(photo, role="calibration" if cover.share < BARE else "sample")
             poses[photo.file] = fit.pose
-            if photo.role == "sample":
-                laid.append(SamplePhoto(one.small, fit.pose, cover))
-        result.append(photo)
-    sample = find_sample(laid, small, draw_print(board)) if laid and small is not None else None
-    return tuple(bracketed(result, poses, clear)), sample
+            laid[photo.file] = SamplePhoto(one.small, fit.pose, cover)
+    return laid, poses
 
 
 def _dark(photo: Photo, one: QuickLook | None) -> Photo:

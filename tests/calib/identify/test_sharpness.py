@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from photogonio.calib.identify.sharpness import sharpness
+from photogonio.calib.identify.sharpness import placed_quads, sharpness
 
 OF_NORMAL = 2.563  # standard deviations from a tenth to nine tenths of a blurred step
 PIXEL = 1 / np.sqrt(12)  # standard deviation of a pixel's own width
@@ -39,3 +39,13 @@ def test_without_edges_nothing_is_said():
     level, quads = squares()
     assert sharpness(np.full_like(level, 0.5), quads) is None
     assert sharpness(level, quads[:0]) is None
+
+
+@pytest.mark.parametrize("off", (-1.0, 1.0))
+def test_a_blurred_marker_has_its_edges_where_they_are(off):
+    true = np.array([[20.0, 20.0], [60.0, 20.0], [60.0, 60.0], [20.0, 60.0]])
+    level = np.ones((81, 81), np.float32)
+    level[20:60, 20:60] = 0.05  # pixels' middles lie half a pixel inside the edges
+    level = cv2.GaussianBlur(level, (0, 0), 1.2)
+    seen = true - 0.5 + off * np.sign(true - 40.0)
+    np.testing.assert_allclose(placed_quads(level, seen[None])[0], true - 0.5, atol=0.02)
