@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.cache.kept import code_key, key_of
+from photogonio.cache.kept import CORNERS, code_key, key_of
 from photogonio.cache.store import Store
 from photogonio.calib.detect.photo_reader import Seen
 from photogonio.calib.detect.subpixel import Around
@@ -22,7 +22,6 @@ from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.photoset import View
 
 SUFFIX = ".look.npz"
-CORNERS = ("ids", "points", "pixels", "sigma", "marker_ids", "marker_pixels")
 AROUND = ("size", "first", "level")
 
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.cache.corners import CORNERS
-from photogonio.cache.kept import code_key, key_of
+from photogonio.cache.kept import CORNERS, code_key, key_of
 from photogonio.cache.store import Store
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.identify.layout import Markers

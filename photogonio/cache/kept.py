@@ -21,6 +21,8 @@ from photogonio.calib.setup_file import setup_document, setup_of
 from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.system.provenance import hash_file
 
+CORNERS = ("ids", "points", "pixels", "sigma", "marker_ids", "marker_pixels")  # of a board, as they are kept
+
 
 @dataclass(frozen=True, slots=True)
 class KeptSetup:

@@ -14,15 +14,17 @@ import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from photogonio.cache.running import used_since
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import array_of
-from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.reconstruct.table.table_file import save_table, table_in
 from photogonio.system.outputs import part_name
+
+if TYPE_CHECKING:  # tables bring compiled code, for which the first line of a check is not to wait
+    from photogonio.reconstruct.table.facet_table import FacetTable
 
 VARIABLE = "PHOTOGONIO_CACHE"  # environment: another folder; empty: keep nothing
 SIZE_VARIABLE = "PHOTOGONIO_CACHE_SIZE"  # environment: how much is kept, such as 500MB or 20GB
@@ -43,6 +45,8 @@ class Store:
         self.damaged: list[str] = []  # names of entries that were found so, and thrown away
 
     def get(self, key: str) -> FacetTable | None:
+        from photogonio.reconstruct.table.table_file import table_in
+
         content = self.read(key, SUFFIX)
         try:
             return None if content is None else table_in(content, key)
@@ -52,6 +56,8 @@ class Store:
 
     def put(self, key: str, table: FacetTable) -> bool:
         """Keep a table; False if the disk is full or cannot be written."""
+        from photogonio.reconstruct.table.table_file import save_table
+
         return self.put_bytes(
             key, SUFFIX, lambda path: save_table(table, path, compress=False)
         )  # a tenth of the time

@@ -7,10 +7,10 @@ import sys
 from collections import Counter
 
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import CharucoBoard, GridBoard
-from photogonio.survey.checker import Checker
+from photogonio.capture.photoset import CharucoBoard, GridBoard, Photo
+from photogonio.survey.checker import Checked, Checker
 from photogonio.survey.folder import SetFolder
-from photogonio.survey.words import line, numbers, problems
+from photogonio.survey.words import line, numbers, problems, seen_line
 from photogonio.system.outputs import line_json
 from photogonio.system.progress import Reporter
 from photogonio.system.stops import stop_heard
@@ -26,9 +26,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object] | Non
     reporter.say(f"looking at {len(photos)} photos of {folder.path}")
     found = []
     for photo in photos:
-        one = checker.look(photo)
-        found.append(one)
-        reporter.say(line(one))
+        found.append(_told(checker, photo, reporter))
     faults = [one for one in found if one.fault is not None]
     if len(faults) == len(found):
         raise InputError(folder.path / faults[0].photo.file, str(faults[0].fault))
@@ -43,15 +41,27 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object] | Non
     }
 
 
+def _told(checker: Checker, photo: Photo, reporter: Reporter) -> Checked:
+    """A photo, and its line; the first one's in two, the first of which does not wait for its lamp."""
+    early: list[Checked] = []
+
+    def told(one: Checked) -> None:
+        early.append(one)
+        reporter.say(seen_line(one))
+
+    one = checker.look(photo, told)
+    reporter.say(line(one, said=bool(early)))
+    return one
+
+
 def _watch(args: argparse.Namespace, checker: Checker, reporter: Reporter) -> None:
     """Lines as photos arrive, until Ctrl-C, which is how it is meant to end."""
     reporter.say(f"watching {checker.folder.path}; Ctrl-C ends")
     count = wrong = 0
     try:
         for photo in checker.folder.arriving():
-            one = checker.look(photo)
+            one = _told(checker, photo, reporter)
             count, wrong = count + 1, wrong + bool(problems(one))
-            reporter.say(line(one))
             if args.json:
                 sys.stdout.write(line_json(numbers(one)))
                 sys.stdout.flush()

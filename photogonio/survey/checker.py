@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -90,6 +91,7 @@ class Checker:
     _corners: list[Corners] = field(default_factory=list)
     _markers: list[Markers] = field(default_factory=list)
     _fitted: int = 0
+    _begun: bool = False  # a lamp was looked for
     _latest: tuple[Path, np.ndarray, np.ndarray] | None = None  # the photo that was read last
 
     @classmethod
@@ -98,8 +100,9 @@ class Checker:
         photoset = folder.photoset
         return cls(folder, None if photoset is None else photoset.board, Glances(default_store()))
 
-    def look(self, photo: Photo) -> Checked:
-        """What one more photo shows and adds."""
+    def look(self, photo: Photo, early: Callable[[Checked], None] = lambda one: None) -> Checked:
+        """What one more photo shows and adds. ``early`` is given what is known before the first lamp is looked for,
+        which takes seconds while compiled code and optimisers are brought in."""
         path = self.folder.path / photo.file
         try:
             header = read_header(path, demosaic=self._radiometry.demosaic)
@@ -118,7 +121,7 @@ class Checker:
             corners=None if seen.corners is None else len(seen.corners),
         )
         fit = self._posed(seen)
-        return found if fit is None else self._placed(found, seen, fit)
+        return found if fit is None else self._placed(found, seen, fit, early)
 
     @property
     def _radiometry(self) -> Radiometry:
@@ -181,7 +184,9 @@ class Checker:
             self._fitted = count
         return None if self.camera is None else fit_pose(self.camera, seen.corners)
 
-    def _placed(self, found: Checked, seen: QuickLook, fit: PoseFit) -> Checked:
+    def _placed(
+        self, found: Checked, seen: QuickLook, fit: PoseFit, early: Callable[[Checked], None]
+    ) -> Checked:
         scene = self.scene()
         assert scene is not None and self.camera is not None
         middle = middle_of(scene)
@@ -191,6 +196,9 @@ class Checker:
             return found
         if self.folder.photoset is not None:
             found = replace(found, clipped_sample=clipped_share(scene, self.camera, fit.pose, seen))
+        if not self._begun:
+            self._begun = True
+            early(found)
         lamp = self._lamp(scene, found, seen, fit.pose)
         if lamp is None:
             return found

@@ -63,16 +63,26 @@ def problems(one: Checked) -> list[str]:
     return found
 
 
-def line(one: Checked) -> str:
-    """What there is to say of a photo."""
-    if one.fault is not None:
-        return f"{one.photo.file}: {PROBLEMS['unreadable']} ({one.fault})"
+def seen_line(one: Checked) -> str:
+    """What there is to say of a photo whose lamp is yet to be looked for."""
+    return f"{one.photo.file}: " + ", ".join(_seen(one))
+
+
+def _seen(one: Checked) -> list[str]:
     parts = [one.photo.role, exposed(one)]
     if one.sharp is not None:
         parts.append(f"edges {one.sharp.width:.1f} px")
     parts.append(board_words(one))
     if one.camera is not None:
         parts.append(f"camera {where(one.camera)}")
+    return parts
+
+
+def line(one: Checked, said: bool = False) -> str:
+    """What there is to say of a photo; without what :func:`seen_line` ``said`` of it."""
+    if one.fault is not None:
+        return f"{one.photo.file}: {PROBLEMS['unreadable']} ({one.fault})"
+    parts = [] if said else _seen(one)
     if one.photo.role == "sample":
         parts.append(lamp_words(one))
     if one.adds is not None:

@@ -8,8 +8,10 @@ import pytest
 
 from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.capture.manifest.load import load_photoset
-from photogonio.capture.photoset import Sphere
+from photogonio.capture.photoset import Photo, Sphere
 from photogonio.cli import main
+from photogonio.survey.checker import Checker
+from photogonio.survey.folder import SetFolder
 from tests.drawn.boards import CAMERA, draw, looking_at
 
 MIDDLE = np.array([48.0, 36.0, 0.0])
@@ -61,6 +63,15 @@ def test_init_sees_board_roles_and_sample_and_adds_what_comes_later(folder, caps
     assert (
         again.startswith(text) and again.count("\r\n") == again.count("\n") and again.count('"late.png"') == 1
     )
+
+
+def test_a_photo_is_told_before_its_lamp_is_looked_for(folder, monkeypatch):
+    checker = Checker.of(SetFolder.of(folder))
+    order = []
+    monkeypatch.setattr(Checker, "_lamp", lambda *given: order.append("lamp"))
+    for k in range(2):
+        checker.look(Photo(f"s{k}.png", "sample"), lambda one: order.append(one.photo.file))
+    assert order == ["s0.png", "lamp", "lamp"]
 
 
 def test_a_second_target_keeps_the_manifest(tmp_path, capsys):
