@@ -36,6 +36,7 @@ from photogonio.reconstruct.symmetry.row_turns import judge_rows
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.uncertainty.blur_left import with_blur_left
 from photogonio.reconstruct.uncertainty.budget import uncertainty_of
 
 MOST_CELLS = (
@@ -112,7 +113,8 @@ def fit_table(
         view_errors=work.scales.error,
         scale_error=known.scale_error,
     )
-    spread = replace(spread, rivals=rivals(tried, chosen, work, verdict.symmetry))
+    own = with_blur_left(spread, final.model, work.cells)
+    spread = replace(own, rivals=rivals(tried, chosen, work, verdict.symmetry))
     return result_of(work, final, spread, verdict, (chosen, best), options)
 
 

@@ -15,12 +15,15 @@ import numpy as np
 
 from photogonio.reconstruct.paper_fit import UNTOLD
 from photogonio.reconstruct.rows.resolved import resolved_by
+from photogonio.reconstruct.uncertainty.blur_left import half_angles
 from photogonio.report.misfit import relative_misfit, shared_misfit
 from photogonio.result import Fault
 
 if TYPE_CHECKING:
     from photogonio.calib.setup import Setup
     from photogonio.reconstruct.brdf.brdf import Brdf
+    from photogonio.reconstruct.estimate.model import Model
+    from photogonio.reconstruct.table.cells import Cells
     from photogonio.result import Result
 
 DISTRUSTED = "not to be trusted"  # key of the coefficient file's "fit": codes of the checks that failed
@@ -34,6 +37,7 @@ CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 
 LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
 BOARD = 3.0  # pixels, or the part of the picture's width below if that is more
 BOARD_PART = 5e-4
+HALF_HEIGHT = float(np.sqrt(np.log(2.0)))  # of roughnesses: where a peak is half as high
 UNSURE = 0.5  # relative standard error of a lamp's strength
 NARROW, WIDE = 0.5, 150.0  # degrees: fields of view that no camera has
 
@@ -140,9 +144,22 @@ def _peak(result: Result) -> str:
 
 
 def _unresolved(result: Result) -> str:
+    if result.fit.cells.binned and tops_unseen(result.fit.model, result.fit.cells):
+        return "no photo shows the top of a narrow peak: it may be another than the fit has"
     if result.fit.cells.binned or not resolved_by(result.fit.cells, result.fit.model).unresolved:
         return ""
     return "a narrow peak was read at too few places: between the rows it may be another than the fit has"
+
+
+def tops_unseen(model: Model, cells: Cells) -> bool:
+    """Whether photos show no peak, whose tails tell nothing of a Fresnel's term, above half its height."""
+    roughness = [
+        float(shape[0])
+        for family, shape in zip(model.lobes.families, model.lobes.shapes, strict=True)
+        if family.peak and family.about == "normal"
+    ]
+    closest = float(np.tan(half_angles(cells).min()))
+    return any(closest > HALF_HEIGHT * one for one in roughness)
 
 
 def _untold(result: Result) -> str:
@@ -239,8 +256,8 @@ OF_FITS = (
         "peak-unresolved",
         "rows of a table hold but the top of a narrow peak (fewer than 3 angles from its direction above a tenth of "
         "the highest), or no lobe follows it but with modes beyond order 8; and most light lies between rows that "
-        "differ manifold",
-        "steps of the angles that are wider than the peak",
+        "differ manifold. Or no photo shows a cosine power's peak above half its height",
+        "steps of the angles that are wider than the peak; too few lamps, or the sample too small in the photos",
         _unresolved,
     ),
     Check(

@@ -14,9 +14,12 @@ from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.calib.setup_file import save_setup
 from photogonio.capture.photoset import Sphere
 from photogonio.cli import main
+from photogonio.reconstruct.estimate.mode_set import Basis
+from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.lobes.families import blinn_phong_lobe
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.report.misfit import relative_misfit, shared_misfit
-from photogonio.report.trust import DISTRUSTED, OF_FITS, OF_SETUPS, checks_table, setup_faults
+from photogonio.report.trust import DISTRUSTED, OF_FITS, OF_SETUPS, checks_table, setup_faults, tops_unseen
 from tests.places import ROOT, SHARED
 
 ALBEDO = 0.4
@@ -100,6 +103,17 @@ def test_noise_of_the_rows_own_is_no_misfit():
     assert relative_misfit(value, noise)[1][0] > 0.2
     assert shared_misfit(cells, noise)[0] < 0.1
     assert shared_misfit(cells, off)[0] > 0.5
+
+
+@pytest.mark.parametrize(("roughness", "missed"), [(0.06, True), (0.11, False)])
+def test_a_peak_of_which_photos_show_tails_alone(roughness, missed):
+    """The closest of the half vectors lies 5 degrees from the normal: a slope of 0.087."""
+    lobes = LobeSet((blinn_phong_lobe(absolute=True),), (np.array([roughness]),))
+    model = Model(Basis("isotropic", 0), np.zeros((1, 1)), lobes, np.full((1, 1), 0.05))
+    theta = np.radians([25.0, 40.0])
+    cells = Cells.of_angles(theta, np.radians([35.0, 20.0]), np.full(2, np.pi))
+    assert tops_unseen(model, cells) == missed
+    assert not tops_unseen(replace(model, lobes=LobeSet()), cells)
 
 
 def drawn_setup() -> Setup:
