@@ -57,17 +57,19 @@ def _told(checker: Checker, photo: Photo, reporter: Reporter) -> Checked:
 def _watch(args: argparse.Namespace, checker: Checker, reporter: Reporter) -> None:
     """Lines as photos arrive, until Ctrl-C, which is how it is meant to end."""
     reporter.say(f"watching {checker.folder.path}; Ctrl-C ends")
-    count = wrong = 0
+    looked: dict[str, bool] = {}  # by name, whether it is to be looked at
+    unread: set[str] = set()  # cut short, as it seems: looked at again if it changes
     try:
-        for photo in checker.folder.arriving():
+        for photo in checker.folder.arriving(again=unread.__contains__):
             one = _told(checker, photo, reporter)
-            count, wrong = count + 1, wrong + bool(problems(one))
+            looked[photo.file] = bool(problems(one))
+            (unread.discard if one.fault is None else unread.add)(photo.file)
             if args.json:
                 sys.stdout.write(line_json(numbers(one)))
                 sys.stdout.flush()
     except KeyboardInterrupt:
         stop_heard()
-    reporter.say(_closing(checker, count, wrong))
+    reporter.say(_closing(checker, len(looked), sum(looked.values())))
 
 
 def _closing(checker: Checker, count: int, wrong: int) -> str:

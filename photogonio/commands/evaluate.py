@@ -10,6 +10,7 @@ from typing import Any
 
 from photogonio import __version__
 from photogonio.cache.kept import code_key
+from photogonio.capture.errors import InputError
 from photogonio.commands.asked import told_of
 from photogonio.evaluate.hard_cases import Outcome, run_battery
 from photogonio.evaluate.history import Row, load_scores, regressions
@@ -35,6 +36,7 @@ from photogonio.system.provenance import Provenance, canonical_command
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
+    _check(args)
     out, workers = Path(args.out), args.workers or os.cpu_count() or 1
     sets = Path(args.cache) if args.cache else out / "sets"
     kind = "table" if args.tables else "set" if args.suite else "scene"
@@ -59,6 +61,17 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     points = _tradeoff(scenes[-1], scores[-1], sets, workers, turn, reporter)
     numbers = _finish(args, reporter, scores=scores, points=points)
     return _compared(numbers, former, "scenes", args, reporter)
+
+
+def _check(args: argparse.Namespace) -> None:
+    """Raises InputError where what is asked for excludes one another."""
+    kinds = [f"--{name}" for name in ("hard", "tables", "suite") if getattr(args, name)]
+    if len(kinds) > 1:
+        raise InputError(" ".join(kinds), "expected one of these")
+    if kinds and args.quick:
+        raise InputError("--quick", f"is of scenes; {kinds[0]} has no quick mode")
+    if args.hard and args.against:
+        raise InputError("--against", "compares scenes, tables or the suite; a hard case passes or fails")
 
 
 def _compared(

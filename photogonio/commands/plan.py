@@ -30,6 +30,7 @@ from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command
 
 UNIT = "mm"
+MOST = 100  # photos that are planned at once
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
@@ -38,6 +39,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         if out.suffix.lower() not in (".html", ".htm"):
             raise InputError(args.out, "expected a name that ends in .html")
         check_place(out, folder=False)
+    if args.add > MOST:
+        raise InputError("--add", f"expected at most {MOST}")
     aim = with_lamps(_aim(args, reporter), args.lamp)
     if args.still:
         aim = held_still(aim)

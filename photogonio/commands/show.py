@@ -25,11 +25,15 @@ MOST_DRAWS = 100
 _ANGLES = np.radians([0.0, 30.0, 60.0])
 
 
-def draws_of(brdf: MeasuredBrdf | KnownBrdf, count: int) -> Figure:
-    """Balls of BRDFs drawn from the errors. Raises InputError where there are too many, or the file says no errors."""
+def draws_of(brdf: MeasuredBrdf | KnownBrdf, count: int, path: Path) -> Figure:
+    """Balls of BRDFs drawn from the errors. Raises InputError where there are too many, or the file ``path`` says no
+    errors."""
     if count > MOST_DRAWS:
         raise InputError(f"--draws {count}", f"expected at most {MOST_DRAWS}")
-    drawn = brdf.sample(count, seed=0)
+    try:
+        drawn = brdf.sample(count, seed=0)
+    except InputError as error:
+        raise InputError(path, error.what) from error
     title = f"{brdf.name}: {count} draws of its numbers within their stated errors"
     return draws_figure(drawn, title)
 
@@ -45,7 +49,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
             reporter.warn(line)
     options = {"draws": args.draws}
     source = Provenance(canonical_command("show", path.name, options), hash_inputs(path))
-    figure = brdf.plot() if args.draws is None else draws_of(brdf, args.draws)
+    figure = brdf.plot() if args.draws is None else draws_of(brdf, args.draws, path)
     with staged_file(out) as stage:
         stage.write_bytes(picture_bytes(figure, kind=kind, source=source.to_text()))
     reporter.say(f"written to {out}")

@@ -62,32 +62,36 @@ class SetFolder:
         return next((p for p in known if p.file == name), Photo(name, role_of(name)))
 
     def arriving(
-        self, stop: Callable[[], bool] = lambda: False, clock: Callable[[], float] = time.monotonic
+        self,
+        stop: Callable[[], bool] = lambda: False,
+        clock: Callable[[], float] = time.monotonic,
+        again: Callable[[str], bool] = lambda name: False,
     ) -> Iterator[Photo]:
-        """Photos as they are there and whole, each once; it ends when ``stop`` says so."""
-        given: set[str] = set()
+        """Photos as they are there and whole, each once, or once more if it changes and ``again`` wants that of its
+        name; it ends when ``stop`` says so."""
+        given: dict[str, tuple[int, int]] = {}
         state: dict[str, tuple[tuple[int, int], float]] = {}
         first = True
         while True:
             ready = []
             for name in self.names():
-                if name in given:
-                    continue
                 try:
                     stat = (self.path / name).stat()
                 except OSError:
                     continue
                 now, seen = clock(), (stat.st_size, stat.st_mtime_ns)
+                if name in given and (given[name] == seen or not again(name)):
+                    continue
                 old = first and time.time() - stat.st_mtime > SETTLED
                 if old and stat.st_size:
-                    ready.append(name)
+                    ready.append((name, seen))
                 elif state.get(name, (None, 0.0))[0] != seen:
                     state[name] = seen, now
                 elif now - state[name][1] >= SETTLED and stat.st_size:
-                    ready.append(name)
+                    ready.append((name, seen))
             first = False
-            for name in ready:
-                given.add(name)
+            for name, seen in ready:
+                given[name] = seen
                 yield self.photo(name)
             if stop():
                 return

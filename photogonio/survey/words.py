@@ -81,7 +81,8 @@ def _seen(one: Checked) -> list[str]:
 def line(one: Checked, said: bool = False) -> str:
     """What there is to say of a photo; without what :func:`seen_line` ``said`` of it."""
     if one.fault is not None:
-        return f"{one.photo.file}: {PROBLEMS['unreadable']} ({one.fault})"
+        why = one.fault.removeprefix(f"{PROBLEMS['unreadable']}: ")
+        return f"{one.photo.file}: {PROBLEMS['unreadable']} ({why})"
     parts = [] if said else _seen(one)
     if one.photo.role == "sample":
         parts.append(lamp_words(one))
@@ -121,7 +122,7 @@ def lamp_words(one: Checked) -> str:
 def where(spot: Spot) -> str:
     """A place in degrees, and in words of somebody who stands where the board is upright."""
     side = COMPASS[round(spot.azimuth / 45.0) % 8]
-    return f"{spot.elevation:.0f} degrees up, {spot.azimuth:.0f} about ({side})"
+    return f"{spot.elevation:.0f} degrees up, {round(spot.azimuth)} about ({side})"
 
 
 def numbers(one: Checked) -> dict[str, object]:

@@ -56,6 +56,8 @@ def of_material(name: str, *, turning: bool = False, limit: float = 80.0) -> Bel
 def of_result(brdf: Brdf, *, turning: bool, limit: float = 80.0) -> Belief:
     """What a result leaves open, of the channel that is known worst. Raises ValueError if it knows no errors."""
     known = brdf.uncertainty
+    if known is not None and known.missing is not None:
+        raise ValueError(f"{known.missing.get('file')} is missing beside it: how sure f is cannot be told")
     if known is None or not np.isfinite(known.spread()).all():
         raise ValueError("says no standard errors")
     one = brdf.only([worst_channel(brdf)])

@@ -29,8 +29,12 @@ def read_pabopto(path: Path) -> GoniometerSamples:
     """
     if path.is_dir():
         files = sorted(file for file in path.iterdir() if file.is_file() and is_pabopto(beginning(file)))
+        suffixes = {file.suffix for file in files}
+        others = sorted(
+            f.name for f in path.iterdir() if f.is_file() and f.suffix in suffixes and f not in files
+        )
     else:
-        files = [path]
+        files, others = [path], []
     if not files:
         raise InputError(
             path, "holds no pab-opto file; expected headers with #intheta and #format: theta phi"
@@ -48,6 +52,10 @@ def read_pabopto(path: Path) -> GoniometerSamples:
     lost = int((~keep).sum())
     message = f"{lost} rows left out: transmission, or without a number"
     told = (Diagnosis("rows-left-out", message, amount=lost),) if lost else ()
+    told += tuple(
+        Diagnosis("rows-left-out", f"{name} has none of pab-opto's headers, and is not read", amount=1)
+        for name in others
+    )
     note = (f"pab-opto, {len(files)} incident directions",)
     theta_i, phi_i, theta_r, phi_r = angles
     return GoniometerSamples(

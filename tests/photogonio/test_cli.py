@@ -299,3 +299,19 @@ def test_a_brushed_surface_is_held_to_physics_unless_told_not_to(capsys, tmp_pat
     assert least["off"] < -0.1
     assert min(least["auto"], least["on"]) >= -TOLERANCE
     assert (len(warnings["off"]), len(warnings["auto"]), len(warnings["on"])) == (0, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["evaluate", "--suite", "--hard"], "--hard --suite"),
+        (["evaluate", "--tables", "--hard"], "--hard --tables"),
+        (["evaluate", "--suite", "--quick"], "--quick"),
+        (["evaluate", "--hard", "--against", "old.json"], "--against"),
+        (["plan", "--add", "1" + "0" * 400], "--add"),
+    ],
+)
+def test_flags_that_exclude_one_another_are_refused(words, named, capsys):
+    assert main(words) == 2
+    said = capsys.readouterr().err.strip()
+    assert said.startswith(f"photogonio: {named}: ") and "\n" not in said

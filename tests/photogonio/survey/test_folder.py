@@ -54,3 +54,21 @@ def test_a_file_that_grows_is_waited_for(tmp_path):
         return path.stat().st_size > 5
 
     assert list(SetFolder.of(tmp_path).arriving(stop, lambda: now[0])) == []
+
+
+def test_a_file_that_could_not_be_read_comes_again_when_it_has_grown(tmp_path):
+    """As of a copy that pauses; one that could be read does not."""
+    now, rounds = [0.0], iter(range(12))
+    for name in ("read.jpg", "cut.jpg"):
+        old(tmp_path / name)
+
+    def stop():
+        now[0] += 0.6 * SETTLED
+        k = next(rounds)
+        if k == 2:
+            for name in ("read.jpg", "cut.jpg"):
+                (tmp_path / name).write_bytes(b"x" * 99)
+        return k > 8
+
+    found = SetFolder.of(tmp_path).arriving(stop, lambda: now[0], {"cut.jpg"}.__contains__)
+    assert [p.file for p in found] == ["cut.jpg", "read.jpg", "cut.jpg"]

@@ -47,3 +47,10 @@ def test_one_pabopto_file_and_comparison(tmp_path):
     assert known.at is not None and known.value.shape == (108, 1)
     with pytest.raises(InputError, match="says itself what it holds"):
         read_samples(path, Told(quantity="percent"))
+
+
+def test_a_file_of_the_folder_that_lost_its_header_is_named(tmp_path):
+    for theta in (10.0, 30.0):
+        (tmp_path / f"{theta:g}.dat").write_text(pabopto(theta, 0.0))
+    (tmp_path / "50.dat").write_bytes(b"")
+    assert any("50.dat" in one.message for one in read_samples(tmp_path).diagnoses)
