@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from photogonio.reconstruct.brdf.brdf import HALF_OF_95
+from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.reconstruct.paper_fit import UNTOLD
 from photogonio.reconstruct.rows.resolved import resolved_by
 from photogonio.reconstruct.uncertainty.blur_left import half_angles
@@ -33,6 +35,7 @@ MISFIT = 0.2  # median, relative
 HOPELESS = 0.5  # median, relative: no noise of a measurement that is worth a fit
 PEAK = 0.6  # rms misfit, relative: as much of the light is where the fit has none
 APART = 0.2  # photos at the same directions, relative
+KNOWN = 0.02  # of an albedo, that it is told within where rows toward the horizon are lost
 CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 % leaves them on few rows
 LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
 BOARD = 3.0  # pixels, or the part of the picture's width below if that is more
@@ -105,6 +108,19 @@ def _told(result: Result, code: str) -> str:
 
 def _cosine(result: Result) -> str:
     return _told(result, "table-cosine")
+
+
+def _mirrored(result: Result) -> str:
+    return _told(result, "table-mirrored")
+
+
+def _edge_lost(result: Result) -> str:
+    lost = _told(result, "table-edge-lost")
+    if not lost:
+        return ""
+    share = albedo_error(result.brdf) / np.maximum(np.abs(result.brdf.bihemispherical_albedo()), 1e-12)
+    width = HALF_OF_95 * float(np.nan_to_num(share, nan=np.inf).max())
+    return f"{lost}; the others tell the albedo to within {width:.1%}" if width > KNOWN else ""
 
 
 def _saturated(result: Result) -> str:
@@ -220,6 +236,19 @@ OF_FITS = (
         "exchanged pairs of directions differ in a table, and a cosine explains it",
         "the values are cosine-corrected, or intensities: --quantity says which",
         _cosine,
+    ),
+    Check(
+        "azimuth-mirrored",
+        "a table's peak toward the lamp is a mirror lobe, with odds above e^20",
+        "azimuths count from the mirror side: --azimuth mirror, or lamp if they do not",
+        _mirrored,
+    ),
+    Check(
+        "edge-lost",
+        "rows that are no measurements are all that a table has beyond some angle, and the others tell the albedo to "
+        "no better than 2 % (95 %)",
+        "the detector or its holder was in the way, or the lamp's beam left the sample",
+        _edge_lost,
     ),
     Check(
         "saturated",

@@ -34,6 +34,21 @@ ENTRIES = (
         source="NIST's PTFE has 1.06; very rough matte ones up to 1.75",
     ),
     Entry(
+        "table-mirrored",
+        "A table's peak toward the lamp is a mirror lobe, by the evidence of lobes with azimuths as read and turned "
+        "by half a turn. The result is not to be trusted.",
+        "`--azimuth mirror`; `--azimuth lamp` believes the file.",
+        least=doubts.MIRRORED,
+        source="tables of known glossy surfaces; of thirty CUReT materials and NIST's PTFE none is above 0",
+    ),
+    Entry(
+        "table-edge-lost",
+        "Rows that are no measurements are all that a table has beyond some angle.",
+        "Measure there again. Where the others tell the albedo to no better than 2 %, the result is not to be trusted.",
+        least=doubts.EDGE,
+        source="tables of known surfaces without their grazing rows",
+    ),
+    Entry(
         "table-saturated",
         "The largest value of a table comes at many pairs of directions, and far more often than the next ones.",
         "Leave the rows out at which the detector was saturated.",

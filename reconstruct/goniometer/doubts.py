@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
+from photogonio.reconstruct.rows.mirrored import mirrored_odds
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
-from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
+from photogonio.reconstruct.table.cells import cells_of
+from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.reconstruct.table.neighbours import apart, numbered, places
 
 COSINE = 0.25  # of the power of a cosine that twins follow, from 1
@@ -17,18 +21,21 @@ NEAR, RING = np.radians(15.0), (np.radians(20.0), np.radians(40.0))  # of a dire
 FEWEST = 3  # readings in each
 PEAK = 1.8  # of the readings near the lamp's direction, over those around it
 OTHER = 1.3  # and over those near the mirror direction
-
+EDGE = 4.0  # degrees: rows toward the horizon that are lost
+MIRRORED = 20.0  # logarithm of the odds that azimuths count from the mirror side
 
 FLAT = 5.0  # times as often as the values next below the largest must come, to be a limit, and
 LEVEL = 4  # times, at different directions
 BELOW = 10  # values next below
 
 
-def doubts_of(samples: GoniometerSamples, quantity: str) -> tuple[Diagnosis, ...]:
-    """What is doubtful of samples that were read as ``quantity``."""
+def doubts_of(samples: GoniometerSamples, quantity: str, *, side_told: bool = False) -> tuple[Diagnosis, ...]:
+    """What is doubtful of samples that were read as ``quantity``; ``side_told``: where azimuths count from is known."""
     size = np.maximum(np.abs(samples.value).mean(0), np.finfo(float).tiny)
     value = np.mean(samples.value / size, axis=1)
-    found = (_cosine(samples, value, quantity), _lamp_side(samples, value), _saturated(samples))
+    peak = _lamp_side(samples, value)
+    mirrored = None if side_told or peak is None else _mirrored(samples, value)
+    found = (_cosine(samples, value, quantity), peak, mirrored, _saturated(samples))
     return tuple(one for one in found if one is not None)
 
 
@@ -72,6 +79,19 @@ def _lamp_side(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | Non
     return Diagnosis("table-lamp-side", message, amount=peak / level)
 
 
+def _mirrored(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
+    """Whether a peak on the lamp's side is a gloss, that is a mirror lobe."""
+    alone = replace(samples, value=value[:, None], sigma=None, channels=samples.channels[:1])
+    odds = mirrored_odds(cells_of(samples_table(alone)))
+    if odds < MIRRORED:
+        return None
+    message = (
+        "the peak toward the lamp widens and grows as a gloss about the mirror direction does, and no retro-reflective "
+        f"surface (odds e^{odds:.0f}): azimuths count from the mirror side? Then say --azimuth mirror, else lamp"
+    )
+    return Diagnosis("table-mirrored", message, amount=odds, least=MIRRORED)
+
+
 def _bright(value: np.ndarray) -> float | None:
     return float(np.quantile(value, 0.75)) if len(value) >= FEWEST else None
 
@@ -91,3 +111,15 @@ def _saturated(samples: GoniometerSamples) -> Diagnosis | None:
         message += "detector saturated there? Leave such rows out"
         return Diagnosis("table-saturated", message, amount=float(count[-1]), least=LEVEL)
     return None
+
+
+def edge_lost(samples: GoniometerSamples, rest: GoniometerSamples) -> tuple[Diagnosis, ...]:
+    """Whether no row beyond some angle is left of ``samples``."""
+    for name, word in (("theta_r", "exit"), ("theta_i", "incidence")):
+        had, has = (float(np.degrees(getattr(one, name).max())) for one in (samples, rest))
+        if had - has >= EDGE:
+            message = (
+                f"no row beyond {has:.0f} degrees of {word} is a measurement, of rows up to {had:.0f} degrees"
+            )
+            return (Diagnosis("table-edge-lost", message, amount=had - has, least=EDGE),)
+    return ()

@@ -13,7 +13,7 @@ from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import Matched, channel_names, match_columns, unused_note
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
-from photogonio.reconstruct.goniometer.doubts import doubts_of
+from photogonio.reconstruct.goniometer.doubts import doubts_of, edge_lost
 from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
 from photogonio.reconstruct.goniometer.spoilt import SpoiltRows, find_spoilt, without
@@ -52,7 +52,7 @@ def read_samples(
             path, "says itself what it holds; --columns, --where, --quantity and the like are for text tables"
         )
     foreign = believed(_of_known_errors(path, foreign))
-    return replace(foreign, diagnoses=foreign.diagnoses + doubts_of(foreign, "brdf"))
+    return replace(foreign, diagnoses=foreign.diagnoses + doubts_of(foreign, "brdf", side_told=True))
 
 
 def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
@@ -77,7 +77,10 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     samples = _side_by_side(table, samples, matched, told)
     samples = believed(_of_known_errors(table.path, _measured(table.path, samples)))
     samples = _in_units(table.path, samples, told.quantity)
-    return replace(samples, diagnoses=samples.diagnoses + doubts_of(samples, told.quantity))
+    return replace(
+        samples,
+        diagnoses=samples.diagnoses + doubts_of(samples, told.quantity, side_told=told.azimuth is not None),
+    )
 
 
 def _side_by_side(
@@ -160,8 +163,8 @@ def believed(samples: GoniometerSamples) -> GoniometerSamples:
         return samples
     keep = without(samples, spoilt)
     said = tuple(Diagnosis("rows-left-out", _said(samples, one), amount=len(one.rows)) for one in spoilt)
-    out = samples.left_out + int((~keep).sum())
-    return replace(take(samples, keep), diagnoses=samples.diagnoses + said, left_out=out)
+    out, rest = samples.left_out + int((~keep).sum()), take(samples, keep)
+    return replace(rest, diagnoses=samples.diagnoses + said + edge_lost(samples, rest), left_out=out)
 
 
 def _said(samples: GoniometerSamples, one: SpoiltRows) -> str:

@@ -102,8 +102,10 @@ class RowEvidence:
         """That of a noise of variance 1 in units of the level, ``ratio`` times that of the modes at degree 1."""
         return Prior(float(ratio**-0.5), DECAY)
 
-    def evidence(self) -> tuple[np.ndarray, np.ndarray]:
-        """(k,) the logarithm of each candidate's evidence, and the ratio of :data:`NOISE` that it is greatest at."""
+    def evidence(self, least: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """(k,) the logarithm of each candidate's evidence, and the ratio of :data:`NOISE` that it is greatest at.
+
+        Beside the noise found there is one of ``least``, of the level: what models miss by less tells nothing."""
         root = np.sqrt(self.weight)
         smooth = root * self.design[:, 1:] * self.degree[1:] ** -DECAY
         energy, turn = np.linalg.eigh(smooth.T @ smooth)
@@ -122,7 +124,9 @@ class RowEvidence:
         y = slice(0, place[1])
         found = []
         for k in range(len(self.columns)):
-            found.append(_restricted(inverse, y, np.r_[place[1], place[k + 2] : place[k + 3]], n, size))
+            found.append(
+                _restricted(inverse, y, np.r_[place[1], place[k + 2] : place[k + 3]], n, size, least)
+            )
         best = np.array([int(np.argmax(one)) for one in found])
         return np.array([one[b] for one, b in zip(found, best, strict=True)]), NOISE[best]
 
@@ -189,11 +193,13 @@ def _quadratic(rows: np.ndarray, gram: np.ndarray) -> np.ndarray:
     return np.sum(solve_triangular(np.linalg.cholesky(scaled), (rows / scale).T, lower=True) ** 2, axis=0)
 
 
-def _restricted(inverse: np.ndarray, y: slice, free: np.ndarray, n: int, size: np.ndarray) -> np.ndarray:
+def _restricted(
+    inverse: np.ndarray, y: slice, free: np.ndarray, n: int, size: np.ndarray, least: float = 0.0
+) -> np.ndarray:
     """(r,) restricted log likelihood of all channels, their noise profiled out, for each ratio.
 
     ``inverse`` (r, x, x) holds products by the inverse covariance, ``free`` the places of the free columns, and
-    ``size`` (r,) the logarithm of the covariance's determinant.
+    ``size`` (r,) the logarithm of the covariance's determinant. ``least`` is a noise beside the one found.
     """
     a = inverse[:, free][:, :, free]
     scale = np.sqrt(np.maximum(np.einsum("rxx->rx", a), np.finfo(float).tiny))
@@ -202,7 +208,7 @@ def _restricted(inverse: np.ndarray, y: slice, free: np.ndarray, n: int, size: n
     coefficients = np.linalg.solve(a, b)
     rest = np.einsum("rcc->rc", inverse[:, y, y]) - np.sum(b * coefficients, axis=1)
     freedom, channels = n - len(free), b.shape[2]
-    rest = np.maximum(rest, np.finfo(float).tiny)
+    rest = np.maximum(rest, np.finfo(float).tiny) + freedom * least**2
     determinant = np.linalg.slogdet(a)[1] + 2.0 * np.log(scale).sum(1)
     told = -0.5 * freedom * np.log(rest / freedom).sum(1) - 0.5 * channels * (size + determinant)
     # a lobe that would have to take light away is none

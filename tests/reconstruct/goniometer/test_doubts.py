@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.reconstruct.goniometer.doubts import doubts_of
-from photogonio.reconstruct.goniometer.read import read_samples
+from photogonio.reconstruct.goniometer.doubts import doubts_of, edge_lost
+from photogonio.reconstruct.goniometer.read import read_samples, take
 from photogonio.reconstruct.goniometer.told import Told
+from photogonio.reconstruct.modes.angles import unit_vectors
 from tests.drawn.goniometer import glossy, in_plane, matte, measured, regular, rough, scattered
 from tests.places import DATA, SHARED
 
@@ -61,6 +62,38 @@ def test_azimuths_from_the_mirror_side(places, surface):
     table = measured(SURFACES[surface], PLACES[places])
     turned = replace(table, phi_r=table.phi_r + np.pi)
     assert codes(turned) == ["table-lamp-side"]
+
+
+def microfacets(toward: float):
+    """GGX of roughness 0.3 about the mirror direction, or of as much a turned one about the lamp's (-1)."""
+
+    def f(theta_i, theta_r, dphi):
+        incident, exit = unit_vectors(theta_i, 0.0 * theta_i), unit_vectors(theta_r, dphi)
+        half = incident + exit * [toward, toward, 1.0]
+        cosine = half[:, 2] / np.linalg.norm(half, axis=1)
+        return 0.05 + 0.02 / (cosine**2 * (0.3**2 - 1.0) + 1.0) ** 2 / (cosine**2 * 4.0) / np.maximum(
+            np.cos(theta_i), np.cos(theta_r)
+        )
+
+    return f
+
+
+@pytest.mark.parametrize("places", ["grid", "random"])
+def test_a_gloss_on_the_lamps_side_is_told_from_a_retro_reflector(places):
+    turned = measured(microfacets(-1.0), PLACES[places], noise=0.01)
+    assert "table-mirrored" in codes(turned)
+    assert "table-mirrored" not in [one.code for one in doubts_of(turned, "brdf", side_told=True)]
+    assert codes(measured(microfacets(1.0), PLACES[places], noise=0.01)) == []
+    retro = glossy(0.3, 0.1, 60.0, toward=1.0)
+    assert codes(measured(retro, PLACES[places], noise=0.01)) == ["table-lamp-side"]
+
+
+def test_rows_that_are_lost_toward_the_horizon_are_told_and_others_are_not():
+    table = measured(SURFACES["satin"], PLACES["grid"], noise=0.01)
+    grazing = table.theta_r > np.radians(65.0)
+    (lost,) = edge_lost(table, take(table, ~grazing))
+    assert lost.code == "table-edge-lost" and "beyond 60 degrees of exit" in lost.message
+    assert edge_lost(table, take(table, ~grazing | (table.theta_i > 0.5))) == ()
 
 
 def test_the_shared_cases():
