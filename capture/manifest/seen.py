@@ -10,6 +10,10 @@ from photogonio.capture.photoset import Plane, PrintedBoard, Sphere
 
 FLASH = "flash"  # id of the light on the camera
 STUB_SAMPLE = "# a ball resting on the cross in the middle"  # what the stub says of its example
+STUB_BESIDE = (
+    "# Polished balls resting on the two rings",
+    "# A white reference on the marked square",
+)  # likewise
 ROUNDED = 2  # digits of a millimetre
 
 PAGE = """\

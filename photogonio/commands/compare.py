@@ -32,6 +32,9 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     a, b = (load_known(path, told) for path in paths)
     for warning in (*a.warnings, *b.warnings):
         reporter.warn(warning)
+    for known in (a, b) if not args.scale else ():
+        if getattr(known.evaluate, "scale", "absolute") == "relative":
+            reporter.warn(f"{known.name} is on a relative scale: --scale brings the first to the other's")
     found = compare(a, b, mask=np.radians(args.mask), scale=args.scale)
     options = {"mask": args.mask, "scale": args.scale or None} | told.to_dict()
     source = Provenance(

@@ -20,7 +20,14 @@ from photogonio.capture.manifest.draft import (
     tone_line,
 )
 from photogonio.capture.manifest.load import load_photoset
-from photogonio.capture.manifest.seen import FLASH, flash_light, sample_lines, seen_manifest, with_sample
+from photogonio.capture.manifest.seen import (
+    FLASH,
+    STUB_BESIDE,
+    flash_light,
+    sample_lines,
+    seen_manifest,
+    with_sample,
+)
 from photogonio.capture.manifest.stub import photo_tables, quoted
 from photogonio.capture.photoset import MANIFEST, Photo, PhotoSet, Plane, Sphere
 from photogonio.survey.recognise import Recognised, recognise
@@ -105,6 +112,11 @@ def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, ph
             text = replaced
         elif (far := _apart(given.sample, seen.sample.sample)) > FAR:
             lines.append(f"CHECK: the photos show the sample {far:.1f} mm from where [sample] says")
+    if any(words in text for words in STUB_BESIDE):
+        lines.append(
+            "CHECK: [[mirror_ball]] and [[white_patch]] are where the printed sheet has a place for them:"
+        )
+        lines.append("delete what does not lie there, else its light is read from the bare print")
     flash = any(p.light == FLASH for p in photos) and all(light.id != FLASH for light in given.lights)
     tables = "".join(f"# {line}.\n" for line in lines) + photo_tables(photos)
     tables += passed_lines({name: why for name, why in found.passed.items() if quoted(name) not in text})

@@ -65,6 +65,25 @@ def test_init_sees_board_roles_and_sample_and_adds_what_comes_later(folder, caps
     )
 
 
+def test_places_of_the_sheet_where_nothing_may_lie_are_to_be_checked(folder):
+    assert main(["target", "-o", str(folder / "sheet.pdf"), "--quiet"]) == 0
+    manifest = folder / "photoset.toml"
+    check = "# CHECK: [[mirror_ball]] and [[white_patch]]"
+    for k, own in enumerate((False, True)):
+        for name in ("b0.png", "s0.png", "s1.png", "s2.png"):
+            (folder / name).unlink(missing_ok=True)
+        (folder / f"dark{k}.png").write_bytes(
+            cv2.imencode(".png", np.zeros((60, 80), np.uint16))[1].tobytes()
+        )
+        if own:
+            text = manifest.read_text().split("[[photo]]")[0]
+            manifest.write_text(
+                "\n".join(line for line in text.splitlines() if not line.startswith("#")) + "\n"
+            )
+        assert main(["init", str(folder), "--quiet"]) == 0
+        assert (check in manifest.read_text()) is not own
+
+
 def test_a_photo_is_told_before_its_lamp_is_looked_for(folder, monkeypatch):
     checker = Checker.of(SetFolder.of(folder))
     order = []
