@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
-from photogonio.capture.jit import borrowing, jit
+from photogonio.capture.jit import borrowing, in_lanes, jit
 from photogonio.capture.robust import OF_SIZE
 
 _FINE = 3  # samples of the pattern across a pixel
@@ -25,7 +24,6 @@ _DRAWINGS, _WEIGHINGS = 3, 4
 _VALUES = 9  # gain, offset, slopes of both along u and v, blur, shift along u and v
 
 # sums in lanes
-_lanes = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 
 
 def _taps() -> np.ndarray:
@@ -148,7 +146,7 @@ def _tone(tone, x, y):
     return total
 
 
-@_lanes
+@in_lanes
 def _thinned(fine, reach):
     """Every third row (n / 3, m) of ``fine`` (n, m), the rows about it weighed together; those at the edges repeat."""
     count, width = fine.shape
@@ -212,7 +210,7 @@ def _solve(design, level, step):
     return _CORRELATED * scatter * math.sqrt(total / 2) / gain
 
 
-@_lanes
+@in_lanes
 def _sums(design, weight, level, normal, right):
     """Normal matrix (9, 9), its lower half, and right-hand side (9,)."""
     count = len(level)
@@ -233,7 +231,7 @@ def _sums(design, weight, level, normal, right):
         normal[i, i] += 1e-9
 
 
-@_lanes
+@in_lanes
 def _residuals(design, values, level, residual):
     for n in range(len(level)):
         residual[n] = level[n]

@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numba
 import numpy as np
 
 from photogonio.calib.geometry.mirror import halfway
 from photogonio.calib.geometry.visibility import direct, lit_fraction
-from photogonio.capture.jit import borrowing, jit
+from photogonio.capture.jit import borrowing, in_lanes, jit
 
 _FACETS = 160
 _GRID = 22  # nodes along the board's longer side
@@ -151,7 +150,7 @@ def diffuse_bounce(points: np.ndarray, light: np.ndarray, center: np.ndarray, ra
     return result
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})  # sums in lanes
+@in_lanes
 def _gather(points, place, normal, lit, area, result):
     """Irradiance on the board's plane at ``points`` (n, 3) from Lambertian facets of radiosity over pi ``lit`` (f,)."""
     for k in range(len(points)):

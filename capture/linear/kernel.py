@@ -7,15 +7,13 @@ that may be negative keeps a loop out of the lanes.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from photogonio.capture.jit import jit
 from photogonio.capture.robust import OF_SIZE
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-
-@_jit
+@jit
 def scaled(pixels, top, left, scale, offset, slope, read, step, value, variance):
     """``value = scale * code + offset`` and ``variance = read + slope * max(value, 0) + (step * value)^2``.
 
@@ -32,7 +30,7 @@ def scaled(pixels, top, left, scale, offset, slope, read, step, value, variance)
             noise[x] = max(signal, np.float32(0.0)) * slope[x] + read[x] + part * part
 
 
-@_jit
+@jit
 def widened(codes, values, result):
     """``values`` (65536,) of the bits ``codes`` of half floats, to ``result``, float32; (h, w, c) both."""
     for y in range(len(codes)):
@@ -41,7 +39,7 @@ def widened(codes, values, result):
             row[x] = values[bits[x]]
 
 
-@_jit
+@jit
 def full(pixels, clip, result):
     """Marks the pixels (h, w) some channel of which, of (h, w, c), is at or above ``clip``; most rows have none."""
     for y in range(len(pixels)):
@@ -55,7 +53,7 @@ def full(pixels, clip, result):
                     result[y, x] |= pixels[y, x, c] >= clip
 
 
-@_jit
+@jit
 def totals(value, level):
     """Sum over channels (h, w) of (h, w, c); three of them are added in vector lanes."""
     for y in range(len(value)):
@@ -68,7 +66,7 @@ def totals(value, level):
                 level[y, x] = value[y, x].sum()
 
 
-@_jit
+@jit
 def mean_level(value, level):
     """Mean over channels (h, w) of (h, w, c), 0 where it is not finite."""
     totals(value, level)
@@ -79,7 +77,7 @@ def mean_level(value, level):
             level[y, x] = mean if mean - mean == np.float32(0.0) else np.float32(0.0)
 
 
-@_jit
+@jit
 def line_level(pixels, scale, offset, clip, level, usable):
     """Mean over channels (h, w) of ``scale * code + offset`` of codes (h, w, c), and whether all are below ``clip``."""
     channels, height = np.uint64(pixels.shape[2]), len(pixels)
@@ -102,7 +100,7 @@ def line_level(pixels, scale, offset, clip, level, usable):
                 below[x] = free
 
 
-@_jit
+@jit
 def table_level(pixels, values, clip, level, usable):
     """The same of a curve: ``values`` (codes, c), already over the number of channels."""
     for y in range(len(pixels)):
@@ -116,7 +114,7 @@ def table_level(pixels, values, clip, level, usable):
             usable[y, x] = free
 
 
-@_jit
+@jit
 def calmed(level, floor, result):
     """``level`` (h, w) with each pixel that is above ``4 m + floor`` replaced by m, the median of its 3 x 3; beyond the
     border the nearest pixels count again.
@@ -151,7 +149,7 @@ def calmed(level, floor, result):
                     result[y, x] = middle
 
 
-@_jit
+@jit
 def halved(level, result):
     """Means of two by two pixels of (h, w), (h / 2, w / 2)."""
     for y in range(len(result)):
@@ -161,7 +159,7 @@ def halved(level, result):
             row[x] = np.float32(0.25) * (above[left] + above[right] + below[left] + below[right])
 
 
-@_jit
+@jit
 def bounded(level, white, result):
     """level / white between 0 and 1; (h, w) each."""
     for y in range(len(level)):
@@ -169,7 +167,7 @@ def bounded(level, white, result):
             result[y, x] = min(max(level[y, x] / white, np.float32(0.0)), np.float32(1.0))
 
 
-@_jit
+@jit
 def toned(level, white, tone):
     """255 sqrt(level / white) between 0 and 255, cut off to integers; (h, w) each."""
     for y in range(len(level)):
@@ -178,7 +176,7 @@ def toned(level, white, tone):
             tone[y, x] = np.uint8(np.sqrt(part) * np.float32(255.0))
 
 
-@_jit
+@jit
 def gray(value, variance, level, noise):
     """Mean over channels, and its standard deviation, (h, w) each, of (h, w, c)."""
     channels = np.uint64(value.shape[2])
@@ -193,7 +191,7 @@ def gray(value, variance, level, noise):
             noise[y, x] = np.sqrt(spread) * per
 
 
-@_jit
+@jit
 def extremes(level, noise, reach, contrast, result):
     """Marks pixels (h, w) that are an extreme of their 3 x 3 and stand off the mean of the 16 around those.
 
@@ -215,7 +213,7 @@ def extremes(level, noise, reach, contrast, result):
             result[y, x] = ((c[x] >= top) & (off > least)) | ((c[x] <= low) & (-off > least))
 
 
-@_jit
+@jit
 def calm_spots(level, noise, candidates, reach, contrast, calm, calm_noise, result):
     """Marks the 3 x 3 pixels of each candidate (h, w) that stands off a calm ring, the 16 pixels around them.
 
@@ -232,7 +230,7 @@ def calm_spots(level, noise, candidates, reach, contrast, calm, calm_noise, resu
                 result[y - 1 : y + 2, x - 1 : x + 2] = True
 
 
-@_jit
+@jit
 def _calm_spot(level, noise, y, x, reach, contrast, calm, calm_noise, ring):
     n, total = 0, 0.0
     for dy in range(-2, 3):
@@ -254,7 +252,7 @@ def _calm_spot(level, noise, y, x, reach, contrast, calm, calm_noise, ring):
     return height > reach * scatter and unrest <= max(calm * height, calm_noise * scatter)
 
 
-@_jit
+@jit
 def _sort(values):
     for i in range(1, len(values)):
         value, k = values[i], i

@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from photogonio.calib.radiometry.surround import Surround
 from photogonio.calib.setup import ViewSetup
+from photogonio.capture.jit import jit
 from photogonio.capture.photoset import Plane, Sphere
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.modes.parallel import cores
@@ -94,7 +94,7 @@ def _sent_on(place, normal, back, surround: Surround, model: Model) -> np.ndarra
     return np.stack([np.bincount(cell[:count], column, len(place)) for column in weighted.T], axis=1)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def _facing(place, normal, back, points, area, cell, patch, source, angles):
     """Pairs of places (n, 3) and patches (p, 3) that see one another; how many there are. Of each: ``cell``, ``patch``,
     the irradiance ``source`` at the place of unit radiance, and theta_i, theta_r, dphi, radians, of the light sent on

@@ -9,21 +9,18 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-import numba
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from photogonio.capture.jit import contracted, inlined
 from photogonio.reconstruct.modes.quadrature import gauss
 
 # pieces of the square root of the cosine of incidence, between which a coat's albedo is a cubic; half vectors: Gauss
 # nodes of the slopes' shares, twice, and of the azimuths that reflect upward
 FAST, FINE = (16, 12, 8), (64, 32, 16)
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-_inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
-
-@_inline
+@inlined
 def dielectric_fresnel(cos, f0):
     """Unpolarised reflectance of a smooth dielectric with reflectance ``f0`` at normal incidence."""
     index = (1.0 + np.sqrt(f0)) / (1.0 - np.sqrt(f0))
@@ -33,7 +30,7 @@ def dielectric_fresnel(cos, f0):
     return 0.5 * (s * s + p * p)
 
 
-@_inline
+@inlined
 def ggx_visibility(separable, rough_i, rough_r, cos_i, cos_r):
     """G / (4 cos_i cos_r); the roughness is that along the plane of each of the two directions."""
     # cos (1 + 2 Lambda) of each direction
@@ -44,7 +41,7 @@ def ggx_visibility(separable, rough_i, rough_r, cos_i, cos_r):
     return 0.5 / max(cos_r * root_i + cos_i * root_r, 1e-12)
 
 
-@_jit
+@contracted
 def beckmann_visibility(separable, rough_i, rough_r, cos_i, cos_r):
     """The same of Gaussian slopes."""
     hidden_i, hidden_r = _beckmann_hidden(cos_i, rough_i), _beckmann_hidden(cos_r, rough_r)
@@ -52,7 +49,7 @@ def beckmann_visibility(separable, rough_i, rough_r, cos_i, cos_r):
     return 0.25 / max(cos_i * cos_r * (1.0 + hidden_i + hidden_r + both), 1e-12)
 
 
-@_jit
+@contracted
 def _beckmann_hidden(cos, roughness):
     """Smith's Lambda of Gaussian slopes (Smith 1967): (exp(-a^2) / (a sqrt(pi)) - erfc(a)) / 2, a = cot / roughness."""
     a = max(cos, 1e-9) / (roughness * math.sqrt(max(1.0 - cos * cos, 1e-30)))
@@ -81,7 +78,7 @@ def _to_pieces(pieces: int) -> np.ndarray:
     return np.moveaxis(spline.c, 0, 1)
 
 
-@_inline
+@inlined
 def cubic_piece(table, cos):
     """Pieces (k, 4) of cubics in sqrt(cos), on even pieces of [0, 1]."""
     place = math.sqrt(max(cos, 0.0)) * len(table)
@@ -102,7 +99,7 @@ def _gains(
     return across, gain
 
 
-@_jit
+@contracted
 def _fill_gains(separable, beckmann, roughness, cosines, nodes, shares, turns, parts, across, gain):
     a2 = roughness * roughness
     for a in range(len(across)):
@@ -142,13 +139,13 @@ def _fill_gains(separable, beckmann, roughness, cosines, nodes, shares, turns, p
                     j += 1
 
 
-@_inline
+@inlined
 def _share(beckmann, tan, a2):
     """Of D cos_h, of the facets that are tilted less."""
     return 1.0 - math.exp(-tan * tan / a2) if beckmann else tan * tan / (a2 + tan * tan)
 
 
-@_jit
+@contracted
 def _mean_reflected(across, gain, f0):
     total = np.zeros(len(across))
     for a in range(len(across)):

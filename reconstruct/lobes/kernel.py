@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
+from photogonio.capture.jit import contracted, inlined
 from photogonio.reconstruct.lobes.interface import (
     beckmann_visibility,
     cubic_piece,
@@ -20,12 +20,10 @@ from photogonio.reconstruct.lobes.interface import (
 from photogonio.reconstruct.lobes.schlick import beckmann_density, ggx_density
 from photogonio.reconstruct.modes.kernel import HALF_PI_REST, LANES, TURN, TURN_REST, short_sine
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-_inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
-_ggx_density, _beckmann_density = _inline(ggx_density), _inline(beckmann_density)
+_ggx_density, _beckmann_density = inlined(ggx_density), inlined(beckmann_density)
 
 
-@_jit
+@contracted
 def mirror_parts(angles, separable, beckmann, roughness, f0, albedo, sine2, along, parts):
     """parts (2, n): D G / (4 cos_i cos_r), and the same times Schlick's (1 - cos_h)^5; or, where ``albedo`` (k, 4) of a
     coat of ``f0`` is given, the coat's lobe and (1 - E(i)) (1 - E(r)) / pi of its ground.
@@ -69,7 +67,7 @@ def mirror_parts(angles, separable, beckmann, roughness, f0, albedo, sine2, alon
                 parts[1, start + j] = lobe[j] * miss**5
 
 
-@_inline
+@inlined
 def _half_vectors(theta_i, theta_r, dphi, start, count, cos_i, cos_r, half, across):
     """Cosines of both directions, and between either and the half vector; lanes beyond ``count`` repeat the last."""
     for j in range(LANES):

@@ -10,13 +10,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
+from photogonio.capture.jit import contracted, inlined
 from photogonio.reconstruct.modes.kernel import LANES, TURN, TURN_REST, short_sine
-
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-_inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +78,7 @@ def above_horizon(theta_i: np.ndarray, theta_r: np.ndarray) -> bool:
     return bool(_all_above(_plain(theta_i), _plain(theta_r)))
 
 
-@_jit
+@contracted
 def _all_above(theta_i, theta_r):
     most = 0.5 * math.pi
     found = True
@@ -106,7 +103,7 @@ def mirror_values(
     return result[:, 0]
 
 
-@_jit
+@contracted
 def _add_mirror(theta_i, phi_i, theta_r, phi_r, axes, kind, f0, table, entered, factors, base, result):
     turning, separable, beckmann = kind
     cos_i, cos_r, hidden_i, hidden_r = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
@@ -155,7 +152,7 @@ def _add_mirror(theta_i, phi_i, theta_r, phi_r, axes, kind, f0, table, entered, 
         _put(lobe, other, factors, base, start, count, result)
 
 
-@_inline
+@inlined
 def _reflect(length2, index, lobe):
     """Times the reflectance of a smooth dielectric, unpolarised; ``length2`` is 4 (h.i)^2."""
     less = 1.0 / (index * index)
@@ -168,7 +165,7 @@ def _reflect(length2, index, lobe):
         lobe[j] *= 0.5 * (one * one + two * two) / (both * both)
 
 
-@_inline
+@inlined
 def _enter(table, cos, entered):
     """1 - E of directions, on straight lines between even steps of cos."""
     pieces = len(table) - 1
@@ -178,7 +175,7 @@ def _enter(table, cos, entered):
         entered[j] = table[k] + (table[k + 1] - table[k]) * (place - k)
 
 
-@_inline
+@inlined
 def _put(lobe, other, factors, base, start, count, result):
     """The two parts with their factors, added to what is there or to the base."""
     if result.shape[1] == 3 and len(base):  # what is asked for most
@@ -195,7 +192,7 @@ def _put(lobe, other, factors, base, start, count, result):
             result[start + j, c] = before + factors[0, c] * lobe[j] + factors[1, c] * other[j]
 
 
-@_inline
+@inlined
 def _lanes(theta_i, phi_i, theta_r, phi_r, start, count, cos_i, cos_r, sin_i, sin_r, length2, aside):
     """Cosines and sines of both directions, and squared length and tangential part of their sum; lanes beyond
     ``count`` repeat the last."""
@@ -216,7 +213,7 @@ def _lanes(theta_i, phi_i, theta_r, phi_r, start, count, cos_i, cos_r, sin_i, si
         length2[j] = max(up * up + aside[j], 1e-30)
 
 
-@_inline
+@inlined
 def _shorter_sine(x):
     """sin(x) to rounding for |x| <= pi / 4, by Taylor's series."""
     square, series = x * x, 1.0
@@ -225,7 +222,7 @@ def _shorter_sine(x):
     return x * series
 
 
-@_inline
+@inlined
 def _stretch(theta_i, phi_i, theta_r, phi_r, start, count, axes, hidden_i, hidden_r, aside):
     """Tangential parts as the slopes feel them: of both directions times, of their sum over the roughness."""
     along, across, azimuth = axes[0], axes[1], axes[2]
@@ -238,7 +235,7 @@ def _stretch(theta_i, phi_i, theta_r, phi_r, start, count, axes, hidden_i, hidde
         aside[j] = ((x_i + x_r) / along) ** 2 + ((y_i + y_r) / across) ** 2
 
 
-@_jit
+@contracted
 def _beckmann_seen(separable, hidden_i, hidden_r, cos_i, cos_r):
     """G / (4 cos_i cos_r) of Gaussian slopes."""
     lost_i, lost_r = _beckmann_lambda(hidden_i, cos_i), _beckmann_lambda(hidden_r, cos_r)
@@ -246,7 +243,7 @@ def _beckmann_seen(separable, hidden_i, hidden_r, cos_i, cos_r):
     return 0.25 / max(cos_i * cos_r * (1.0 + lost_i + lost_r + both), 1e-300)
 
 
-@_jit
+@contracted
 def _beckmann_lambda(hidden, cos):
     """Smith's Lambda of Gaussian slopes (Smith 1967)."""
     a = max(cos, 1e-30) / max(abs(hidden), 1e-30)
@@ -255,7 +252,7 @@ def _beckmann_lambda(hidden, cos):
     return 0.5 * (math.exp(-a * a) / (a * math.sqrt(math.pi)) - math.erfc(a))
 
 
-@_jit
+@contracted
 def _add_power(theta_i, phi_i, theta_r, phi_r, roughness, weight, result):
     """Blinn and Phong's cosine power of the half vector."""
     a2 = roughness * roughness
@@ -270,7 +267,7 @@ def _add_power(theta_i, phi_i, theta_r, phi_r, roughness, weight, result):
             result[n, c] += 0.25 * weight[c] * density
 
 
-@_jit
+@contracted
 def _add_peak(theta_i, phi_i, theta_r, phi_r, beckmann, roughness, weight, result):
     a2 = roughness * roughness
     for n in range(len(theta_i)):

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
+from photogonio.capture.jit import contracted, inlined
 from photogonio.reconstruct.modes.zernike import fill_radial
 
 LANES = 64  # pairs side by side: the table of order 8 then stays in the first cache
@@ -20,11 +20,8 @@ HALF_PI_REST = 6.123233995736766e-17  # pi / 2 less its double
 TURN = float(np.float32(2 * math.pi))  # few digits, so that its whole multiples are exact
 TURN_REST = (2 * math.pi - TURN) + 4 * HALF_PI_REST
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-_inline = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
-
-@_jit
+@contracted
 def isotropic_sum(n, l, before, before2, a, b, c, theta_i, theta_r, dphi, first, second, weights, result):
     """result (k, c) = sum over modes of [R_p(i) R_q(r) + R_q(i) R_p(r)] cos(l dphi), p = ``first``, q =
     ``second``, times ``weights`` (m, d); m is a multiple of GROUP, d of 3 and at least c. The wave is put
@@ -51,7 +48,7 @@ def isotropic_sum(n, l, before, before2, a, b, c, theta_i, theta_r, dphi, first,
                 result[start + j, channel] = total[channel // 3, channel % 3 * LANES + j]
 
 
-@_inline
+@inlined
 def _add_group(table, first, second, weights, mode, channel, total):
     """Add GROUP modes to three channels. Inlined early: as a call it is not vectorised."""
     p0, p1, p2, p3 = first[mode], first[mode + 1], first[mode + 2], first[mode + 3]
@@ -74,7 +71,7 @@ def _add_group(table, first, second, weights, mode, channel, total):
         total[2 * LANES + j] += (y0 * e0 + y1 * e1) + (y2 * e2 + y3 * e3)
 
 
-@_jit
+@contracted
 def paired_design(
     n, l, before, before2, a, b, c, theta_i, theta_r, dphi, first, second, azimuth, weights, sign, design
 ):
@@ -105,7 +102,7 @@ def paired_design(
                     design[start + j, tile + k] = block[k, j]
 
 
-@_jit
+@contracted
 def _waves(dphi, start, count, wave):
     """wave[l] = cos(l dphi) by Chebyshev's recurrence; lanes beyond ``count`` repeat the last pair."""
     for j in range(LANES):
@@ -121,7 +118,7 @@ def _waves(dphi, start, count, wave):
             wave[k, j] = 2.0 * wave[1, j] * wave[k - 1, j] - wave[k - 2, j]
 
 
-@_jit
+@contracted
 def _turn_to_sines(dphi, start, count, wave):
     """wave[l] = sin(l dphi): sin(0) and sin(dphi) begin the same recurrence."""
     for j in range(LANES):
@@ -132,7 +129,7 @@ def _turn_to_sines(dphi, start, count, wave):
             wave[k, j] = turn * wave[k - 1, j] - wave[k - 2, j]
 
 
-@_jit
+@contracted
 def _elevations(theta_i, theta_r, start, count, rho, slant, outer):
     """What :func:`fill_radial` needs of both angles: incident in the first LANES, exit in the rest."""
     for j in range(LANES):
@@ -146,7 +143,7 @@ def _elevations(theta_i, theta_r, start, count, rho, slant, outer):
         rho[j] = math.sqrt(2.0) * sine
 
 
-@_inline
+@inlined
 def short_sine(x):
     """sin(x) to rounding for |x| <= pi / 2, by Taylor's series: no call, so that loops are vectorised."""
     square, series = x * x, 1.0

@@ -14,9 +14,10 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
+
+from photogonio.capture.jit import contracted
 
 
 class Recurrence(NamedTuple):
@@ -57,7 +58,7 @@ def recurrence(order: int) -> Recurrence:
     return Recurrence(n, l, before, before2, a, b, c)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@contracted
 def fill_radial(n, l, before, before2, a, b, c, rho, slant, outer, table):
     """Fill ``table`` (t, lanes) with R_n^l, by the recurrence in one of two forms.
 

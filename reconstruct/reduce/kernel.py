@@ -7,9 +7,9 @@ for it, and keeps a loop out of the vector lanes. Signed and unsigned must not m
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from photogonio.capture.jit import jit
 from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH, OUTSIDE, USED
 from photogonio.reconstruct.reduce.ray_grid import ORDER
 from photogonio.reconstruct.reduce.sums_kernel import gather
@@ -20,10 +20,8 @@ INSIDE = 1e-12  # sine of the distance from a facet's edges at which a direction
 _OUTLINE, _COVERED, _UNLIT, _GRAZING, _SHADOWED, _SATURATED, _INVALID, _ = range(len(LEFT_OUT))
 _COS, _SIN = float(np.cos(CANONICAL_AZIMUTH)), float(np.sin(CANONICAL_AZIMUTH))
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-
-@_jit
+@jit
 def reduce_rows(rig, nodes, taps, frame, region, level, edges, row, cells, used, left_out):
     """The cells of the rows of a region, and how many are in use: stage by stage, one row of pixels at a time."""
     x0, y0, x1, y1 = region
@@ -47,7 +45,7 @@ def reduce_rows(rig, nodes, taps, frame, region, level, edges, row, cells, used,
     return cells, used
 
 
-@_jit
+@jit
 def _aim(r, nodes, taps, y, first, last, ray):
     """Unit world rays of the pixels of a row, columns ``first`` to ``last``, from the lens's nodes.
 
@@ -76,7 +74,7 @@ def _aim(r, nodes, taps, y, first, last, ray):
         ray[0, x], ray[1, x], ray[2, x] = dx * scale, dy * scale, dz * scale
 
 
-@_jit
+@jit
 def _meet(rig, row, start, stop):
     """Depths at which rays meet the sample, and the range within ``start`` to ``stop`` where they do."""
     if rig.spherical:
@@ -96,7 +94,7 @@ def _meet(rig, row, start, stop):
     return start, stop
 
 
-@_jit
+@jit
 def _meet_sphere(ray, axis, power, edge, depth, side, reason, start, stop):
     ax, ay, az = axis
     for x in range(start, stop):
@@ -107,7 +105,7 @@ def _meet_sphere(ray, axis, power, edge, depth, side, reason, start, stop):
         reason[x] = USED if b > edge else _OUTLINE
 
 
-@_jit
+@jit
 def _meet_plane(ray, height, margin_sine, depth, side, reason, start, stop):
     for x in range(start, stop):
         far = height / ray[2, x]
@@ -116,7 +114,7 @@ def _meet_plane(ray, height, margin_sine, depth, side, reason, start, stop):
         side[x] = side[x] if far > 0.0 else -1.0
 
 
-@_jit
+@jit
 def _sides(normals, first, last, ray, side, start, stop):
     """Least of the products of each ray with some of the normals: positive inside their cone."""
     for x in range(start, stop):
@@ -128,7 +126,7 @@ def _sides(normals, first, last, ray, side, start, stop):
             side[x] = product if product < side[x] else side[x]
 
 
-@_jit
+@jit
 def _cover(rig, row, start, stop):
     """Leaves out what mirror balls and white patches cover."""
     ray, depth, side, reason = row.ray, row.depth, row.side, row.reason
@@ -150,7 +148,7 @@ def _cover(rig, row, start, stop):
         first = last
 
 
-@_jit
+@jit
 def _pair(rig, row, start, stop):
     """Point, normal, direction to the lamp (``incident``) and back (``exit``), falloff, and both cosines.
 
@@ -179,7 +177,7 @@ def _pair(rig, row, start, stop):
         row.exit[0, x], row.exit[1, x], row.exit[2, x] = -ray[0, x], -ray[1, x], -ray[2, x]
 
 
-@_jit
+@jit
 def _judge(rig, row, start, stop):
     """Leaves out what the lamp does not wholly shine on, grazing pixels, and those in a mirror ball's shadow."""
     reason, cos_i, cos_r, falloff = row.reason, row.geometry, row.inverse, row.falloff
@@ -196,7 +194,7 @@ def _judge(rig, row, start, stop):
                     reason[x] = _SHADOWED
 
 
-@_jit
+@jit
 def _shadowed(balls, near, point, toward, x, falloff, lamp):
     for k in range(len(balls)):
         dx, dy, dz = balls[k, 0] - point[0, x], balls[k, 1] - point[1, x], balls[k, 2] - point[2, x]
@@ -209,7 +207,7 @@ def _shadowed(balls, near, point, toward, x, falloff, lamp):
     return False
 
 
-@_jit
+@jit
 def _turn(ray, normal, cos_i, cos_r, incident, exit_, start, stop):
     """Incident and exit in the tangent frame, as :func:`reconstruct.reduce.directions.canonical` has them."""
     for x in range(start, stop):
@@ -229,7 +227,7 @@ def _turn(ray, normal, cos_i, cos_r, incident, exit_, start, stop):
         incident[0, x], incident[1, x], incident[2, x] = _COS * sin_i, _SIN * sin_i, cos_i[x]
 
 
-@_jit
+@jit
 def _expose(falloff, geometry, inverse, start, stop):
     """``geometry`` from cos_i to cos_i * falloff, and its inverse."""
     for x in range(start, stop):
@@ -237,7 +235,7 @@ def _expose(falloff, geometry, inverse, start, stop):
         inverse[x] = 1.0 / geometry[x]
 
 
-@_jit
+@jit
 def _screen(valid, saturated, shift, reason, start, stop):
     """Leaves out pixels that the photo says nothing of; ``shift`` is from a row's index to the photo's columns."""
     for x in range(start, stop):
@@ -248,7 +246,7 @@ def _screen(valid, saturated, shift, reason, start, stop):
                 reason[x] = _INVALID
 
 
-@_jit
+@jit
 def _find(row, start, stop, edges, level):
     """Keys of the pixels' facet pairs."""
     incident, exit_, reason, key = row.incident, row.exit, row.reason, row.key
@@ -267,7 +265,7 @@ def _find(row, start, stop, edges, level):
         key[x] = facet_i * facets + facet_r
 
 
-@_jit
+@jit
 def _inside(edges, facet, x, y, z):
     """Whether a direction is surely in a facet: mostly it is in that of the pixel before."""
     return (

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-SCATTER = 0x2545F4914F6CDD1D  # odd, of well mixed bits: Vigna's
+from photogonio.capture.jit import jit
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")
+SCATTER = 0x2545F4914F6CDD1D  # odd, of well mixed bits: Vigna's
 
 
 class SumTable(NamedTuple):
@@ -20,7 +19,7 @@ class SumTable(NamedTuple):
     sums: np.ndarray  # (n, 11 + 3 c)
 
 
-@_jit
+@jit
 def gather(rig, value, variance, shift, row, start, stop, cells, used):
     """Adds the pixels of a row to the cells of their facet pairs. Returns the cells and how many are in use."""
     c = len(rig.per_strength)
@@ -44,7 +43,7 @@ def gather(rig, value, variance, shift, row, start, stop, cells, used):
     return cells, used
 
 
-@_jit
+@jit
 def _add_light(cell, per_strength, weight, value, variance, shift, inverse, first, last):
     """Sums of omega f, omega f^2 and omega^2 var(f) of a run of pixels.
 
@@ -64,7 +63,7 @@ def _add_light(cell, per_strength, weight, value, variance, shift, inverse, firs
         cell[2 + 2 * c + k] += scale * scale * noise
 
 
-@_jit
+@jit
 def _add_place(cell, weights, base, weight, row, first, last):
     """Sum of omega, and sums of omega times directions and place, of a run of pixels."""
     geometry, incident, exit_, point = row.geometry, row.incident, row.exit, row.point
@@ -80,7 +79,7 @@ def _add_place(cell, weights, base, weight, row, first, last):
         cell[base + k] += weight * part
 
 
-@_jit
+@jit
 def _slot(slots, keys, key):
     """Where ``key`` stands, or would, in the open hash."""
     mask = len(slots) - 1
@@ -90,7 +89,7 @@ def _slot(slots, keys, key):
     return at
 
 
-@_jit
+@jit
 def _grown(cells):
     """Room for twice as many cells."""
     n, columns = cells.sums.shape

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numba
 import numpy as np
 
+from photogonio.capture.jit import jit
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.modes.basis import cosines
 from photogonio.reconstruct.modes.transform import pair_matrix
@@ -107,7 +107,7 @@ def lowest_pairs(value: np.ndarray, grid: DirectionGrid, limit: float, symmetric
     return np.column_stack([grid.theta[i], grid.phi[i], grid.theta[r], grid.phi[r]])
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def _valleys_of_pairs(value, sides, distinct, symmetric, limit):
     """Places i d + r (n,) of pairs that :func:`_valleys` would choose, and how low they may lead, of ``value`` (d, d)
     with the neighbours ``sides`` (4, d) of either direction; in ascending order."""
@@ -135,7 +135,7 @@ def _valleys_of_pairs(value, sides, distinct, symmetric, limit):
     return np.array(place), np.array(bottom)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _count(value, distinct, symmetric, most):
     """How many of the same pairs are lower than ``most``."""
     count = 0
@@ -250,7 +250,7 @@ class Surface:
         return result
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _products(elevation, n, up, azimuth, l, turn, result):
     """``result`` (j, q, p): rows ``n`` (j,) of ``elevation`` (t, a, p), moved as ``up`` (q,) says, times those ``l`` of
     ``azimuth`` (s, b, p), moved as ``turn``."""

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numba
 import numpy as np
 
+from photogonio.capture.jit import jit
 from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.table.icosahedron import (
     AZIMUTHS,
@@ -74,10 +74,9 @@ def _first_children() -> np.ndarray:
 
 
 _ROOT = _first_children()
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
-@_jit
+@jit
 def facet_of(x: float, y: float, z: float, level: int) -> int:
     """Facet of one direction (any length); -1 below the horizon, for zero and for what is not finite.
 
@@ -113,7 +112,7 @@ def facet_of(x: float, y: float, z: float, level: int) -> int:
     return ((part + 4 * belt) << (2 * level)) + node
 
 
-@_jit
+@jit
 def _fill(directions, level, index):
     for k in range(len(directions)):
         index[k] = facet_of(directions[k, 0], directions[k, 1], directions[k, 2], level)

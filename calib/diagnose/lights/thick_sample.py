@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
-import numba
 import numpy as np
 
 from photogonio.calib.adjust.lamps import block_name, place_in_world
@@ -17,6 +16,7 @@ from photogonio.calib.diagnose.base import LightDeparture
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.visibility import direct
 from photogonio.capture.diagnosis import Diagnosis, Entry
+from photogonio.capture.jit import jit
 from photogonio.capture.photoset import Board, Plane, Sphere
 
 THICK = 1 / 40  # of the board's larger side: a thinner sample's shadow is a line beside its edge
@@ -110,7 +110,7 @@ def _pieces(outline: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return outline[side] + share[:, None] * along[side], normal[side], (length / count)[side]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit
 def _thrown(points, pieces, normal, height, sent, total):
     """Adds to ``total`` (n,) what pieces of a side at one ``height``, which send ``sent`` (k,), throw on ``points``."""
     for j in range(len(pieces)):
