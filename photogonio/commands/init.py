@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from photogonio.capture.errors import InputError
 from photogonio.capture.files.documents import read_toml
 from photogonio.capture.manifest.draft import (
     Folder,
@@ -121,7 +123,13 @@ def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, ph
     tables = "".join(f"# {line}.\n" for line in lines) + photo_tables(photos)
     tables += passed_lines({name: why for name, why in found.passed.items() if quoted(name) not in text})
     text += "" if text.endswith("\n") else "\n"
-    return (text + (flash_light() if flash else "") + "\n" + tables).replace("\n", ends)
+    text += (flash_light() if flash else "") + "\n" + tables
+    try:
+        tomllib.loads(text.removeprefix("\ufeff"))
+    except ValueError:
+        asked = "has photo or light as a list (photo = [...]), to which no table can be added"
+        raise InputError(path, f"{asked}; write each as [[photo]] or [[light]]") from None
+    return text.replace("\n", ends)
 
 
 def _read(path: Path) -> tuple[str, str]:

@@ -8,7 +8,9 @@ import pytest
 
 from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.capture.manifest.load import load_photoset
+from photogonio.capture.manifest.stub import stub_manifest
 from photogonio.capture.photoset import Photo, Sphere
+from photogonio.capture.target.layout import make_target
 from photogonio.cli import main
 from photogonio.survey.checker import Checker
 from photogonio.survey.folder import SetFolder
@@ -91,6 +93,19 @@ def test_a_photo_is_told_before_its_lamp_is_looked_for(folder, monkeypatch):
     for k in range(2):
         checker.look(Photo(f"s{k}.png", "sample"), lambda one: order.append(one.photo.file))
     assert order == ["s0.png", "lamp", "lamp"]
+
+
+def test_a_list_of_photos_is_left_as_it_is(tmp_path, monkeypatch, capsys):
+    """TOML has no way to add a table to `photo = [...]`."""
+    monkeypatch.setenv("PHOTOGONIO_CACHE", "")
+    for name in ("a", "b"):
+        cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((40, 60, 3), np.uint8))
+    text = 'photo = [{ file = "a.png", role = "sample" }]\n' + stub_manifest(make_target())
+    (tmp_path / "photoset.toml").write_text(text)
+    assert main(["init", str(tmp_path)]) == 2
+    said = capsys.readouterr().err.strip()
+    assert "photoset.toml: has photo or light as a list" in said and "\n" not in said
+    assert (tmp_path / "photoset.toml").read_text() == text
 
 
 def test_a_second_target_keeps_the_manifest(tmp_path, capsys):
