@@ -18,7 +18,7 @@ from photogonio.reconstruct.estimate.pilot import Cleaned
 from photogonio.reconstruct.estimate.weights import ViewScales
 from photogonio.reconstruct.model_choice import FitOptions
 from photogonio.reconstruct.represent.as_found import lobes_of
-from photogonio.reconstruct.represent.bounds import enforced, held_pairs, violated
+from photogonio.reconstruct.represent.bounds import enforced, held_pairs, raised, violated
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
 from photogonio.reconstruct.represent.in_modes import SaidInModes, said_in_modes
 from photogonio.reconstruct.rows.noise_told import FreshReading, noise_told
@@ -102,7 +102,7 @@ def result_of(
         valid=region.valid(),
     )
     held, physics = _physical(plain, model, spread, misfit, options.physics)
-    said = said_in_modes(in_file(held, model, spread, misfit, KNOWN))
+    said = _said(in_file(held, model, spread, misfit, KNOWN), options.physics)
     brdf = said.brdf
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     if fresh is None and not cells.binned:
@@ -155,6 +155,12 @@ def _diagnostics(
         "views rescaled": [work.cells.groups[g] for g in np.flatnonzero(work.scales.freed)],
         "binning error": _binning_error(work),
     }
+
+
+def _said(brdf: Brdf, wanted: str) -> SaidInModes:
+    """The BRDF with peaks that the file has no lobe for in modes, that end: physics has its say again."""
+    said = said_in_modes(brdf)
+    return replace(said, brdf=raised(said.brdf)) if said.peaks and wanted != "off" else said
 
 
 def _peaks_told(said: SaidInModes) -> dict[str, object] | None:

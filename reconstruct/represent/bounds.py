@@ -8,7 +8,7 @@ constraints, one a pair of directions, are added as they are found violated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import nnls
@@ -24,6 +24,7 @@ ROUNDS = 30
 BATCH = 40  # constraints added a round
 RANK = 1e-10  # of the largest variance: below it rounding
 TRIFLE = 3e-3  # of the mean f: less below 0 is no matter
+WRITTEN = 1e-8  # of the largest coefficient: no finer digits are written
 SLACK = 1e-9  # of the largest value: rounding
 ALBEDO_ANGLES = np.radians(np.arange(0.0, 86.0, 5.0))
 
@@ -84,6 +85,26 @@ def enforced(brdf: Brdf, covariance: np.ndarray) -> Physical | None:
         active=active,
         distance=float(np.sqrt(squared / max(active, 1))),
     )
+
+
+def raised(brdf: Brdf) -> Brdf:
+    """The isotropic ``brdf`` without negative values at :func:`held_pairs`, its modes changed as little as can be in
+    the mean square over all directions: modes that end at an order have some. As it is, where its modes cannot."""
+    pairs = held_pairs()
+    value = brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi)
+    below = np.flatnonzero((value < 0.0).any(0))
+    if not len(below):
+        return brdf
+    of_order = {tuple(mode): k for k, mode in enumerate(Basis("isotropic", brdf.order).modes.tolist())}
+    own = [of_order[tuple(mode)] for mode in brdf.modes.tolist()]
+    rows, coefficients = Basis("isotropic", brdf.order).design(pairs)[:, own], brdf.coefficients.copy()
+    for c in below:
+        found = _nearest(rows, value[:, c], np.eye(len(own)))
+        if found is None:
+            return brdf
+        coefficients[:, c] += found[0]
+    quantum = WRITTEN * np.abs(coefficients).max()
+    return replace(brdf, coefficients=np.round(coefficients / quantum) * quantum)
 
 
 def held_pairs() -> Cells:

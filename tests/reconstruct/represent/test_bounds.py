@@ -6,7 +6,9 @@ from scipy.optimize import nnls
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.represent.bounds import ALBEDO_ANGLES, enforced, held_pairs, violated
+from photogonio.reconstruct.lobes.lobe import Lobe
+from photogonio.reconstruct.represent.bounds import ALBEDO_ANGLES, enforced, held_pairs, raised, violated
+from photogonio.reconstruct.represent.in_modes import said_in_modes
 
 
 def brdf_of(order, coefficients, scale="absolute"):
@@ -88,3 +90,22 @@ def test_what_modes_cannot_mend_is_said():
     """A negative constant with nothing free to move."""
     brdf = brdf_of(0, [[-0.1]])
     assert enforced(brdf, np.zeros((1, 1, 1))) is None
+
+
+@pytest.mark.parametrize("power", [8, 20])
+def test_a_cosine_power_over_a_dark_ground_is_not_below_zero_in_modes(power):
+    """Which ring where both directions graze; below 70 degrees f stays as it was to a hundredth."""
+    roughness = np.sqrt(2.0 / (power + 2.0))
+    peak = Lobe(roughness, np.ones(1), np.full(1, 0.2), "blinn-phong", distribution="phong")
+    brdf = Brdf(
+        **{name: getattr(brdf_of(0, [[0.002]]), name) for name in Brdf.__slots__} | {"lobes": (peak,)}
+    )
+    said, true = said_in_modes(brdf).brdf, values(brdf)
+    assert values(said).min() < -0.01 * true.max()
+    held = values(raised(said))
+    assert held.min() > -1e-6 * true.max()
+    pairs = held_pairs()
+    below = np.maximum(pairs.theta_i, pairs.theta_r) < np.radians(70)
+    weight = (np.sin(2 * pairs.theta_i) * np.sin(2 * pairs.theta_r))[below, None]
+    assert np.sqrt((weight * (held - true)[below] ** 2).sum() / (weight * true[below] ** 2).sum()) < 0.01
+    assert raised(brdf) is brdf

@@ -87,7 +87,7 @@ def test_its_errors_go_into_the_modes():
     after = said_in_modes(before).brdf
     theta_i, theta_r, dphi = (angle[::10] for angle in pairs())
     true, found = (one.standard_error(theta_i, 0.0, theta_r, dphi) for one in (before, after))
-    left_out = 10.0 * CLOSE * before.evaluate(theta_i, 0.0, theta_r, dphi).max()
+    left_out = 10.0 * CLOSE["round"] * before.evaluate(theta_i, 0.0, theta_r, dphi).max()
     assert left_out < 0.5 * true.max()
     np.testing.assert_allclose(found, true, rtol=0.02, atol=left_out)
     names = after.uncertainty.parameters
@@ -102,7 +102,7 @@ def test_what_modes_leave_out_is_among_the_errors():
         with_peak(0.06), uncertainty=replace(with_peak().uncertainty, covariance=np.zeros((2, 6, 6)))
     )
     said = said_in_modes(narrow)
-    assert said.lost > 2.0 * CLOSE
+    assert said.lost > 2.0 * CLOSE["round"]
     theta_i, theta_r, dphi = (angle[::8] for angle in pairs())
     missed = said.brdf.evaluate(theta_i, 0.0, theta_r, dphi) - narrow.evaluate(theta_i, 0.0, theta_r, dphi)
     stated = said.brdf.standard_error(theta_i, 0.0, theta_r, dphi)
