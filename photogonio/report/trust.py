@@ -35,7 +35,7 @@ MISFIT = 0.2  # median, relative
 HOPELESS = 0.5  # median, relative: no noise of a measurement that is worth a fit
 PEAK = 0.6  # rms misfit, relative: as much of the light is where the fit has none
 APART = 0.2  # photos at the same directions, relative
-KNOWN = 0.02  # of an albedo, that it is told within where rows toward the horizon are lost
+KNOWN = 0.02  # of an albedo, that it is told within where many rows are lost
 CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 % leaves them on few rows
 LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
 BOARD = 3.0  # pixels, or the part of the picture's width below if that is more
@@ -114,8 +114,8 @@ def _mirrored(result: Result) -> str:
     return _told(result, "table-mirrored")
 
 
-def _edge_lost(result: Result) -> str:
-    lost = _told(result, "table-edge-lost")
+def _much_lost(result: Result) -> str:
+    lost = _told(result, "table-much-lost")
     if not lost:
         return ""
     share = albedo_error(result.brdf) / np.maximum(np.abs(result.brdf.bihemispherical_albedo()), 1e-12)
@@ -244,11 +244,11 @@ OF_FITS = (
         _mirrored,
     ),
     Check(
-        "edge-lost",
-        "rows that are no measurements are all that a table has beyond some angle, and the others tell the albedo to "
-        "no better than 2 % (95 %)",
-        "the detector or its holder was in the way, or the lamp's beam left the sample",
-        _edge_lost,
+        "rows-lost",
+        "rows that are no measurements are a tenth of a table, or all that it has beyond some angle, and the others "
+        "tell the albedo to no better than 2 % (95 %)",
+        "the detector or its holder was in the way, or the instrument stood still",
+        _much_lost,
     ),
     Check(
         "saturated",

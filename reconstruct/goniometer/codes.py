@@ -42,11 +42,9 @@ ENTRIES = (
         source="tables of known glossy surfaces; of thirty CUReT materials and NIST's PTFE none is above 0",
     ),
     Entry(
-        "table-edge-lost",
-        "Rows that are no measurements are all that a table has beyond some angle.",
+        "table-much-lost",
+        "Rows that are no measurements are a tenth of a table, or all that it has beyond some angle.",
         "Measure there again. Where the others tell the albedo to no better than 2 %, the result is not to be trusted.",
-        least=doubts.EDGE,
-        source="tables of known surfaces without their grazing rows",
     ),
     Entry(
         "table-saturated",

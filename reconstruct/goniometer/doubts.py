@@ -21,6 +21,7 @@ NEAR, RING = np.radians(15.0), (np.radians(20.0), np.radians(40.0))  # of a dire
 FEWEST = 3  # readings in each
 PEAK = 1.8  # of the readings near the lamp's direction, over those around it
 OTHER = 1.3  # and over those near the mirror direction
+LOST = 0.1  # of the rows
 EDGE = 4.0  # degrees: rows toward the horizon that are lost
 MIRRORED = 20.0  # logarithm of the odds that azimuths count from the mirror side
 
@@ -113,13 +114,17 @@ def _saturated(samples: GoniometerSamples) -> Diagnosis | None:
     return None
 
 
-def edge_lost(samples: GoniometerSamples, rest: GoniometerSamples) -> tuple[Diagnosis, ...]:
-    """Whether no row beyond some angle is left of ``samples``."""
+def much_lost(samples: GoniometerSamples, rest: GoniometerSamples) -> tuple[Diagnosis, ...]:
+    """Whether no row beyond some angle is left of ``samples``, or a tenth of all rows is not."""
+    count, lost = len(samples.value), len(samples.value) - len(rest.value)
     for name, word in (("theta_r", "exit"), ("theta_i", "incidence")):
         had, has = (float(np.degrees(getattr(one, name).max())) for one in (samples, rest))
         if had - has >= EDGE:
             message = (
                 f"no row beyond {has:.0f} degrees of {word} is a measurement, of rows up to {had:.0f} degrees"
             )
-            return (Diagnosis("table-edge-lost", message, amount=had - has, least=EDGE),)
+            return (Diagnosis("table-much-lost", message, amount=lost / count),)
+    if lost >= LOST * count:
+        message = f"{lost} of {count} rows are no measurements"
+        return (Diagnosis("table-much-lost", message, amount=lost / count),)
     return ()

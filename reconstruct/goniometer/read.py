@@ -13,7 +13,7 @@ from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import Matched, channel_names, match_columns, unused_note
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
-from photogonio.reconstruct.goniometer.doubts import doubts_of, edge_lost
+from photogonio.reconstruct.goniometer.doubts import doubts_of, much_lost
 from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
 from photogonio.reconstruct.goniometer.spoilt import SpoiltRows, find_spoilt, without
@@ -164,7 +164,7 @@ def believed(samples: GoniometerSamples) -> GoniometerSamples:
     keep = without(samples, spoilt)
     said = tuple(Diagnosis("rows-left-out", _said(samples, one), amount=len(one.rows)) for one in spoilt)
     out, rest = samples.left_out + int((~keep).sum()), take(samples, keep)
-    return replace(rest, diagnoses=samples.diagnoses + said + edge_lost(samples, rest), left_out=out)
+    return replace(rest, diagnoses=samples.diagnoses + said + much_lost(samples, rest), left_out=out)
 
 
 def _said(samples: GoniometerSamples, one: SpoiltRows) -> str:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from photogonio.reconstruct.goniometer.doubts import doubts_of, edge_lost
+from photogonio.reconstruct.goniometer.doubts import doubts_of, much_lost
 from photogonio.reconstruct.goniometer.read import read_samples, take
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.modes.angles import unit_vectors
@@ -88,12 +88,15 @@ def test_a_gloss_on_the_lamps_side_is_told_from_a_retro_reflector(places):
     assert codes(measured(retro, PLACES[places], noise=0.01)) == ["table-lamp-side"]
 
 
-def test_rows_that_are_lost_toward_the_horizon_are_told_and_others_are_not():
+def test_rows_are_lost_toward_the_horizon_or_by_a_tenth_and_fewer_are_not_told():
     table = measured(SURFACES["satin"], PLACES["grid"], noise=0.01)
     grazing = table.theta_r > np.radians(65.0)
-    (lost,) = edge_lost(table, take(table, ~grazing))
-    assert lost.code == "table-edge-lost" and "beyond 60 degrees of exit" in lost.message
-    assert edge_lost(table, take(table, ~grazing | (table.theta_i > 0.5))) == ()
+    (lost,) = much_lost(table, take(table, ~grazing))
+    assert lost.code == "table-much-lost" and "beyond 60 degrees of exit" in lost.message
+    few = np.arange(len(table.value)) % 20 != 0
+    assert much_lost(table, take(table, few)) == ()
+    (lost,) = much_lost(table, take(table, few & np.roll(few, 1)))
+    assert "rows are no measurements" in lost.message
 
 
 def test_the_shared_cases():
