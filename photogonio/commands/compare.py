@@ -43,7 +43,10 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     )
     reporter.say(_table(found))
     reporter.say(
-        str(found.significance or "neither says how sure it is: whether they differ by more cannot be told")
+        str(
+            found.significance
+            or "nothing says how sure the channels compared are: whether they differ cannot be told"
+        )
     )
     numbers = found.to_dict() | {"source": source.to_dict()}
     if args.out:

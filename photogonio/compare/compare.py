@@ -59,8 +59,7 @@ def compare(a: Known, b: Known, *, mask: float = np.radians(80.0), scale: bool =
     """
     a, b = in_common_colours(a, b)
     channels, take_a, take_b = _match(a, b)
-    at, value_a, value_b = _values(a, b, mask)
-    value_a, value_b = value_a[:, take_a], value_b[:, take_b]
+    at, value_a, value_b = _values((a, take_a), (b, take_b), mask)
     factor = _factor(value_a, value_b, at) if scale else np.ones(len(channels))
     value_a = value_a * factor
     measures = pointwise(value_a, value_b, at)
@@ -128,13 +127,17 @@ def _match(a: Known, b: Known) -> tuple[tuple[str, ...], list[int], list[int]]:
     )
 
 
-def _values(a: Known, b: Known, mask: float) -> tuple[Directions, np.ndarray, np.ndarray]:
+def _values(
+    one: tuple[Known, list[int]], other: tuple[Known, list[int]], mask: float
+) -> tuple[Directions, np.ndarray, np.ndarray]:
+    """The pairs that count, and both at them, each in its channels that are named."""
+    (a, take_a), (b, take_b) = one, other
     at = b.at or a.at or metrics.quadrature(mask, isotropic=a.isotropic and b.isotropic)
     if a.at is not None and b.at is not None and not _same(a.at, b.at):
         raise InputError(
             a.name, f"is known at other directions than {b.name}; one of the two must be known at all"
         )
-    value_a, value_b = a.values(at), b.values(at)
+    value_a, value_b = a.values(at)[:, take_a], b.values(at)[:, take_b]
     edge = np.cos(mask - _ROUNDING)
     keep = (at.cos_i > edge) & (at.cos_r > edge) & np.isfinite(value_a + value_b).all(1)
     if not keep.any():

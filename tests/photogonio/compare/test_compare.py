@@ -198,3 +198,18 @@ def test_the_correlation_told_is_that_of_the_scatter():
     for k in range(3):
         expected = np.corrcoef(both.a[:, k], both.b[:, k])[0, 1]
         assert both.measures["correlation"][k] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_table_that_shares_one_channel_is_compared_in_it(tmp_path):
+    """A and B against B, G and R: not as many, and in other places."""
+    rows = [(i, r, p) for i in (10, 30, 50) for r in (0, 20, 40) for p in (0, 90)]
+    lines = "".join(f"{i},0,{r},{p},.3,.2\n" for i, r, p in rows)
+    (tmp_path / "one.csv").write_text("theta_i,phi_i,theta_r,phi_r,A,B\n" + lines)
+    one = load_known(tmp_path / "one.csv")
+    brdf = Known(
+        "m", ("B", "G", "R"), isotropic=True, evaluate=lambertian(0.3, 0.2, 0.1, channels=("B", "G", "R"))
+    )
+    found = compare(one, brdf)
+    assert found.channels == ("B",) and len(found.a) == len(rows)
+    np.testing.assert_allclose(found.a, 0.2)
+    np.testing.assert_allclose(found.b, 0.3 / np.pi)
