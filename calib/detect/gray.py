@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -81,6 +82,11 @@ def fine_about(level: np.ndarray, places: np.ndarray, reach: int) -> tuple[np.nd
     pointwise.calmed(pieces, np.float32(1e-3 * low), calm)
     pointwise.bounded(calm, np.float32(white or 1.0), fine)
     return fine, first - side * np.column_stack([np.zeros(len(first), int), np.arange(len(first))])
+
+
+def compiled_before() -> bool:
+    """Whether what these pictures are made with is on disk, compiled; the first use takes some seconds if not."""
+    return any(Path(str(pointwise.calmed.stats.cache_path)).glob("kernel.calmed-*.nbi"))
 
 
 def _percentile(level: np.ndarray, share: float | np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections import Counter
 
+from photogonio.calib.detect.gray import compiled_before
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import CharucoBoard, GridBoard, Photo
 from photogonio.survey.checker import Checked, Checker
@@ -19,6 +20,8 @@ from photogonio.system.stops import stop_heard
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object] | None:
     folder = SetFolder.of(args.set)
     checker = Checker.of(folder)
+    if not compiled_before():
+        reporter.say("compiling what photos are looked at with, this first time: some seconds")
     if args.watch:
         _watch(args, checker, reporter)
         return None
