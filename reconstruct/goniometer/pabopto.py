@@ -51,7 +51,7 @@ def read_pabopto(path: Path) -> GoniometerSamples:
     angles = np.radians(rows[keep, :4]).T
     lost = int((~keep).sum())
     message = f"{lost} rows left out: transmission, or without a number"
-    told = (Diagnosis("rows-left-out", message, amount=lost),) if lost else ()
+    told: tuple[Diagnosis, ...] = (Diagnosis("rows-left-out", message, amount=lost),) if lost else ()
     told += tuple(
         Diagnosis("rows-left-out", f"{name} has none of pab-opto's headers, and is not read", amount=1)
         for name in others
