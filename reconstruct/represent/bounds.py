@@ -25,6 +25,7 @@ BATCH = 40  # constraints added a round
 RANK = 1e-10  # of the largest variance: below it rounding
 TRIFLE = 3e-3  # of the mean f: less below 0 is no matter
 WRITTEN = 1e-8  # of the largest coefficient: no finer digits are written
+KEPT = 5e-3  # of the albedo, by which raising may change it
 SLACK = 1e-9  # of the largest value: rounding
 ALBEDO_ANGLES = np.radians(np.arange(0.0, 86.0, 5.0))
 
@@ -89,7 +90,8 @@ def enforced(brdf: Brdf, covariance: np.ndarray) -> Physical | None:
 
 def raised(brdf: Brdf) -> Brdf:
     """The isotropic ``brdf`` without negative values at :func:`held_pairs`, its modes changed as little as can be in
-    the mean square over all directions: modes that end at an order have some. As it is, where its modes cannot."""
+    the mean square over all directions: modes that end at an order have some. As it is, where its modes cannot, or
+    where that would add light to speak of, as to a black ground."""
     pairs = held_pairs()
     value = brdf.evaluate(pairs.theta_i, 0.0, pairs.theta_r, pairs.dphi)
     below = np.flatnonzero((value < 0.0).any(0))
@@ -99,12 +101,14 @@ def raised(brdf: Brdf) -> Brdf:
     own = [of_order[tuple(mode)] for mode in brdf.modes.tolist()]
     rows, coefficients = Basis("isotropic", brdf.order).design(pairs)[:, own], brdf.coefficients.copy()
     for c in below:
-        found = _nearest(rows, value[:, c], np.eye(len(own)))
-        if found is None:
+        change = _nearest(rows, value[:, c], np.eye(len(own)))
+        if change is None:
             return brdf
-        coefficients[:, c] += found[0]
+        coefficients[:, c] += change[0]
     quantum = WRITTEN * np.abs(coefficients).max()
-    return replace(brdf, coefficients=np.round(coefficients / quantum) * quantum)
+    found = replace(brdf, coefficients=np.round(coefficients / quantum) * quantum)
+    added = found.bihemispherical_albedo() / brdf.bihemispherical_albedo() - 1.0
+    return found if np.abs(added).max() <= KEPT else brdf
 
 
 def held_pairs() -> Cells:

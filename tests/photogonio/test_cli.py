@@ -234,7 +234,12 @@ def test_a_stop_that_a_library_swallows_is_asked_for_again(capsys, monkeypatch, 
                 swallowed.append(1)
 
     monkeypatch.setattr("photogonio.commands.init.run", work)
-    assert main(["init", "folder"]) == 130
+    # the tests may have been started with interrupts ignored, as jobs in the background are
+    former = signal.signal(number, signal.default_int_handler)
+    try:
+        assert main(["init", "folder"]) == 130
+    finally:
+        signal.signal(number, former)
     assert swallowed
     assert "stopped" in capsys.readouterr().err
 
