@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import product
@@ -117,7 +116,7 @@ def run_suite(words: Sequence[str], sets: Path, *, workers: int, reporter: Repor
         InputError: as ``suite_scenes``.
     """
     jobs = [(scene, sets) for scene in suite_scenes(words)]
-    for done, found in enumerate(spread_over_processes(_kept, jobs, min(workers, os.cpu_count() or 1))):
+    for done, found in enumerate(spread_over_processes(_kept, jobs, workers)):
         reporter.progress("evaluating sets", done + 1, len(jobs))
         yield found
 
