@@ -1,7 +1,6 @@
 """Compiled sums of lobes, many pairs side by side. Called through photogonio.reconstruct.lobes.lobe.
 
-Sines of the half vector are sums of squares, never 1 - cos^2: narrow lobes and grazing pairs keep their digits. Loops
-run over lanes without a branch that depends on the lane; every pair is computed alone.
+Loops run over lanes without a branch that depends on the lane; every pair is computed alone.
 """
 
 from __future__ import annotations
@@ -13,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from photogonio.capture.jit import contracted, inlined
-from photogonio.reconstruct.modes.kernel import LANES, TURN, TURN_REST, short_sine
+from photogonio.reconstruct.lobes.lanes import both_directions, stretch
+from photogonio.reconstruct.modes.kernel import LANES
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +88,7 @@ def _all_above(theta_i, theta_r):
 
 
 _NO_BASE = np.empty(0)
+_BELOW_ONE = 1.0 - 2.0**-53
 
 
 def mirror_values(
@@ -106,133 +107,107 @@ def mirror_values(
 @contracted
 def _add_mirror(theta_i, phi_i, theta_r, phi_r, axes, kind, f0, table, entered, factors, base, result):
     turning, separable, beckmann = kind
-    cos_i, cos_r, hidden_i, hidden_r = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    cos_i, cos_r, sin_i, sin_r = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     length2, aside, lobe, other = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.zeros(LANES)
-    index = (1.0 + math.sqrt(max(f0, 0.0))) / (1.0 - math.sqrt(max(f0, 0.0)))
+    under, place, flat = np.empty(LANES), np.empty(LANES, np.int32), result.reshape(-1)
+    rough, slope = axes[0], 1.0 / (axes[0] * axes[0])
+    if turning:  # which stretches both
+        rough, slope = 1.0, 1.0
     scale = 1.0 / (math.pi * axes[0] * axes[1])
     for start in range(0, len(theta_i), LANES):
         count = min(LANES, len(theta_i) - start)
-        _lanes(theta_i, phi_i, theta_r, phi_r, start, count, cos_i, cos_r, hidden_i, hidden_r, length2, aside)
+        both_directions(
+            theta_i, phi_i, theta_r, phi_r, start, count, cos_i, cos_r, sin_i, sin_r, length2, aside
+        )
         if turning:
-            _stretch(theta_i, phi_i, theta_r, phi_r, start, count, axes, hidden_i, hidden_r, aside)
-        else:
-            for j in range(LANES):
-                hidden_i[j], hidden_r[j] = axes[0] * hidden_i[j], axes[0] * hidden_r[j]
-                aside[j] /= axes[0] * axes[0]
+            stretch(theta_i, phi_i, theta_r, phi_r, start, count, axes, sin_i, sin_r, aside)
         if beckmann:
             for j in range(count):
-                up = (cos_i[j] + cos_r[j]) ** 2
-                density = scale * math.exp(-aside[j] / max(up, 1e-300)) * (length2[j] / max(up, 1e-300)) ** 2
-                lobe[j] = density * _beckmann_seen(separable, hidden_i[j], hidden_r[j], cos_i[j], cos_r[j])
+                up = max((cos_i[j] + cos_r[j]) ** 2, 1e-300)
+                density = scale * math.exp(-slope * aside[j] / up) * (length2[j] / up) ** 2
+                seen = _beckmann_seen(separable, rough * sin_i[j], rough * sin_r[j], cos_i[j], cos_r[j])
+                lobe[j], under[j] = density * seen, 1.0
         else:
             for j in range(LANES):
                 up = (cos_i[j] + cos_r[j]) ** 2
-                spread = up + aside[j]
-                root_i = math.sqrt(hidden_i[j] * hidden_i[j] + cos_i[j] * cos_i[j])
-                root_r = math.sqrt(hidden_r[j] * hidden_r[j] + cos_r[j] * cos_r[j])
+                spread = up + slope * aside[j]
+                hidden_i, hidden_r = rough * sin_i[j], rough * sin_r[j]
+                root_i = math.sqrt(hidden_i * hidden_i + cos_i[j] * cos_i[j])
+                root_r = math.sqrt(hidden_r * hidden_r + cos_r[j] * cos_r[j])
                 hiding = 2.0 * (cos_r[j] * root_i + cos_i[j] * root_r)
                 if separable:
                     hiding = (cos_i[j] + root_i) * (cos_r[j] + root_r)
-                lobe[j] = scale * length2[j] * length2[j] / (spread * spread * hiding)
+                lobe[j], under[j] = scale * (length2[j] * length2[j]), spread * spread * hiding
         if f0 >= 0.0:
-            _reflect(length2, index, lobe)
+            _reflect(length2, f0, lobe, under)
         else:
             for j in range(LANES):
                 miss = 1.0 - min(0.5 * math.sqrt(length2[j]), 1.0)
                 square = miss * miss
+                lobe[j] /= under[j]
                 other[j] = lobe[j] * (square * square * miss)
         if len(table):
-            _enter(table, cos_i, other)
-            _enter(table, cos_r, hidden_r)
-            for j in range(LANES):
-                other[j] *= hidden_r[j]
+            _enter(table, cos_i, cos_r, place, under, aside, other)
         if len(entered):
             for j in range(count):
                 other[j] = entered[start + j]
-        _put(lobe, other, factors, base, start, count, result)
+        _put(lobe, other, factors, base, start, count, result, flat)
 
 
 @inlined
-def _reflect(length2, index, lobe):
-    """Times the reflectance of a smooth dielectric, unpolarised; ``length2`` is 4 (h.i)^2."""
-    less = 1.0 / (index * index)
+def _reflect(length2, f0, lobe, under):
+    """``lobe`` over ``under``, times the reflectance of a smooth dielectric, unpolarised; ``length2`` is 4 (h.i)^2.
+
+    With C and G the squared cosines outside and inside, Fresnel's two squares over a common denominator are
+    (n^2 - 1)^2 ((1 - C)^2 / n^2 + C G) / ((C + n^2 G + t) (n^2 C + G + t)), t = 2 n sqrt(C G): one root, and no
+    difference of what is nearly alike.
+    """
+    index = (1.0 + math.sqrt(f0)) / (1.0 - math.sqrt(f0))
+    square, less = index * index, 1.0 / (index * index)
     for j in range(LANES):
-        cos2 = min(0.25 * length2[j], 1.0)
-        cos, inside = math.sqrt(cos2), math.sqrt(1.0 - (1.0 - cos2) * less)
-        s_less, s_more = cos - index * inside, cos + index * inside
-        p_less, p_more = index * cos - inside, index * cos + inside
-        one, two, both = s_less * p_more, p_less * s_more, s_more * p_more
-        lobe[j] *= 0.5 * (one * one + two * two) / (both * both)
+        outside = min(0.25 * length2[j], 1.0)
+        rest = 1.0 - outside
+        inside = 1.0 - rest * less
+        twice = 2.0 * index * math.sqrt(outside * inside)
+        s_more, p_more = outside + square * inside + twice, square * outside + inside + twice
+        part = (square - 1.0) ** 2 * (rest * rest * less + outside * inside)
+        lobe[j] = part * lobe[j] / (under[j] * (s_more * p_more))
 
 
 @inlined
-def _enter(table, cos, entered):
-    """1 - E of directions, on straight lines between even steps of cos."""
+def _enter(table, cos_i, cos_r, place, low, high, entered):
+    """(1 - E(i)) (1 - E(r)), on straight lines between even steps of cos. Loops that look up do nothing else, and the
+    rest is vectorised."""
     pieces = len(table) - 1
     for j in range(LANES):
-        place = cos[j] * pieces
-        k = min(int(place), pieces - 1)
-        entered[j] = table[k] + (table[k + 1] - table[k]) * (place - k)
+        entered[j] = 1.0
+    for cos in (cos_i, cos_r):
+        for j in range(LANES):
+            place[j] = np.int32(min(_BELOW_ONE, cos[j]) * pieces)  # in this order, of a NaN the last
+        for j in range(LANES):
+            low[j], high[j] = table[place[j]], table[place[j] + 1]
+        for j in range(LANES):
+            entered[j] *= low[j] + (high[j] - low[j]) * (cos[j] * pieces - place[j])
 
 
 @inlined
-def _put(lobe, other, factors, base, start, count, result):
-    """The two parts with their factors, added to what is there or to the base."""
+def _put(lobe, other, factors, base, start, count, result, flat):
+    """The two parts with their factors, added to what is there or to the base; ``flat`` is ``result``, whose
+    numbers then have a step that the compiler knows."""
     if result.shape[1] == 3 and len(base):  # what is asked for most
         a0, a1, a2 = factors[0, 0], factors[0, 1], factors[0, 2]
         b0, b1, b2 = factors[1, 0], factors[1, 1], factors[1, 2]
+        c0, c1, c2 = base[0], base[1], base[2]
+        rows = flat[3 * start : 3 * (start + count)]
         for j in range(count):
-            result[start + j, 0] = base[0] + a0 * lobe[j] + b0 * other[j]
-            result[start + j, 1] = base[1] + a1 * lobe[j] + b1 * other[j]
-            result[start + j, 2] = base[2] + a2 * lobe[j] + b2 * other[j]
+            rows[3 * j] = c0 + a0 * lobe[j] + b0 * other[j]
+            rows[3 * j + 1] = c1 + a1 * lobe[j] + b1 * other[j]
+            rows[3 * j + 2] = c2 + a2 * lobe[j] + b2 * other[j]
         return
     for j in range(count):
         for c in range(result.shape[1]):
             before = base[c] if len(base) else result[start + j, c]
             result[start + j, c] = before + factors[0, c] * lobe[j] + factors[1, c] * other[j]
-
-
-@inlined
-def _lanes(theta_i, phi_i, theta_r, phi_r, start, count, cos_i, cos_r, sin_i, sin_r, length2, aside):
-    """Cosines and sines of both directions, and squared length and tangential part of their sum; lanes beyond
-    ``count`` repeat the last."""
-    for j in range(LANES):
-        at = start + min(j, count - 1)
-        cos_i[j], cos_r[j], aside[j] = theta_i[at], theta_r[at], phi_r[at] - phi_i[at]
-    for j in range(LANES):
-        turns = np.rint(aside[j] * (0.5 / math.pi))
-        sine = short_sine(0.5 * ((aside[j] - turns * TURN) - turns * TURN_REST))
-        half_i, half_r = _shorter_sine(0.5 * cos_i[j]), _shorter_sine(0.5 * cos_r[j])
-        rest_i, rest_r = math.sqrt(1.0 - half_i * half_i), math.sqrt(1.0 - half_r * half_r)
-        sin_i[j], sin_r[j] = 2.0 * half_i * rest_i, 2.0 * half_r * rest_r
-        cos_i[j] = max((rest_i - abs(half_i)) * (rest_i + abs(half_i)), 1e-17)
-        cos_r[j] = max((rest_r - abs(half_r)) * (rest_r + abs(half_r)), 1e-17)
-        apart = sin_i[j] - sin_r[j]
-        aside[j] = apart * apart + 4.0 * sin_i[j] * sin_r[j] * (1.0 - sine * sine)
-        up = cos_i[j] + cos_r[j]
-        length2[j] = max(up * up + aside[j], 1e-30)
-
-
-@inlined
-def _shorter_sine(x):
-    """sin(x) to rounding for |x| <= pi / 4, by Taylor's series."""
-    square, series = x * x, 1.0
-    for k in range(8, 0, -1):
-        series = 1.0 - square * (1.0 / (2 * k * (2 * k + 1))) * series
-    return x * series
-
-
-@inlined
-def _stretch(theta_i, phi_i, theta_r, phi_r, start, count, axes, hidden_i, hidden_r, aside):
-    """Tangential parts as the slopes feel them: of both directions times, of their sum over the roughness."""
-    along, across, azimuth = axes[0], axes[1], axes[2]
-    for j in range(count):
-        sin_i, sin_r = hidden_i[j], hidden_r[j]
-        x_i, y_i = sin_i * math.cos(phi_i[start + j] - azimuth), sin_i * math.sin(phi_i[start + j] - azimuth)
-        x_r, y_r = sin_r * math.cos(phi_r[start + j] - azimuth), sin_r * math.sin(phi_r[start + j] - azimuth)
-        hidden_i[j] = math.sqrt((along * x_i) ** 2 + (across * y_i) ** 2)
-        hidden_r[j] = math.sqrt((along * x_r) ** 2 + (across * y_r) ** 2)
-        aside[j] = ((x_i + x_r) / along) ** 2 + ((y_i + y_r) / across) ** 2
 
 
 @contracted

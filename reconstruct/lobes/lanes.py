@@ -1,0 +1,71 @@
+"""Many pairs of directions side by side, as compiled sums of lobes take them.
+
+Sines of the half vector are sums of squares, never 1 - cos^2: narrow lobes and grazing pairs keep their digits.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from photogonio.capture.jit import inlined
+from photogonio.reconstruct.modes.kernel import LANES, TURN, TURN_REST, short_sine
+
+# sine and cosine to rounding for |x| <= pi / 4: coefficients of fdlibm's k_sin.c and k_cos.c (Sun Microsystems, 1993)
+_S3, _S5, _S7 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
+_S9, _S11, _S13 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
+_C4, _C6, _C8 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
+_C10, _C12, _C14 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+
+
+@inlined
+def both_directions(theta_i, phi_i, theta_r, phi_r, start, count, cos_i, cos_r, sin_i, sin_r, length2, aside):
+    """Cosines and sines of both directions, and squared length and tangential part of their sum; lanes beyond
+    ``count`` repeat the last."""
+    if count == LANES:  # side by side in memory
+        first_i, first_r = theta_i[start : start + LANES], theta_r[start : start + LANES]
+        turn_i, turn_r = phi_i[start : start + LANES], phi_r[start : start + LANES]
+        for j in range(LANES):
+            cos_i[j], cos_r[j], aside[j] = first_i[j], first_r[j], turn_r[j] - turn_i[j]
+    else:
+        for j in range(LANES):
+            at = start + min(j, count - 1)
+            cos_i[j], cos_r[j], aside[j] = theta_i[at], theta_r[at], phi_r[at] - phi_i[at]
+    for j in range(LANES):
+        turns = np.rint(aside[j] * (0.5 / math.pi))
+        sine = short_sine(0.5 * ((aside[j] - turns * TURN) - turns * TURN_REST))
+        aside[j] = 1.0 - sine * sine
+    _elevation(cos_i, sin_i)
+    _elevation(cos_r, sin_r)
+    for j in range(LANES):
+        apart, up = sin_i[j] - sin_r[j], cos_i[j] + cos_r[j]
+        aside[j] = apart * apart + 4.0 * sin_i[j] * sin_r[j] * aside[j]
+        length2[j] = max(up * up + aside[j], 1e-30)
+
+
+@inlined
+def _elevation(theta, sine):
+    """Angles up to pi / 2 become their cosines, and their sines are told; by half of the angle, so that a cosine near
+    the horizon keeps its digits."""
+    for j in range(LANES):
+        x = 0.5 * theta[j]
+        square = x * x
+        odd = _S3 + square * (_S5 + square * (_S7 + square * (_S9 + square * (_S11 + square * _S13))))
+        even = _C4 + square * (_C6 + square * (_C8 + square * (_C10 + square * (_C12 + square * _C14))))
+        low, high = x + x * square * odd, 1.0 - 0.5 * square + square * square * even
+        sine[j] = 2.0 * low * high
+        theta[j] = max((high - abs(low)) * (high + abs(low)), 1e-17)
+
+
+@inlined
+def stretch(theta_i, phi_i, theta_r, phi_r, start, count, axes, hidden_i, hidden_r, aside):
+    """Tangential parts as the slopes feel them: of both directions times, of their sum over the roughness."""
+    along, across, azimuth = axes[0], axes[1], axes[2]
+    for j in range(count):
+        sin_i, sin_r = hidden_i[j], hidden_r[j]
+        x_i, y_i = sin_i * math.cos(phi_i[start + j] - azimuth), sin_i * math.sin(phi_i[start + j] - azimuth)
+        x_r, y_r = sin_r * math.cos(phi_r[start + j] - azimuth), sin_r * math.sin(phi_r[start + j] - azimuth)
+        hidden_i[j] = math.sqrt((along * x_i) ** 2 + (across * y_i) ** 2)
+        hidden_r[j] = math.sqrt((along * x_r) ** 2 + (across * y_r) ** 2)
+        aside[j] = ((x_i + x_r) / along) ** 2 + ((y_i + y_r) / across) ** 2
