@@ -6,6 +6,7 @@ docs/modes.md defines them; :mod:`reconstruct.lobes.families` holds the same lob
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -92,8 +93,9 @@ class Lobe:
     def bihemispherical_albedo(self) -> np.ndarray:
         """(c,) fraction of even light that the lobe sends out."""
         if self.peak:
-            theta, weight = elevation_rule(8, level=6)
-            return 2.0 * (weight * np.cos(theta)) @ self.directional_albedo(theta)
+            return np.asarray(self.weight, float) * _peak_of_even_light(
+                self.roughness, self.model, self.distribution
+            )
         terms = self.terms()
         one, other = even_light_parts(self.axes, terms.beckmann, terms.separable, terms.f0)
         if self.ground is not None:  # what enters, twice, of Lambert's f
@@ -149,3 +151,11 @@ class Lobe:
             entered=albedo.entered if albedo is not None and albedo.turning else None,
             factors=factors,
         )
+
+
+@lru_cache(maxsize=512)
+def _peak_of_even_light(roughness: float | tuple[float, float], model: str, distribution: str) -> float:
+    """Share of even light that a peak of weight 1 sends out: once for each shape."""
+    one = Lobe(roughness, np.zeros(1), np.ones(1), model=model, distribution=distribution)
+    theta, weight = elevation_rule(8, level=6)
+    return float(2.0 * (weight * np.cos(theta)) @ one.directional_albedo(theta)[:, 0])

@@ -82,13 +82,37 @@ def small_print(image: Image) -> np.ndarray:
     what is clipped is tinted."""
     height, width = image.pixels.shape[:2]
     step = max(1, width // (_FINER * WIDTH))
-    pixels = np.asarray(image.pixels[::step, ::step], np.float32) / np.float32(image.full_scale)
-    value = np.nan_to_num(pixels, posinf=1.0, neginf=0.0)
-    color = value if value.shape[2] == 3 else np.repeat(value.mean(2, keepdims=True), 3, axis=2)
-    white = float(np.percentile(color, _BRIGHT)) or 1.0
-    tone = np.clip(color / white, 0.0, 1.0)
-    tone = tone if image.pixels.dtype == np.uint8 else np.sqrt(tone)
-    full = value.max(2) >= 1.0 if image.saturated is None else image.saturated[::step, ::step]
+    pixels = np.ascontiguousarray(image.pixels[::step, ::step])
+    eye = pixels.dtype == np.uint8
+    if pixels.dtype.kind == "u" and pixels.shape[2] == 3:
+        tone, full = _of_codes(pixels, image.full_scale, eye)
+    else:
+        tone, full = _of_values(pixels.astype(np.float32) / np.float32(image.full_scale), eye)
+    if image.saturated is not None:
+        full = image.saturated[::step, ::step]
     tone[full] = 0.5 * tone[full] + 0.5 * np.array(REJECTED, np.float32) / 255
     size = WIDTH, max(1, round(WIDTH * height / width))
     return (cv2.resize(tone, size, interpolation=cv2.INTER_AREA) * 255).round().astype(np.uint8)
+
+
+def _of_values(pixels: np.ndarray, eye: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Tones (h, w, 3) of pixels (h, w, c) whose full scale is 1, and which are clipped (h, w)."""
+    value = np.nan_to_num(pixels, posinf=1.0, neginf=0.0)
+    color = value if value.shape[2] == 3 else np.repeat(value.mean(2, keepdims=True), 3, axis=2)
+    return _toned(color, float(np.percentile(color, _BRIGHT)), eye), value.max(2) >= 1.0
+
+
+def _of_codes(codes: np.ndarray, full_scale: float, eye: bool) -> tuple[np.ndarray, np.ndarray]:
+    """The same of integer codes (h, w, 3), each of which is worked out once."""
+    counts = np.bincount(codes.ravel())
+    values = np.arange(len(counts), dtype=np.float32) / np.float32(full_scale)
+    place = (codes.size - 1) * _BRIGHT / 100
+    low, high = values[np.searchsorted(np.cumsum(counts), np.floor([place, place + 1]), side="right")]
+    bright = float(low + (high - low) * np.float32(place % 1))
+    most = np.maximum(np.maximum(codes[..., 0], codes[..., 1]), codes[..., 2])
+    return _toned(values, bright, eye)[codes], most >= np.searchsorted(values, np.float32(1.0))
+
+
+def _toned(value: np.ndarray, bright: float, eye: bool) -> np.ndarray:
+    tone = np.clip(value / (bright or 1.0), 0.0, 1.0)
+    return tone if eye else np.sqrt(tone)
