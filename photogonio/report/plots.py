@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from photogonio.reconstruct.modes.angles import pair_angles
@@ -22,6 +23,7 @@ _INK, _FAINT = "#24292f", "#c8ccd2"
 _NAMED = {"R": "#c8372d", "G": "#2f8f46", "B": "#2f64b5", "r": "#c8372d", "g": "#2f8f46", "b": "#2f64b5"}
 _OTHERS = ("#3d4f66", "#b3711f", "#7a4ea3", "#1f8a8c", "#9c3d5f", "#6b7a1f")
 _BANDS = np.radians(np.arange(0, 91, 15))  # of the incident angle, in the coverage
+_DISK = 2.2  # radii from one disk of the coverage to the next
 _LOBE_ANGLES = np.radians([0.0, 30.0, 60.0])
 
 
@@ -33,11 +35,11 @@ def channel_colour(channels: Sequence[str], k: int) -> str:
 def coverage_figure(table: FacetTable) -> Figure:
     """Where the samples lie: the exit hemisphere (equal-area, relative to the light) by incidence."""
     theta_i, theta_r, dphi = pair_angles(table.incident, table.exit)
-    figure = Figure(
-        figsize=(9.6, 2.5)
-    )  # margins by hand: a layout that is worked out draws everything once more
-    margins = {"left": 0.01, "right": 0.99, "bottom": 0.29, "top": 0.9, "wspace": 0.1}
-    axes = figure.subplots(1, len(_BANDS) - 1, subplot_kw={"projection": "polar"}, gridspec_kw=margins)
+    figure = Figure(figsize=(9.6, 2.5))
+    # all disks in one plain frame: polar ones, each with its ticks, take five times as long
+    ax = figure.add_axes((0.01, 0.29, 0.98, 0.61), aspect="equal")
+    ax.set_axis_off()
+    ax.set(xlim=(-1.0, _DISK * (len(_BANDS) - 2) + 1.0), ylim=(-1.05, 1.05))
     fine = table.level >= 3
     radius = np.sqrt(np.linspace(0, 1, 13 if fine else 9))
     azimuth = np.linspace(-np.pi, np.pi, 49 if fine else 25)
@@ -52,12 +54,16 @@ def coverage_figure(table: FacetTable) -> Figure:
         for k in (_in_band(theta_i, low, high) for low, high in _band_pairs())
     ]
     norm = LogNorm(1, max(10.0, max(s.max() for s in sums)))
-    for ax, total, (low, high) in zip(axes, sums, _band_pairs(), strict=True):
-        mesh = ax.pcolormesh(azimuth, radius, np.where(total > 0, total, np.nan).T, norm=norm, cmap="viridis")
-        _dress_disk(ax, low, high)
+    x, y = np.cos(azimuth) * radius[:, None], np.sin(azimuth) * radius[:, None]
+    for k, (total, (low, high)) in enumerate(zip(sums, _band_pairs(), strict=True)):
+        left = _DISK * k
+        ax.add_patch(Circle((left, 0.0), 1.0, color="#f2f3f5", zorder=0))
+        mesh = ax.pcolormesh(left + x, y, np.where(total > 0, total, np.nan).T, norm=norm, cmap="viridis")
+        _dress_disk(ax, left, low, high)
     bar = figure.add_axes((0.3, 0.215, 0.4, 0.03))
     plain = FuncFormatter(lambda value, _: f"{value:,.0f}")  # powers as formulae take fonts of their own
-    figure.colorbar(mesh, cax=bar, orientation="horizontal", label="samples", format=plain)
+    shown = figure.colorbar(mesh, cax=bar, orientation="horizontal", label="samples", format=plain)
+    shown.minorticks_off()  # each would be a line of its own
     return figure
 
 
@@ -69,18 +75,23 @@ def _in_band(theta: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.flatnonzero((theta >= low) & (theta < high))
 
 
-def _dress_disk(ax: Axes, low: float, high: float) -> None:
-    ax.set_ylim(0, 1)
-    ax.set_facecolor("#f2f3f5")
-    rings = np.radians([30.0, 60.0])
-    ax.set_yticks(np.sqrt(1 - np.cos(rings)), [])
-    ax.set_xticks(np.radians(np.arange(0, 360, 90)), [])
-    ax.grid(color=_FAINT, linewidth=0.6)
-    middle = 0.5 * (low + high)
-    ax.plot(
-        0, np.sqrt(1 - np.cos(middle)), marker="o", color="#e8a33d", markersize=5, markeredgecolor="white"
+def _dress_disk(ax: Axes, left: float, low: float, high: float) -> None:
+    """Rings at 30 and 60 degrees, spokes, the light, and which angles of incidence the disk is of."""
+    for ring in np.radians([30.0, 60.0]):
+        ax.add_patch(_ring(left, np.sqrt(1 - np.cos(ring)), _FAINT, 0.6))
+    ax.hlines(0.0, left - 1.0, left + 1.0, color=_FAINT, linewidth=0.6)
+    ax.vlines(left, -1.0, 1.0, color=_FAINT, linewidth=0.6)
+    ax.add_patch(_ring(left, 1.0, "black", 0.8))
+    light = left + np.sqrt(1 - np.cos(0.5 * (low + high)))
+    ax.plot(light, 0.0, marker="o", color="#e8a33d", markersize=5, markeredgecolor="white", clip_on=False)
+    title = f"{np.degrees(low):.0f}–{np.degrees(high):.0f}°"
+    ax.text(left, 1.1, title, fontsize=10, color=_INK, ha="center", va="bottom")
+
+
+def _ring(left: float, radius: float, color: str, width: float) -> Circle:
+    return Circle(
+        (left, 0.0), radius, fill=False, edgecolor=color, linewidth=width, zorder=1.5, clip_on=False
     )
-    ax.set_title(f"{np.degrees(low):.0f}–{np.degrees(high):.0f}°", fontsize=10, color=_INK)
 
 
 def scatter_figure(

@@ -19,6 +19,7 @@ from photogonio.calib.detect.paper import PaperSamples
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.diagnose.photos.glossy_print import shining
+from photogonio.calib.diagnose.photos.plane_kernel import planes_at
 from photogonio.calib.parallel import abreast
 from photogonio.calib.shading.correction import NO_CORRECTION, PhotometricCorrection
 from photogonio.calib.shading.initial import square_ratios
@@ -170,25 +171,14 @@ def evenly_lit(samples: PaperSamples, most: int = _MOST) -> tuple[np.ndarray, np
     white = samples.white
     dark = np.flatnonzero(~white)
     dark = dark[:: max(1, len(dark) // most)]
-    places, lit_places = samples.points[dark, :2], samples.points[white, :2]
+    places, lit_places = (np.ascontiguousarray(samples.points[k, :2], float) for k in (dark, white))
     distance, near = cKDTree(lit_places).query(places, k=_NEIGHBOURS)
-    beside, noise, scatter = _at(places[:, None] - lit_places[near], samples.value[white][near])
+    lit = np.ascontiguousarray(samples.value[white], float)
+    beside, noise = np.empty((2, len(dark), lit.shape[1]))
+    scatter = np.empty(len(dark))
+    planes_at(places, lit_places, lit, near, _RIDGE, beside, noise, scatter)
     good = (scatter < _EVEN) & (distance.max(1) < 2 * np.median(distance.max(1)))
     return dark[good], beside[good], noise[good]
-
-
-def _at(offset: np.ndarray, lit: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What planes through radiances (n, k, c) at places ``offset`` (n, k, 2) about them say of n places, (n, c), with
-    the variance of that, (n, c); and how far they miss, relative, (n,)."""
-    reach = np.sqrt((offset**2).sum(2).mean(1))[:, None, None]
-    design = np.concatenate([np.ones((*offset.shape[:2], 1)), offset / reach], axis=2)
-    normal = np.einsum("nki,nkj->nij", design, design) + _RIDGE * np.eye(3) * design.shape[1]
-    planes = np.linalg.solve(normal, np.einsum("nki,nkc->nic", design, lit))
-    off = lit - design @ planes
-    leverage = np.linalg.inv(normal)[:, 0, 0]
-    noise = leverage[:, None] * (off**2).sum(1) / (design.shape[1] - design.shape[2])
-    scatter = np.sqrt((off.mean(2) ** 2).mean(1)) / np.maximum(lit.mean((1, 2)), np.finfo(float).tiny)
-    return planes[:, 0], noise, scatter
 
 
 def _line(x: np.ndarray, y: np.ndarray, noise: np.ndarray, cluster: np.ndarray) -> tuple[float, float, float]:
