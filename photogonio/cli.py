@@ -46,9 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with _stoppable():
             return _run(args, reporter)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         reporter.clear()
-        print("photogonio: stopped; nothing was written", file=sys.stderr)
+        print(f"photogonio: stopped; {str(stop) or 'nothing was written'}", file=sys.stderr)
         return _INTERRUPTED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

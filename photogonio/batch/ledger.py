@@ -30,7 +30,8 @@ class SetEntry:
         return self.status != FAILED
 
     def line(self) -> bytes:
-        return (json.dumps(plain(asdict(self)), ensure_ascii=False, allow_nan=False) + "\n").encode()
+        text = json.dumps(plain(asdict(self)), ensure_ascii=False, allow_nan=False) + "\n"
+        return text.encode(errors="backslashreplace")  # a name that is no text, as JSON escapes it
 
 
 def read_ledger(path: Path) -> dict[str, SetEntry]:
@@ -39,16 +40,23 @@ def read_ledger(path: Path) -> dict[str, SetEntry]:
         lines = path.read_bytes().split(b"\n")
     except FileNotFoundError:
         return {}
-    known = {f.name for f in fields(SetEntry)}
     found = {}
     for line in lines[:-1]:  # what follows the last line's end was cut short
         try:
             values = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
-        if isinstance(values, dict) and set(values) == known and isinstance(values["numbers"], dict):
-            found[str(values["set"])] = SetEntry(**values)
+        if _is_entry(values):
+            found[values["set"]] = SetEntry(**values)
     return found
+
+
+def _is_entry(values: object) -> bool:
+    """Whether it is all that :class:`SetEntry` has, and of its kinds."""
+    if not isinstance(values, dict) or set(values) != {f.name for f in fields(SetEntry)}:
+        return False
+    words = all(isinstance(values[name], str) for name in ("set", "key", "status", "said"))
+    return words and values["status"] in (DONE, DISTRUSTED, FAILED) and isinstance(values["numbers"], dict)
 
 
 def append(path: Path, entry: SetEntry) -> None:
@@ -58,7 +66,9 @@ def append(path: Path, entry: SetEntry) -> None:
         # a line that was cut short before must not run into this one
         size = os.fstat(handle).st_size
         torn = size > 0 and not _ends_line(path)
-        os.write(handle, (b"\n" if torn else b"") + entry.line())
+        rest = (b"\n" if torn else b"") + entry.line()
+        while rest:  # all at once, but where the disk is about to be full
+            rest = rest[os.write(handle, rest) :]
         os.fsync(handle)
     finally:
         os.close(handle)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,29 +20,59 @@ class SetPlace:
     folder: Path
 
 
-def find_sets(given: Sequence[str]) -> list[SetPlace]:
+def find_sets(given: Sequence[str], warn: Callable[[str], None] = lambda text: None) -> list[SetPlace]:
     """The photo sets of folders and patterns, in the order of their names.
 
-    A folder with a manifest is a set; any other stands for the sets below it.
+    A folder stands for itself, if it has a manifest, and for the sets below it, also behind links; a set that several
+    paths lead to counts once, by one without a link if there is such. Hidden folders are passed over, and so are those
+    that cannot be read, of which ``warn`` is told.
 
     Raises:
         InputError: something given leads to no set.
     """
-    found: dict[Path, None] = {}
-    for word in given:
-        matches = [Path(word)] if os.path.exists(word) else [Path(path) for path in sorted(glob.glob(word))]
-        inside = [folder.resolve() for match in matches for folder in _below(match)]
-        if not inside:
-            raise InputError(
-                word, f"leads to no photo set; expected folders with a {MANIFEST}, or above such"
-            )
-        found |= dict.fromkeys(inside)
-    folders = sorted(found)
+    found: dict[str, Path] = {}  # by where it is
+    for links in (False, True):
+        for word in given:
+            matches = [word] if os.path.exists(word) else sorted(glob.glob(word, recursive=True))
+            tell = warn if links else lambda text: None
+            inside = [one for match in matches for one in _below(os.path.abspath(match), links, tell)]
+            if links and not inside:
+                raise InputError(
+                    word, f"leads to no photo set; expected folders with a {MANIFEST}, or above such"
+                )
+            for folder in inside:
+                where = os.path.realpath(folder)
+                if where not in found or folder == where:
+                    found[where] = Path(folder)
+    folders = sorted(found.values())
     common = Path(os.path.commonpath([folder.parent for folder in folders]))
     return [SetPlace(folder.relative_to(common).as_posix(), folder) for folder in folders]
 
 
-def _below(folder: Path) -> list[Path]:
-    if (folder / MANIFEST).is_file():
-        return [folder]
-    return sorted(path.parent for path in folder.rglob(MANIFEST)) if folder.is_dir() else []
+def check_apart(places: Sequence[SetPlace], out: Path, files: Collection[str]) -> None:
+    """Whether results can be written to ``out``, which has ``files`` of its own, without touching a set.
+
+    Raises:
+        InputError: a result would lie among photos, or has the name of one of the files.
+    """
+    sets = {os.path.realpath(place.folder) for place in places}
+    for place in places:
+        if os.path.realpath(out / place.name) in sets:
+            raise InputError(out, f"results of {place.name} would lie among photos; expected another folder")
+        if place.name.partition("/")[0] in files:
+            raise InputError(place.folder, f"is called as a file that {out} will have; rename it")
+
+
+def _below(top: str, links: bool, warn: Callable[[str], None]) -> Iterator[str]:
+    """Folders with a manifest from ``top`` on, through links or not, each once."""
+    seen = set()
+
+    def passed_over(error: OSError) -> None:
+        warn(f"{error.filename}: passed over, {(error.strerror or 'cannot be read').lower()}")
+
+    for folder, inside, files in os.walk(top, onerror=passed_over, followlinks=links):
+        where = os.path.realpath(folder)
+        inside[:] = [] if where in seen else sorted(name for name in inside if not name.startswith("."))
+        if where not in seen and MANIFEST in files:
+            yield folder
+        seen.add(where)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
 from jinja2 import Environment, StrictUndefined
@@ -68,7 +70,7 @@ def page_text(entries: Sequence[SetEntry], out: Path) -> str:
         {
             **row_of(entry),
             "ball": ball_of(out / entry.set) if entry.finished else "",
-            "report": f"{entry.set}/report.html" if entry.finished else "",
+            "report": quote(os.fsencode(f"{entry.set}/report.html")) if entry.finished else "",
             "count": len(_listed(entry.numbers.get("warnings"))),
         }
         for entry in entries
@@ -91,7 +93,10 @@ def _listed(value: object) -> list[object]:
 
 
 def _mean(value: object) -> str:
-    numbers = np.array([] if value is None else value, float).ravel()
+    try:
+        numbers = np.array([] if value is None else value, float).ravel()
+    except (TypeError, ValueError):  # a ledger may say anything
+        return ""
     return f"{numbers.mean():.4g}" if numbers.size else ""
 
 

@@ -4,34 +4,39 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+import threading
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import lru_cache
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+import photogonio
 from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, SetEntry
 from photogonio.batch.sets import SetPlace
 from photogonio.cache.file_hashes import remembered_hashes
-from photogonio.cache.kept import code_key, key_of
+from photogonio.cache.kept import code_key, key_of, text_key
 from photogonio.cache.store import default_store
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST
 from photogonio.options import Options
-from photogonio.pipeline import process
-from photogonio.report.budget import budget_numbers
-from photogonio.report.summary import numbers
-from photogonio.report.trust import verdict_lines
-from photogonio.result import Result
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import hash_file, hash_files
 
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
+
+    from photogonio.result import Result
+
 EACH = 1.2e9  # bytes that a set may need
-TRIES = 2  # of a set whose process died
+STOP = 3.0  # seconds in which a process ends that is told to
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,22 +67,47 @@ def result_key(place: SetPlace, options: Options) -> str:
     except OSError as error:
         raise InputError(error.filename or place.folder, error.strerror or "cannot be read") from None
     named = {path.relative_to(place.folder).as_posix(): digest for path, digest in hashes.items()}
-    return key_of("batch", code_key(), options.to_dict(), manifest, named)
+    return key_of("batch", _program_key(), options.to_dict(), manifest, named)
+
+
+@lru_cache(maxsize=1)
+def _program_key() -> str:
+    """Of all program text, that of the report too."""
+    return code_key() + text_key(Path(str(photogonio.__file__)).parent)
 
 
 def processed(job: Job) -> SetEntry:
     """Process one set; a set that cannot be used is an entry too."""
+    # only here: who finds all sets done before, or gives them to others, need not wait for compiled code
+    from photogonio.pipeline import process
+    from photogonio.report.trust import verdict_lines
+
     try:
         result = process(job.place.folder, job.out, job.options, Reporter(quiet=True))
-    except InputError as error:
-        return SetEntry(job.place.name, job.key, FAILED, str(error))
+    except Exception as error:
+        return SetEntry(job.place.name, job.key, FAILED, _why(error, job))
     said = " · ".join(verdict_lines(result.faults))
     status = DISTRUSTED if result.faults else DONE
     return SetEntry(job.place.name, job.key, status, said, numbers_of(result))
 
 
+def _why(error: Exception, job: Job) -> str:
+    """In one line. What is no fault of the set stops no other set either."""
+    if isinstance(error, InputError):
+        text = str(error)
+    elif isinstance(error, MemoryError):
+        text = "there is not memory enough for this"
+    elif isinstance(error, OSError):  # without the file's name, which has chance in it
+        text = f"{job.out}: {(error.strerror or str(error)).lower()}"
+    else:
+        text = f"a fault of the program: {type(error).__name__}: {error}"
+    return " ".join(text.split())
+
+
 def numbers_of(result: Result) -> dict[str, object]:
     """What the summary says of a result."""
+    from photogonio.report.summary import numbers
+
     found = numbers(result)
     kept = ("model", "scale", "channels", "albedo", "relative_median", "valid", "photos_used")
     roughness = [lobe.mean_roughness for lobe in result.brdf.lobes]
@@ -92,6 +122,8 @@ def numbers_of(result: Result) -> dict[str, object]:
 
 def _albedo_error(result: Result) -> list[float] | None:
     """Standard error of the albedo, relative, a channel; None where it is not known."""
+    from photogonio.report.budget import budget_numbers
+
     for one in budget_numbers(result.brdf):
         if one["of"] == "albedo":
             value, error = (np.asarray(one[name], float) for name in ("value", "standard_error"))
@@ -101,31 +133,38 @@ def _albedo_error(result: Result) -> list[float] | None:
 
 def in_processes(
     jobs: Sequence[Job], workers: int, work: Callable[[Job], SetEntry] = processed
-) -> Iterator[SetEntry]:
-    """The entries of jobs as they are done, ``workers`` at a time. A set whose process dies is tried once more."""
-    left, tries = {job.place.name: job for job in jobs}, dict.fromkeys((job.place.name for job in jobs), 0)
+) -> Generator[SetEntry, None, None]:
+    """The entries of jobs as they are done, ``workers`` at a time. Sets that are under way when a process dies are
+    tried once more, each alone: so it is known whose fault it was."""
+    left, suspects = {job.place.name: job for job in jobs}, list[str]()
     while left:
+        alone = bool(suspects)
+        chosen = [left[suspects.pop()]] if alone else list(left.values())
         under_way: set[str] = set()
-        for entry in _until_broken(list(left.values()), workers, work, under_way):
+        for entry in _until_broken(chosen, 1 if alone else workers, work, under_way):
             del left[entry.set]
             yield entry
-        for name in sorted(under_way & set(left)):  # their process died, or one beside it
-            tries[name] += 1
-            if tries[name] >= TRIES:
-                job = left.pop(name)
-                yield SetEntry(name, job.key, FAILED, "its process died, twice: is there memory enough?")
+        died = sorted(under_way & set(left), reverse=True)
+        if alone and died:
+            job = left.pop(died[0])
+            yield SetEntry(
+                job.place.name, job.key, FAILED, "its process died, twice: is there memory enough?"
+            )
+        elif died:
+            suspects = died
 
 
 def _until_broken(
     jobs: Sequence[Job], workers: int, work: Callable[[Job], SetEntry], under_way: set[str]
 ) -> Iterator[SetEntry]:
     """Entries until all jobs are done or a process dies; ``under_way`` then names what was being done."""
-    queue, waiting = list(jobs), dict[Future[SetEntry], str]()
+    queue, waiting = deque(jobs), dict[Future[SetEntry], str]()
+    others = set(active_children())
     pool = ProcessPoolExecutor(min(workers, len(jobs)), get_context("spawn"), _on_its_own)
     try:
         while queue or waiting:
             while queue and len(waiting) < workers:
-                job = queue.pop(0)
+                job = queue.popleft()
                 waiting[pool.submit(work, job)] = job.place.name
                 under_way.add(job.place.name)
             done, _ = wait(waiting, return_when=FIRST_COMPLETED)
@@ -138,6 +177,16 @@ def _until_broken(
         return
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
+        if waiting:  # it was stopped, or a process died
+            _end([one for one in active_children() if one not in others])
+
+
+def _end(processes: Sequence[BaseProcess]) -> None:
+    for one in processes:
+        one.terminate()
+    for one in processes:
+        one.join(STOP)
+        one.kill()
 
 
 def shared(workers: int, sets: int) -> tuple[int, int]:
@@ -183,6 +232,14 @@ def _allowed(root: Path) -> float:
 
 
 def _on_its_own() -> None:
-    """Stops are the parent's business, which ends its workers."""
+    """Stops are the parent's business, which ends its workers. They do not outlive it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
     os.environ.setdefault("MPLBACKEND", "agg")

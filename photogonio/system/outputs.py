@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -151,8 +152,12 @@ def _make_parents(target: Path) -> list[Path]:
 
 def _publish_folder(stage: Path, target: Path) -> None:
     if not target.exists() or not any(target.iterdir()):
-        os.rename(stage, target)
-        return
+        try:
+            os.rename(stage, target)
+            return
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise  # else another run was quicker
     sources = sorted(path for path in stage.rglob("*") if path.is_file())
     places = [target / source.relative_to(stage) for source in sources]
     for place in places:  # all of them before the first is written

@@ -1,18 +1,20 @@
 """Many sets: a bad one stops no other, what is done is not done again, and every run ends in the same bytes."""
 
 import csv
+import html
+import io
 import os
+import re
 import shutil
-from pathlib import Path
+from dataclasses import replace
+from urllib.parse import unquote_to_bytes, urljoin
 
 import pytest
 
-from photogonio.batch import work
+from photogonio.batch import summary
 from photogonio.batch.ledger import SetEntry, read_ledger
-from photogonio.batch.sets import SetPlace
-from photogonio.batch.work import Job, in_processes
 from photogonio.cli import main
-from photogonio.options import Options
+from photogonio.commands import batch
 from tests.drawn.tiny_set import TinySet
 
 QUICK = ["--quiet", "--order", "0", "--lobes", "none", "--level", "2", "--executor", "local:2"]
@@ -96,32 +98,34 @@ def test_a_changed_set_is_done_again(archive, library, tmp_path):
     assert found["a"].key != keys["a"] and found["b/c"].key == keys["b/c"]
 
 
-def dying(job: Job) -> SetEntry:
-    """Work whose process dies on one set, every time, and on another the first time."""
-    if job.place.name == "worst" or (job.place.name == "bad" and not job.out.exists()):
-        job.out.touch()
-        os._exit(9)
-    return SetEntry(job.place.name, job.key, "done")
+def test_a_stop_says_what_is_done_and_the_next_run_goes_on(archive, library, tmp_path, monkeypatch, capsys):
+    out = tmp_path / "library"
+    shutil.copytree(library[1], out)
+
+    def stopped(jobs, workers):
+        yield from ()
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batch, "in_processes", stopped)
+        assert main(["batch", str(archive), "-o", str(out), *QUICK]) == 130
+    assert "2 of 3 sets are done" in capsys.readouterr().err
+    assert main(["batch", str(archive), "-o", str(out), *QUICK]) == 1
+    assert snapshot(out).keys() == snapshot(library[1]).keys()
 
 
-def test_a_process_that_dies_costs_its_set_a_try(tmp_path):
-    jobs = [
-        Job(SetPlace(n, tmp_path), n, tmp_path / n, Options()) for n in ("bad", "good", "worst", "better")
-    ]
-    found = {entry.set: entry.status for entry in in_processes(jobs, 1, dying)}
-    assert found == {"bad": "done", "good": "done", "better": "done", "worst": "failed"}
-
-
-def test_a_group_that_may_have_less_memory_than_is_free_has_less(tmp_path, monkeypatch):
-    lines = Path("/proc/self/cgroup")
-    own = lines.read_text().split("0::")[-1].strip().lstrip("/") if lines.is_file() else None
-    if own is None:
-        pytest.skip("the system has no control groups")
-    (tmp_path / own).mkdir(parents=True, exist_ok=True)
-    assert work._allowed(tmp_path) == float("inf")
-    (tmp_path / own / "memory.max").write_text("5000\n")
-    (tmp_path / own / "memory.current").write_text("1000\n")
-    assert work._allowed(tmp_path) == 4000.0
+def test_names_are_only_names_in_table_and_page(tmp_path):
+    names = ["a,b", 'q"uo"te', "new\nline", "<b>&amp;", "hash#q?x%20/c:d", os.fsdecode(b"no-text-\xff")]
+    entries = [SetEntry(name, "", "failed", "<i>no</i>") for name in names]
+    table = summary.table_text(entries).encode(errors="backslashreplace").decode()
+    rows = list(csv.DictReader(io.StringIO(table, newline="")))
+    assert [row["set"] for row in rows] == [*names[:-1], r"no-text-\udcff"]
+    page = summary.page_text([replace(one, status="done") for one in entries], tmp_path)
+    assert "<i>no" not in page and "<b>&amp;<" not in page
+    links = [html.unescape(link) for link in re.findall('href="([^"]*)"', page)]
+    # as a browser reads them, relative to the page
+    found = [unquote_to_bytes(urljoin("file:///out/summary.html", link)) for link in links]
+    assert found == [b"file:///out/" + os.fsencode(name) + b"/report.html" for name in names]
 
 
 @pytest.mark.parametrize("word", ["dask", "dask://here", "dask://:8786", "dask://a:0", "local:0", "local:x"])

@@ -1,5 +1,7 @@
 """The ledger: whatever a kill leaves of it, what was whole is found again."""
 
+import os
+
 import pytest
 
 from photogonio.batch.ledger import DONE, FAILED, SetEntry, append, read_ledger, rewrite
@@ -34,8 +36,22 @@ def test_a_line_cut_short_loses_itself_alone(tmp_path, cut):
 
 def test_lines_that_are_none_of_ours_are_passed_over(tmp_path):
     path = tmp_path / "ledger.jsonl"
-    path.write_bytes(b'{}\n[1]\n"x"\n\xff\xfe\n' + ENTRIES[0].line() + b'{"set": 1}\n')
+    strange = b'{}\n[1]\n"x"\n\xff\xfe\n' + b"[" * 100_000 + b"\n"
+    for old, new in (
+        (b'"done"', b'"Done"'),
+        (b'"set-1"', b"[1]"),
+        (b'"key-1"', b"null"),
+        (b"{", b'{"more": 1, '),
+    ):
+        strange += ENTRIES[1].line().replace(old, new, 1)
+    path.write_bytes(strange + ENTRIES[0].line() + b'{"set": 1}\n')
     assert read_ledger(path) == {"set-0": ENTRIES[0]}
+
+
+def test_a_name_that_is_no_text_comes_back(tmp_path):
+    entry = SetEntry(os.fsdecode(b"no-text-\xff"), "", FAILED)
+    append(tmp_path / "ledger.jsonl", entry)
+    assert read_ledger(tmp_path / "ledger.jsonl") == {entry.set: entry}
 
 
 def test_the_whole_is_the_same_bytes_in_any_order_of_work(tmp_path):

@@ -1,8 +1,10 @@
 """Which sets a batch is of."""
 
+import os
+
 import pytest
 
-from photogonio.batch.sets import find_sets
+from photogonio.batch.sets import SetPlace, check_apart, find_sets
 from photogonio.capture.errors import InputError
 
 
@@ -27,3 +29,44 @@ def test_folders_patterns_and_sets_lead_to_sets(archive):
 def test_what_leads_nowhere_is_refused_by_name(archive):
     with pytest.raises(InputError, match="stone"):
         find_sets([str(archive), str(archive / "stone")])
+
+
+def test_sets_in_sets_and_behind_links_count_once_and_hidden_ones_not(archive, tmp_path_factory):
+    disk = tmp_path_factory.mktemp("disk")
+    for folder in (archive / "paper" / "torn", archive / ".old" / "stone", disk / "metal"):
+        folder.mkdir(parents=True)
+        (folder / "photoset.toml").write_text("")
+    for name, target in (
+        ("a-link", archive / "wood"),
+        ("loop", archive),
+        ("metals", disk),
+        ("gone", disk / "no"),
+    ):
+        (archive / name).symlink_to(target)
+    every = ["metals/metal", "paper", "paper/torn", "wood/ash", "wood/oak"]
+    assert [place.name for place in find_sets([str(archive)])] == every
+    assert [place.name for place in find_sets([str(archive / "loop" / "wood"), str(archive)])] == every
+    assert [place.name for place in find_sets([f"{archive}/**/paper"])] == ["paper", "paper/torn"]
+
+
+def test_what_cannot_be_read_is_told(archive, monkeypatch):
+    walked = os.walk
+
+    def walk(top, onerror, followlinks):
+        onerror(PermissionError(13, "Permission denied", f"{top}/lost"))
+        return walked(top, followlinks=followlinks)
+
+    monkeypatch.setattr(os, "walk", walk)
+    told = []
+    assert len(find_sets([str(archive)], told.append)) == 3
+    assert told == [f"{archive}/lost: passed over, permission denied"]
+
+
+def test_results_never_lie_among_photos_nor_under_the_names_of_the_library_s_files(archive):
+    places = find_sets([str(archive)])
+    for out in (archive, archive / "wood" / ".."):
+        with pytest.raises(InputError, match="among photos"):
+            check_apart(places, out, ())
+    check_apart(places, archive / "library", ("ledger.jsonl",))
+    with pytest.raises(InputError, match="rename"):
+        check_apart([SetPlace("ledger.jsonl/a", archive)], archive / "library", ("ledger.jsonl",))
