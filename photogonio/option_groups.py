@@ -9,7 +9,7 @@ from photogonio.argument_values import auto_or_whole, executor, lobes, names, pa
 _SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
 # as photogonio.reconstruct.goniometer.told has them, which would import numpy
 _QUANTITIES = ("brdf", "brdf-cos", "brdf-cos-cos", "brdf-cos-incident", "reflectance-factor", "percent")
-_ANGLES = ("degrees", "radians")
+_ANGLES = ("degrees", "radians", "gradians")
 _AZIMUTHS = ("lamp", "mirror")
 
 
@@ -39,7 +39,7 @@ def table_options(parser: argparse.ArgumentParser) -> None:
         help="what the values are; cos: of the exit angle; percent: of a perfect white diffuser (default: brdf)",
     )
     parser.add_argument(
-        "--angles", choices=_ANGLES, help="default: degrees; asked where they look like radians"
+        "--angles", choices=_ANGLES, help="default: degrees; asked where they look like radians or gradians"
     )
     parser.add_argument(
         "--azimuth",

@@ -114,6 +114,10 @@ def _mirrored(result: Result) -> str:
     return _told(result, "table-mirrored")
 
 
+def _scan(result: Result) -> str:
+    return _told(result, "table-scan-off")
+
+
 def _much_lost(result: Result) -> str:
     lost = _told(result, "table-much-lost")
     if not lost:
@@ -239,9 +243,15 @@ OF_FITS = (
     ),
     Check(
         "azimuth-mirrored",
-        "a table's peak toward the lamp is a mirror lobe, with odds above e^20",
-        "azimuths count from the mirror side: --azimuth mirror, or lamp if they do not",
+        "a table's peak toward the lamp, or beside the plane of incidence, is a mirror lobe, with odds above e^20",
+        "azimuths count from the mirror side: --azimuth mirror, or lamp if they do not; or from elsewhere",
         _mirrored,
+    ),
+    Check(
+        "scan-off",
+        "all readings of one incidence are the same multiple, 1.3 or more, of what the others and exchanged pairs say",
+        "another gain, filter or lamp than in the other scans",
+        _scan,
     ),
     Check(
         "rows-lost",

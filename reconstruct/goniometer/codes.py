@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from photogonio.capture.diagnosis import Entry
 from photogonio.reconstruct.goniometer import doubts
+from photogonio.reconstruct.symmetry import scans
 
 ENTRIES = (
     Entry(
@@ -35,11 +38,19 @@ ENTRIES = (
     ),
     Entry(
         "table-mirrored",
-        "A table's peak toward the lamp is a mirror lobe, by the evidence of lobes with azimuths as read and turned "
-        "by half a turn. The result is not to be trusted.",
-        "`--azimuth mirror`; `--azimuth lamp` believes the file.",
+        "A table's peak toward the lamp, or beside the plane of incidence, is a mirror lobe, by the evidence of lobes "
+        "with azimuths as read and turned. The result is not to be trusted.",
+        "`--azimuth mirror` if they count from the mirror side; `--azimuth lamp` believes the file.",
         least=doubts.MIRRORED,
         source="tables of known glossy surfaces; of thirty CUReT materials and NIST's PTFE none is above 0",
+    ),
+    Entry(
+        "table-scan-off",
+        "All readings of one incidence are about the same multiple of what neighbouring incidences and exchanged pairs "
+        "say; no surface does that. The result is not to be trusted.",
+        "Measure the scan again, or leave it out: another gain, filter or lamp than in the others?",
+        least=float(np.exp(scans.FACTOR)),
+        source="tables of known surfaces; of thirty CUReT materials and NIST's PTFE none has it",
     ),
     Entry(
         "table-much-lost",

@@ -14,6 +14,7 @@ from photogonio.reconstruct.goniometer.told import Told
 RADIANS = 1.58  # the largest polar angle is pi / 2
 TURN = 6.3  # likewise of azimuths, 2 pi
 WIDE = 10.0  # degrees: polar angles beyond which no table has azimuths of a few degrees alone
+GRADIANS = 0.9  # degrees
 NORMAL = 0.5  # degrees: nearer to the normal a direction has no side
 GRAZING = math.cos(math.radians(89.5))  # values divided by less say nothing
 SIDE = 15.0  # degrees about a direction: where its peak would be
@@ -48,6 +49,14 @@ def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> f
         if max(theta, phi) > 4.0 * TURN:
             raise InputError(table.path, f"an angle is {max(theta, phi):g}: these are no radians")
         return 180.0 / math.pi
+    if told.angles == "gradians":
+        return GRADIANS
+    if told.angles is None and _turns_by_400(found):
+        raise InputError(
+            table.path,
+            f"azimuths reach {phi:g}: are these gradians, of which 400 are a turn? Say --angles gradians, or --angles "
+            "degrees if they are not",
+        )
     if told.angles is None and 0.0 < theta <= RADIANS:
         if phi <= TURN:
             raise InputError(
@@ -67,6 +76,17 @@ def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> f
             "Say --angles degrees if they are not, else bring all to one unit",
         )
     return 1.0
+
+
+def _turns_by_400(found: Mapping[str, np.ndarray]) -> bool:
+    """Whether azimuths of light from one azimuth go around by 400: beyond 360, or by half a turn of 200."""
+    incident, exit = (found.get(name, np.zeros(1)) for name in ("phi_i", "phi_r"))
+    if not np.isfinite(exit).any() or np.nanmax(incident) != np.nanmin(incident):
+        return False
+    low, high = (float(side) for side in (np.nanmin(exit), np.nanmax(exit)))
+    beyond = low >= 0.0 and 360.0 + NORMAL < high <= 400.0 + NORMAL
+    halves = (low, high) in ((0.0, 200.0), (-200.0, 200.0), (-200.0, 0.0))
+    return beyond or halves
 
 
 def _ask_side(table: TextTable, theta_i: np.ndarray, theta_r: np.ndarray, value: np.ndarray) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.rows.mirrored import mirrored_odds
+from photogonio.reconstruct.symmetry.scans import scan_off
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
@@ -21,6 +22,8 @@ NEAR, RING = np.radians(15.0), (np.radians(20.0), np.radians(40.0))  # of a dire
 FEWEST = 3  # readings in each
 PEAK = 1.8  # of the readings near the lamp's direction, over those around it
 OTHER = 1.3  # and over those near the mirror direction
+TURNS = tuple(np.radians(np.arange(-165.0, 181.0, 15.0)).tolist())  # of a mirror lobe about the normal
+BESIDE = np.radians(31.0)  # from the plane of incidence, where no surface has it
 LOST = 0.1  # of the rows
 EDGE = 4.0  # degrees: rows toward the horizon that are lost
 MIRRORED = 20.0  # logarithm of the odds that azimuths count from the mirror side
@@ -35,8 +38,12 @@ def doubts_of(samples: GoniometerSamples, quantity: str, *, side_told: bool = Fa
     size = np.maximum(np.abs(samples.value).mean(0), np.finfo(float).tiny)
     value = np.mean(samples.value / size, axis=1)
     peak = _lamp_side(samples, value)
-    mirrored = None if side_told or peak is None else _mirrored(samples, value)
-    found = (_cosine(samples, value, quantity), peak, mirrored, _saturated(samples))
+    mirrored = None if side_told or peak is None else _mirrored(samples, value, np.pi)
+    if not side_told and peak is None:
+        mirrored = _beside(samples, value)
+    cosine = _cosine(samples, value, quantity)
+    scan = _scan(samples, value) if cosine is None else None
+    found = (cosine, peak, mirrored, scan, _saturated(samples))
     return tuple(one for one in found if one is not None)
 
 
@@ -80,17 +87,54 @@ def _lamp_side(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | Non
     return Diagnosis("table-lamp-side", message, amount=peak / level)
 
 
-def _mirrored(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
-    """Whether a peak on the lamp's side is a gloss, that is a mirror lobe."""
+def _mirrored(samples: GoniometerSamples, value: np.ndarray, turn: float) -> Diagnosis | None:
+    """Whether a peak that azimuths less ``turn`` take to the mirror direction is a gloss, that is a mirror lobe."""
     alone = replace(samples, value=value[:, None], sigma=None, channels=samples.channels[:1])
-    odds = mirrored_odds(cells_of(samples_table(alone)))
+    turned = None if turn == np.pi else cells_of(samples_table(replace(alone, phi_r=alone.phi_r - turn)))
+    odds = mirrored_odds(cells_of(samples_table(alone)), turned)
     if odds < MIRRORED:
         return None
-    message = (
-        "the peak toward the lamp widens and grows as a gloss about the mirror direction does, and no retro-reflective "
-        f"surface (odds e^{odds:.0f}): azimuths count from the mirror side? Then say --azimuth mirror, else lamp"
-    )
+    if turn == np.pi:
+        message = (
+            "the peak toward the lamp widens and grows as a gloss about the mirror direction does, and no "
+            f"retro-reflective surface (odds e^{odds:.0f}): azimuths count from the mirror side? Then say --azimuth "
+            "mirror, else lamp"
+        )
+    else:
+        message = (
+            f"a gloss peaks {np.degrees(abs(turn)):.0f} degrees of azimuth from the mirror direction (odds "
+            f"e^{odds:.0f}): from where do azimuths count? From the lamp's side they should; --azimuth lamp if they do"
+        )
     return Diagnosis("table-mirrored", message, amount=odds, least=MIRRORED)
+
+
+def _beside(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
+    """Whether a mirror lobe stands beside the plane of incidence, where no surface has it."""
+    dphi, slant = samples.phi_r - samples.phi_i, samples.theta_i >= SLANT
+    middle = np.cos(samples.theta_i) * np.cos(samples.theta_r)
+    across = np.sin(samples.theta_i) * np.sin(samples.theta_r)
+    angle = {turn: np.arccos(np.clip(middle - across * np.cos(dphi - turn), -1.0, 1.0)) for turn in TURNS}
+    bright = {turn: _bright(value[slant & (one < NEAR)]) for turn, one in angle.items()}
+    mirror = bright[0.0]
+    turn, peak = max(bright.items(), key=lambda one: -1.0 if one[1] is None else one[1])
+    if mirror is None or peak is None or min(abs(turn), np.pi - abs(turn)) < BESIDE:
+        return None
+    around = slant & (angle[turn] > RING[0]) & (angle[turn] < RING[1])
+    if around.sum() < FEWEST or peak < max(PEAK * max(float(np.median(value[around])), 1e-3), OTHER * mirror):
+        return None
+    return _mirrored(samples, value, turn)
+
+
+def _scan(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
+    """Whether one incidence was read with another factor than the others."""
+    found = scan_off(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i, value)
+    if found is None:
+        return None
+    message = (
+        f"the {found.count} readings at {np.degrees(found.incidence):.4g} degrees of incidence are {found.factor:.3g} "
+        f"times what other incidences and exchanged pairs say (each within {found.error:.0%}): another gain or lamp?"
+    )
+    return Diagnosis("table-scan-off", message, amount=max(found.factor, 1.0 / found.factor))
 
 
 def _bright(value: np.ndarray) -> float | None:

@@ -15,7 +15,7 @@ from photogonio.reconstruct.goniometer.columns import Matched, channel_names, ma
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
 from photogonio.reconstruct.goniometer.doubts import doubts_of, much_lost
 from photogonio.reconstruct.goniometer.foreign import read_foreign
-from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed
+from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed, refuse_repeated
 from photogonio.reconstruct.goniometer.spoilt import SpoiltRows, find_spoilt, without
 from photogonio.reconstruct.goniometer.text import TextTable, read_text
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
@@ -75,7 +75,10 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
         line=table.line[:, None],
     )
     samples = _side_by_side(table, samples, matched, told)
-    samples = believed(_of_known_errors(table.path, _measured(table.path, samples)))
+    samples = _of_known_errors(table.path, _measured(table.path, samples))
+    pair = pair_numbers((samples.theta_i, samples.phi_i, samples.theta_r, samples.phi_r))
+    refuse_repeated(table.path, pair, samples.value.mean(1))
+    samples = believed(samples)
     samples = _in_units(table.path, samples, told.quantity)
     return replace(
         samples,

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.robust import deviation
 from photogonio.reconstruct.goniometer.columns import WAVELENGTHS, words_of
 from photogonio.reconstruct.goniometer.text import TextTable
 
@@ -15,6 +17,10 @@ APART = 1.2  # ratio of values at the same pair, in the middle, that no repeated
 EXPLAINED = 0.3  # of the spread within pairs may be left within the values of a column that explains it
 SHARE = 0.1  # of the rows that must share their pair
 MOST = 40  # values of a column that could be channels
+TWICE = 1.15  # ratio in the middle of the last to the first value at a pair, that no repeated measurement has, where
+SURE = 2.0  # standard deviations of its logarithm it is from none, by
+FEWEST = 8  # pairs; or where, whichever comes first,
+LIKE, MANY = 0.6, 30  # a tenth of the pairs at most, of so many, is below that share of the middle one
 
 
 def pair_numbers(angles: Sequence[np.ndarray]) -> np.ndarray:
@@ -63,6 +69,31 @@ def refuse_mixed(table: TextTable, unused: Sequence[str], pair: np.ndarray, valu
                 f"the same directions come with several values, and {name} ({listed}) is not used: choose with "
                 f"--where {name}={words[0]}, or take each as a channel with --channel-by {name}",
             )
+
+
+def refuse_repeated(path: Path, pair: np.ndarray, value: np.ndarray) -> None:
+    """Raises InputError where rows of the same pair (n,) hold values (n,) that are a factor apart, always about the
+    same: noise scatters about none."""
+    good = np.flatnonzero(value > 0.0)
+    order = good[np.argsort(pair[good], kind="stable")]
+    if not len(order):
+        return
+    first = np.flatnonzero(np.diff(pair[order], prepend=-1))
+    last = np.r_[first[1:], len(order)] - 1
+    several = last > first
+    if several.sum() < FEWEST or (last - first)[several].sum() < SHARE * len(order):
+        return
+    apart = np.log(value[order[last[several]]] / value[order[first[several]]])
+    middle, size = float(np.median(apart)), np.abs(apart)
+    sure = abs(middle) > max(SURE * float(deviation(apart - middle)), np.log(TWICE))
+    typical = float(np.median(size))
+    alike = len(size) >= MANY and typical > np.log(TWICE) and np.quantile(size, 0.1) > LIKE * typical
+    if sure or alike:
+        raise InputError(
+            path,
+            f"{len(size)} pairs of directions come with several values, the last {np.exp(middle):.3g} times the first "
+            "in the middle, and no column tells them apart: wavelengths or scans below one another? Leave one in",
+        )
 
 
 def _several_a_pair(pair: np.ndarray, label: np.ndarray) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 QUANTITIES = ("brdf", "brdf-cos", "brdf-cos-cos", "brdf-cos-incident", "reflectance-factor", "percent")
-ANGLES = ("degrees", "radians")
+ANGLES = ("degrees", "radians", "gradians")
 AZIMUTHS = ("lamp", "mirror")
 
 

@@ -1,4 +1,4 @@
-"""Do measured rows follow a mirror lobe on the wrong side? By the evidence of lobes, with azimuths as read and turned.
+"""Do measured rows follow a mirror lobe at a wrong azimuth? By the evidence of lobes, with azimuths as read and turned.
 
 Smooth modes know no side: turned by half a turn of azimuth they are as likely. A gloss is not, since it widens and
 grows toward grazing as no peak about the light's own direction does; nor is a retro-reflector, the other way about.
@@ -22,10 +22,12 @@ GLOSS = 0.5  # roughness: what rises more broadly toward the lamp may be a rough
 MOST_ROWS = 1000  # evenly taken of more
 
 
-def mirrored_odds(cells: Cells) -> float:
-    """Logarithm of the odds that azimuths count from the mirror side instead of the lamp's."""
-    cells = cells.take(np.arange(0, len(cells), -(-len(cells) // MOST_ROWS)))
-    turned = replace(cells, dphi=np.pi - cells.dphi)
+def mirrored_odds(cells: Cells, turned: Cells | None = None) -> float:
+    """Logarithm of the odds that azimuths of the same rows are as ``turned`` has them, not as in ``cells``; None:
+    counted from the mirror side instead of the lamp's."""
+    turned = replace(cells, dphi=np.pi - cells.dphi) if turned is None else turned
+    some = np.arange(0, len(cells), -(-len(cells) // MOST_ROWS))
+    cells, turned = cells.take(some), turned.take(some)
     gloss = [one for one in grid() if one.shapes[0][0] <= GLOSS]
     as_read, other = (
         RowEvidence.of(one, error_model(one), ORDER, (LobeSet(), *lobes)).evidence(LEAST)[0].max()

@@ -21,6 +21,7 @@ from benchmarks import (
     modes_alone,
     png,
     row_symmetry,
+    spoilt_tables,
     symmetry_choice,
     whole,
 )
@@ -187,6 +188,13 @@ def test_what_the_distance_of_lamps_costs(capsys):
     errors = [float(row[-6]) for row in rows]
     assert 0.0 < max(errors) < 2.0  # per cent
     assert all(row[-2] == "yes" and row[-3] == "0" for row in rows)
+
+
+@pytest.mark.long
+def test_no_spoilt_table_is_silent(capsys):
+    spoilt_tables.main(["--quick"])
+    *_, total = capsys.readouterr().out.splitlines()
+    assert total.split() == ["all", "2", "1", "0", "0", "0"]  # right, refused, distrusted, warned, silent
 
 
 @pytest.mark.long

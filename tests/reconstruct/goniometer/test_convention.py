@@ -125,3 +125,20 @@ def test_azimuths_in_radians_beside_degrees_are_asked_about(tmp_path):
     with pytest.raises(InputError, match="azimuths in radians"):
         read_samples(path)
     assert len(read_samples(path, Told(angles="degrees")).value) == len(rows)
+
+
+@pytest.mark.parametrize("azimuths", [(0, 100, 390), (0, 100, 200), (-200, 50, 200)])
+def test_gradians_are_asked_about_and_read(tmp_path, azimuths):
+    path = tmp_path / "gradians.csv"
+    rows = [f"50,0,{10 * k},{azimuth},0.2" for k, azimuth in enumerate(azimuths, 1)]
+    path.write_text("theta_i,phi_i,theta_r,phi_r,value\n" + "\n".join(rows))
+    with pytest.raises(InputError, match=r"are these gradians.*--angles gradians"):
+        read_samples(path)
+    np.testing.assert_allclose(np.degrees(read_samples(path, Told(angles="gradians")).theta_i), 45.0)
+    assert len(read_samples(path, Told(angles="degrees")).value) == 3
+
+
+def test_azimuths_of_a_lamp_that_goes_around_are_no_gradians(tmp_path):
+    path = tmp_path / "turned.csv"
+    path.write_text("theta_i,phi_i,theta_r,phi_r,value\n40,0,30,10,0.2\n40,200,30,390,0.2\n")
+    assert len(read_samples(path).value) == 2

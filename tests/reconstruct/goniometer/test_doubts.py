@@ -129,3 +129,11 @@ def test_a_detector_that_could_take_no_more_is_told(surface):
     table = measured(SURFACES[surface], PLACES["random"], noise=0.01)
     limit = np.quantile(table.value, 0.97)
     assert codes(replace(table, value=np.minimum(table.value, limit))) == ["table-saturated"]
+
+
+@pytest.mark.parametrize("turn", [60.0, 90.0, -90.0])
+def test_a_gloss_beside_the_plane_of_incidence(turn):
+    table = measured(SURFACES["satin"], PLACES["grid"])
+    turned = replace(table, phi_r=table.phi_r + np.radians(turn))
+    assert "table-mirrored" in codes(turned) and "table-mirrored" not in codes(table)
+    assert not doubts_of(turned, "brdf", side_told=True)

@@ -46,6 +46,24 @@ def test_measurements_made_again_are_not(tmp_path, header):
     assert len(read_samples(path).value) == 2 * len(ANGLES)
 
 
+@pytest.mark.parametrize("header", ["temperature", "sigma"])
+@pytest.mark.parametrize("mixed", [False, True])
+def test_values_a_factor_apart_are_refused_though_no_column_tells_them_apart(tmp_path, header, mixed):
+    path = long_table(tmp_path, header, {"20": 0.1, "20.0": 0.3})
+    lines = path.read_text().splitlines()
+    if mixed:
+        lines[1:] = np.random.default_rng(2).permutation(lines[1:])
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"come with several values.*no column tells them apart"):
+        read_samples(path, Told(columns={"value": "f"}))
+
+
+@pytest.mark.parametrize("noise", [0.03, 0.2])
+def test_noise_of_measurements_made_again_is_none_such(tmp_path, noise):
+    path = long_table(tmp_path, "run", {"1": 0.1, "2": 0.1}, noise)
+    assert len(read_samples(path, Told(columns={"value": "f"})).value) == 2 * len(ANGLES)
+
+
 @pytest.mark.parametrize("labels", [("450", "650"), ("blue", "red")])
 def test_each_value_of_a_column_becomes_a_channel(tmp_path, labels):
     path = long_table(tmp_path, "band", dict(zip(labels, (0.1, 0.3), strict=True)), noise=0.0)

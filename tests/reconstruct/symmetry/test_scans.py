@@ -1,0 +1,43 @@
+"""A scan with a factor of its own is found; surfaces that change with incidence are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from photogonio.reconstruct.goniometer.doubts import doubts_of
+from photogonio.reconstruct.symmetry.scans import scan_off
+from tests.drawn.goniometer import glossy, matte, measured, regular
+
+SURFACES = {"matte": matte(0.5), "satin": glossy(0.3, 0.1, 20.0), "glossy": glossy(0.1, 0.2, 100.0)}
+
+
+def found(table):
+    return scan_off(table.theta_i, table.theta_r, table.phi_r - table.phi_i, table.value[:, 0])
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_no_scan_of_a_surface_is_off(surface):
+    assert found(measured(SURFACES[surface], regular(15.0, 15.0, 30.0), noise=0.03)) is None
+
+
+@pytest.mark.parametrize("surface", ["matte", "satin"])
+@pytest.mark.parametrize("factor", [0.1, 0.6, 2.0])
+@pytest.mark.parametrize("incidence", [30.0, 60.0])
+def test_a_scan_with_another_factor(surface, factor, incidence):
+    table = measured(SURFACES[surface], regular(15.0, 15.0, 30.0), noise=0.01)
+    scan = np.abs(np.degrees(table.theta_i) - incidence) < 1.0
+    table = replace(table, value=np.where(scan[:, None], factor, 1.0) * table.value)
+    one = found(table)
+    assert abs(np.degrees(one.incidence) - incidence) < 0.1 and one.count == scan.sum()
+    assert abs(np.log(one.factor / factor)) < 0.1  # the surface changes little between incidences
+    assert "table-scan-off" in [told.code for told in doubts_of(table, "brdf")]
+
+
+def test_few_incidences_do_not_tell():
+    table = measured(matte(0.5), regular(30.0, 15.0, 30.0), noise=0.01)
+    scan = (np.abs(np.degrees(table.theta_i) - 30.0) < 1.0)[:, None]
+    assert len(np.unique(table.theta_i)) < 4
+    assert found(replace(table, value=np.where(scan, 2.0, 1.0) * table.value)) is None
