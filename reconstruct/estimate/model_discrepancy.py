@@ -8,6 +8,7 @@ nearest data, where it was not.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -34,11 +35,17 @@ class Misfit:
 
     def at(self, cells: Cells, predicted: np.ndarray) -> np.ndarray:
         """(n, c) misfit, 1/sr, at the directions of ``cells``, where the model is ``predicted`` (n, c)."""
-        tree = cKDTree(self.places)
+        tree = _tree(self.places.tobytes())
         there, back = _both_ways(cells)
         (far, first), (far_back, second) = tree.query(there), tree.query(back)
         nearest = np.where(far <= far_back, first, second)
         return self.relative[nearest] * np.maximum(np.abs(predicted), self.floor)
+
+
+@lru_cache(maxsize=2)
+def _tree(places: bytes) -> cKDTree:
+    """Of places (k, 4): a result asks the same ones again and again."""
+    return cKDTree(np.frombuffer(places).reshape(-1, 4))
 
 
 def misfit_of(cells: Cells, predicted: np.ndarray, added: np.ndarray | None = None) -> Misfit:

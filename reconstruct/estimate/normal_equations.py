@@ -10,12 +10,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import LinAlgError
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-KKT_SLACK = 1e-10  # of the largest moment: rounding
+from photogonio.reconstruct.estimate.bounded_kernel import FREE, HIGH, LOW, bounded
+
 RIDGE = 1e-12  # of the mean diagonal: only keeps an exactly singular matrix solvable
 
 
@@ -171,48 +173,28 @@ def _with_lobes(statistics: Statistics, eliminated: np.ndarray, upper: np.ndarra
 
 
 def _bounded_all(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """:func:`_bounded` for each fold and channel; most have no active bound, and one batched solve serves them."""
-    every = np.arange(len(upper))
+    """The x (f, c, q) in [0, ``upper``] of least x^T gram x - 2 x^T moment for each fold and channel: of the set of
+    active bounds that meets the conditions of Karush, Kuhn and Tucker, fewest bounds first. There are at most a few
+    lobe coefficients."""
+    every, q = np.arange(len(upper)), len(upper)
     gram = gram.copy()
     gram[..., every, every] *= 1.0 + RIDGE
     gram[..., every, every] += np.finfo(float).tiny
-    lobe = np.linalg.solve(gram, moment[..., None])[..., 0]
-    outside = ((lobe < 0.0) | (lobe > upper)).any(-1)
-    for index in zip(*np.nonzero(outside), strict=True):
-        lobe[index] = _bounded(gram[index], moment[index], upper)
+    lobe = np.empty((*gram.shape[:-2], q))
+    patterns = _patterns(tuple(np.isfinite(upper).tolist()))
+    bounded(
+        gram.reshape(-1, q, q),
+        np.ascontiguousarray(moment).reshape(-1, q),
+        upper,
+        patterns,
+        lobe.reshape(-1, q),
+    )
     return lobe
 
 
-def _bounded(gram: np.ndarray, moment: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """The x in [0, upper] of least x^T gram x - 2 x^T moment: the set of active bounds that meets the conditions of
-    Karush, Kuhn and Tucker, fewest bounds first. There are at most a few lobe coefficients."""
-    q = len(upper)
-    if q == 1:
-        return np.clip(moment / gram[0], 0.0, upper)
-    choices = [(_FREE, _LOW, _HIGH) if np.isfinite(u) else (_FREE, _LOW) for u in upper]
-    for pattern in sorted(itertools.product(*choices), key=lambda states: q - states.count(_FREE)):
-        free = [k for k in range(q) if pattern[k] == _FREE]
-        x = np.array([upper[k] if pattern[k] == _HIGH else 0.0 for k in range(q)])
-        if len(free) == 1:
-            (k,) = free
-            x[k] = (moment[k] - gram[k] @ x) / gram[k, k]
-        elif free:
-            right = moment[free] - gram[free] @ x
-            x[free] = np.linalg.solve(gram[free][:, free], right)
-        if (x < 0.0).any() or (x > upper).any():
-            continue
-        uphill = gram @ x - moment
-        slack = KKT_SLACK * np.abs(moment).max()
-        if all(
-            0.0 <= x[k] <= upper[k]
-            if s == _FREE
-            else uphill[k] >= -slack
-            if s == _LOW
-            else uphill[k] <= slack
-            for k, s in enumerate(pattern)
-        ):
-            return x
-    return np.clip(x, 0.0, upper)
-
-
-_FREE, _LOW, _HIGH = range(3)
+@lru_cache(maxsize=64)
+def _patterns(limited: tuple[bool, ...]) -> np.ndarray:
+    """(p, q) the sets of active bounds of coefficients that have an upper one or not, fewest bounds first."""
+    choices = [(FREE, LOW, HIGH) if one else (FREE, LOW) for one in limited]
+    every = sorted(itertools.product(*choices), key=lambda states: len(limited) - states.count(FREE))
+    return np.array(every, np.int64)
