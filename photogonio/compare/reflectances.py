@@ -11,6 +11,7 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import read_arrays
 from photogonio.capture.files.documents import read_json
 from photogonio.capture.manifest.schema import array
+from photogonio.capture.photoset import MANIFEST
 from photogonio.compare.colours import rendered
 from photogonio.compare.known import Known
 from photogonio.compare.metrics import Directions
@@ -40,11 +41,16 @@ MOST_NAMED = 5  # results of a folder
 
 def find_brdf(path: Path, *, everywhere: bool = False) -> Path:
     """The file itself, or the coefficients or the truth in a folder; of a result's setup, report or picture, the
-    coefficients beside it, and of its table too where f must be known ``everywhere``.
+    coefficients beside it, and of its table too where f must be known ``everywhere``; of a manifest the truth.
 
     Raises:
-        InputError: the folder holds several results, or nothing that holds a BRDF.
+        InputError: the folder holds several results, or nothing that holds a BRDF; so does a manifest's.
     """
+    if path.name == MANIFEST and path.is_file():
+        truth = path.with_name("truth.json")
+        if not truth.is_file():
+            raise InputError(path, "names the photos of a set, and holds no BRDF; process its folder first")
+        return truth
     if not path.is_dir():
         beside = path.with_name(COEFFICIENTS)
         at_hand: tuple[str, ...] = (*BESIDE, TABLE) if everywhere else BESIDE

@@ -29,7 +29,7 @@ def isotropic_sum(n, l, before, before2, a, b, c, theta_i, theta_r, dphi, first,
     """
     rho, slant, outer = np.empty(2 * LANES), np.empty(2 * LANES), np.empty(2 * LANES)
     table, wave = np.empty((len(n), 2 * LANES)), np.empty((max(l.max(), 1) + 1, LANES))
-    total = np.empty((weights.shape[1] // 3, 3 * LANES))
+    total, flat = np.empty((weights.shape[1] // 3, 3 * LANES)), result.reshape(-1)
     for start in range(0, len(theta_i), LANES):
         count = min(LANES, len(theta_i) - start)
         _elevations(theta_i, theta_r, start, count, rho, slant, outer)
@@ -43,9 +43,15 @@ def isotropic_sum(n, l, before, before2, a, b, c, theta_i, theta_r, dphi, first,
         for mode in range(0, len(first), GROUP):
             for three in range(len(total)):
                 _add_group(table, first, second, weights, mode, 3 * three, total[three])
-        for channel in range(result.shape[1]):
+        if result.shape[1] == 3:  # side by side in memory
+            rows, three = flat[3 * start : 3 * (start + count)], total[0]
             for j in range(count):
-                result[start + j, channel] = total[channel // 3, channel % 3 * LANES + j]
+                rows[3 * j], rows[3 * j + 1] = three[j], three[LANES + j]
+                rows[3 * j + 2] = three[2 * LANES + j]
+        else:
+            for channel in range(result.shape[1]):
+                for j in range(count):
+                    result[start + j, channel] = total[channel // 3, channel % 3 * LANES + j]
 
 
 @inlined
@@ -102,11 +108,23 @@ def paired_design(
                     design[start + j, tile + k] = block[k, j]
 
 
+@inlined
+def _take(angle, start, count, lanes):
+    """LANES angles from ``start``; lanes beyond ``count`` repeat the last."""
+    if count == LANES:
+        given = angle[start : start + LANES]
+        for j in range(LANES):
+            lanes[j] = given[j]
+    else:
+        for j in range(LANES):
+            lanes[j] = angle[start + min(j, count - 1)]
+
+
 @contracted
 def _waves(dphi, start, count, wave):
     """wave[l] = cos(l dphi) by Chebyshev's recurrence; lanes beyond ``count`` repeat the last pair."""
+    _take(dphi, start, count, wave[1])
     for j in range(LANES):
-        wave[1, j] = dphi[start + min(j, count - 1)]
         wave[0, j] = 1.0 + 0.0 * wave[1, j]  # not a number where dphi is none
     for j in range(LANES):
         turns = np.rint(wave[1, j] * (0.5 / math.pi))
@@ -132,9 +150,8 @@ def _turn_to_sines(dphi, start, count, wave):
 @contracted
 def _elevations(theta_i, theta_r, start, count, rho, slant, outer):
     """What :func:`fill_radial` needs of both angles: incident in the first LANES, exit in the rest."""
-    for j in range(LANES):
-        rho[j] = theta_i[start + min(j, count - 1)]
-        rho[LANES + j] = theta_r[start + min(j, count - 1)]
+    _take(theta_i, start, count, rho[:LANES])
+    _take(theta_r, start, count, rho[LANES:])
     for j in range(2 * LANES):
         sine = short_sine(0.5 * rho[j])
         cosine = short_sine((0.5 * math.pi - rho[j]) + HALF_PI_REST)

@@ -33,6 +33,15 @@ def test_a_rendered_set_means_its_truth(tmp_path):
     assert find_brdf(tmp_path) == tmp_path / "truth.json"
 
 
+def test_a_manifest_means_the_truth_beside_it_or_says_that_it_is_no_brdf(tmp_path):
+    manifest = tmp_path / "photoset.toml"
+    manifest.write_text('brdf = "none"\n')
+    with pytest.raises(InputError, match=r"photoset\.toml.*holds no BRDF; process its folder"):
+        find_brdf(manifest)
+    (tmp_path / "truth.json").write_text("{}")
+    assert find_brdf(manifest) == tmp_path / "truth.json"
+
+
 def test_of_several_results_one_must_be_named(tmp_path):
     for k in range(MOST_NAMED + 1):
         result(tmp_path / f"s{k}")
