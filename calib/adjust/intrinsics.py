@@ -79,10 +79,10 @@ def fit_camera(views: list[Corners], size: tuple[int, int], workers: int = 1) ->
     names = list(MODELS) if len(good) >= 4 else list(_FEW)
     extra = 0 if len(good) >= 3 else _CENTRED
     judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
-    tried = abreast(lambda n: _held_out(judges, size, MODELS[n] | extra), names, workers)
-    held_out = dict(zip(names, tried, strict=True))
     fitted = abreast(lambda n: _calibrate(good, size, MODELS[n] | extra), names, workers)
     fits = dict(zip(names, fitted, strict=True))
+    tried = abreast(lambda n: _held_out(judges, size, MODELS[n] | extra, fits[n][1]), names, workers)
+    held_out = dict(zip(names, tried, strict=True))
     count = 2 * sum(len(v) for v in good)
     model = names[-1]
     for k, name in enumerate(names):
@@ -93,8 +93,8 @@ def fit_camera(views: list[Corners], size: tuple[int, int], workers: int = 1) ->
             model = name
             break
     rms, camera, errors = fits[model]
-    scatter = _jackknife(good, size, MODELS[model] | extra, workers)
     flags = MODELS[model] | extra
+    scatter = _jackknife(good, size, flags, camera, workers)
     return CameraFit(
         camera,
         model,
@@ -107,14 +107,16 @@ def fit_camera(views: list[Corners], size: tuple[int, int], workers: int = 1) ->
     )
 
 
-def _jackknife(views: list[Corners], size: tuple[int, int], flags: int, workers: int) -> np.ndarray:
+def _jackknife(
+    views: list[Corners], size: tuple[int, int], flags: int, near: Camera, workers: int
+) -> np.ndarray:
     """Standard errors (4 + k,) from leaving groups of photos out (Efron and Tibshirani, 1993, ch. 11)."""
     groups = min(_FOLDS, len(views))
     if groups < 3:
         return np.zeros(9)
 
     def without(k: int) -> list[float]:
-        _, camera, _ = _calibrate([v for n, v in enumerate(views) if n % groups != k], size, flags)
+        _, camera, _ = _calibrate([v for n, v in enumerate(views) if n % groups != k], size, flags, near)
         matrix = camera.matrix
         return [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *camera.distortion]
 
@@ -132,25 +134,30 @@ def _beats(larger: float, smaller: float, count: int, terms: int) -> bool:
     return count * ((smaller / larger) ** 2 - 1) > _WORTH * max(terms, 1)
 
 
-def _calibrate(views: list[Corners], size: tuple[int, int], flags: int) -> tuple[float, Camera, np.ndarray]:
+def _calibrate(
+    views: list[Corners], size: tuple[int, int], flags: int, near: Camera | None = None
+) -> tuple[float, Camera, np.ndarray]:
+    """Rms, camera and standard errors of a model, found from scratch, or from that of the same model ``near`` it."""
     points = [np.ascontiguousarray(v.points, np.float32).reshape(-1, 1, 3) for v in views]
     pixels = [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in views]
+    start = (np.eye(3), None) if near is None else (near.matrix.copy(), near.distortion.copy())
+    begun = flags if near is None else flags | cv2.CALIB_USE_INTRINSIC_GUESS
     rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(  # type: ignore[call-overload]  # no start
-        points, pixels, size, np.eye(3), None, flags=flags, criteria=_STOP
+        points, pixels, size, *start, flags=begun, criteria=_STOP
     )
     distortion = np.asarray(distortion, float).reshape(-1)[: 8 if flags & cv2.CALIB_RATIONAL_MODEL else 5]
     return float(rms), Camera(matrix, distortion, size), np.asarray(errors, float).reshape(-1)
 
 
-def _held_out(views: list[Corners], size: tuple[int, int], flags: int) -> float:
+def _held_out(views: list[Corners], size: tuple[int, int], flags: int, near: Camera) -> float:
     """Rms residual of photos left out one after the other, their pose fitted, pixels."""
     folds = np.array_split(np.arange(len(views)), min(_FOLDS, len(views)))
     if len(folds) < 2:
-        return _calibrate(views, size, flags)[0]
+        return _calibrate(views, size, flags, near)[0]
     squares: list[np.ndarray] = []
     for fold in folds:
         rest = [v for k, v in enumerate(views) if k not in fold]
-        _, camera, _ = _calibrate(rest, size, flags)
+        _, camera, _ = _calibrate(rest, size, flags, near)
         for k in fold:
             fit = fit_pose(camera, views[k])
             if fit is None:

@@ -7,14 +7,17 @@ as in every other format. OpenCV leaves them as they are.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pillow_heif
 
 from photogonio.capture.containers import exif, icc
 from photogonio.capture.containers.boxes import turns
 from photogonio.capture.containers.tone import Tone, of_cicp
 from photogonio.capture.files.decode import decode_opencv
+
+if TYPE_CHECKING:
+    import pillow_heif
 
 UNREADABLE = (ValueError, EOFError, SyntaxError, RuntimeError, OSError, IndexError)
 
@@ -48,6 +51,8 @@ def tone_of(file: pillow_heif.HeifFile) -> Tone | None:
 
 
 def opened(path: Path) -> pillow_heif.HeifFile:
+    import pillow_heif  # with all of Pillow's plugins: of other formats nothing needs it
+
     try:
         file = pillow_heif.open_heif(str(path), convert_hdr_to_8bit=False, hdr_to_16bit=False)
         if len(file) == 0:

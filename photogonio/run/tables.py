@@ -13,9 +13,6 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.options import Options
 from photogonio.reconstruct.brdf.brdf import load_brdf
-from photogonio.reconstruct.goniometer.foreign import of_coefficients
-from photogonio.reconstruct.goniometer.merged import merged
-from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable
 from photogonio.reconstruct.table.goniometer_csv import UNBINNED, samples_table
@@ -51,6 +48,11 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
         known = _known_of(beside, table, path)
         return TableRead(table, _scale_of(path, beside) if known is None else known.setup.scale, known)
     _refuse_level(options, UNBINNED)
+    # readers of other programs' files, of which photos need none
+    from photogonio.reconstruct.goniometer.foreign import of_coefficients
+    from photogonio.reconstruct.goniometer.merged import merged
+    from photogonio.reconstruct.goniometer.read import read_samples
+
     samples = merged(read_samples(path, told))
     for note in samples.notes:
         reporter.say(f"{path.name}: {note}")
