@@ -21,6 +21,7 @@ _CLOSE_LIT = 0.15  # the same in full light there: a polished ball throws light 
 _UNEVEN = 0.6
 _GLARE = 0.002  # of white print's radiance: what reaches black print among it
 _MIDDLE = 2000  # samples, about, that tell a median
+_STRONGEST = 100.0  # logarithm of a strength: a trial beyond goes astray, and not over the range of numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,8 @@ class LitPaper:
     def light(self, values: np.ndarray, scene: ShadingScene) -> LightOnPaper:
         """At ``values`` (LOCAL + shared,)."""
         scene, found = scene.moved(values[LOCAL:]), np.empty((4, len(self.level)))
-        lamp = values[:3].copy(), float(np.exp(values[3])), scene.black, scene.lamp_radius
+        strength = float(np.exp(np.clip(values[3], -_STRONGEST, _STRONGEST)))
+        lamp = values[:3].copy(), strength, scene.black, scene.lamp_radius
         beam, tilts = (scene.narrow, np.array(scene.aim)), values[TILTS].copy()
         light_on_board(
             self.points,
@@ -214,7 +216,7 @@ class LightOnPaper:
 def median_ratio(above: np.ndarray, below: np.ndarray) -> float:
     """Median of a ratio, of enough samples to tell it."""
     step = _thin(len(above))
-    return float(np.median(above[::step] / below[::step]))
+    return float(np.median(above[::step] / np.maximum(below[::step], np.finfo(float).tiny)))
 
 
 def _thin(count: int) -> int:

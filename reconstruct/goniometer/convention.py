@@ -17,6 +17,8 @@ WIDE = 10.0  # degrees: polar angles beyond which no table has azimuths of a few
 GRADIANS = 0.9  # degrees
 NORMAL = 0.5  # degrees: nearer to the normal a direction has no side
 GRAZING = math.cos(math.radians(89.5))  # values divided by less say nothing
+HORIZON = 89.95  # degrees: nothing is lit or seen from there on, but elevations end there
+ABOVE = 4.0  # degrees from the normal, that other angles of a table begin at or nearer
 SIDE = 15.0  # degrees about a direction: where its peak would be
 
 
@@ -31,6 +33,8 @@ def directions(
     """
     found = {name: table.number(header) for name, header in angles.items()}
     degree = _degrees(table, found, told)
+    if told.angles is None:
+        _ask_elevation(table, degree, found, value)
     zero = np.zeros(len(table))
     turned = {name: degree * found.get(name, zero) for name in ("theta_i", "phi_i", "theta_r", "phi_r")}
     if "phi_r" not in found and told.azimuth is None:
@@ -76,6 +80,21 @@ def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> f
             "Say --angles degrees if they are not, else bring all to one unit",
         )
     return 1.0
+
+
+def _ask_elevation(
+    table: TextTable, degree: float, found: Mapping[str, np.ndarray], value: np.ndarray
+) -> None:
+    """Raises InputError where polar angles end at the horizon, with readings there, and do not begin at the normal."""
+    for name in ("theta_i", "theta_r"):
+        angle = np.abs(degree * found[name][np.isfinite(value) & (value > 0.0)])
+        angle = angle[np.isfinite(angle) & (angle < 90.0 + NORMAL)]
+        if len(angle) and angle.max() > HORIZON and ABOVE < angle.min() < 90.0 - ABOVE:
+            raise InputError(
+                table.path,
+                f"{name} is between {angle.min():.4g} and {angle.max():.4g} degrees, and at the horizon no light is "
+                "measured: are these elevations? Take them from 90, or say --angles degrees if they are not",
+            )
 
 
 def _turns_by_400(found: Mapping[str, np.ndarray]) -> bool:

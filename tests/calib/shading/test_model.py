@@ -57,6 +57,14 @@ def test_radiance_is_print_times_lamp_times_what_is_seen_of_it(drawn):
     np.testing.assert_allclose(light.radiance(values, np.zeros((len(tone), 3))), light.shaded, rtol=1e-12)
 
 
+def test_a_lamp_of_any_strength_and_place_overflows_nothing(drawn):
+    """A trial may go anywhere: it is to be beaten by others, and warnings are errors here."""
+    world, (reading, *_) = drawn
+    board, values = LitPaper.of(reading), values_of(world, reading)
+    for values[2], values[3] in ((1e200, 1e4), (1e3, 1e4), (1e200, -1e4)):
+        assert np.isfinite(board.light(values, scene_of(world)).even)
+
+
 def test_what_is_added_is_in_proportion_to_its_amount(drawn):
     """Even light is so much of the direct light in the middle; what balls throw, and tilts, likewise."""
     world, (reading, *_) = drawn

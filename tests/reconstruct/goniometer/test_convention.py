@@ -142,3 +142,16 @@ def test_azimuths_of_a_lamp_that_goes_around_are_no_gradians(tmp_path):
     path = tmp_path / "turned.csv"
     path.write_text("theta_i,phi_i,theta_r,phi_r,value\n40,0,30,10,0.2\n40,200,30,390,0.2\n")
     assert len(read_samples(path).value) == 2
+
+
+@pytest.mark.parametrize("name", ["theta_i", "theta_r"])
+def test_elevations_are_asked_about(tmp_path, name):
+    path = tmp_path / "elevations.csv"
+    angles = {"theta_i": (0, 30, 60), "theta_r": (0, 30, 60)} | {name: (90, 60, 30)}
+    rows = [f"{i},0,{r},180,0.2" for i, r in zip(*angles.values(), strict=True)]
+    path.write_text("theta_i,phi_i,theta_r,phi_r,value\n" + "\n".join(rows))
+    with pytest.raises(InputError, match=rf"{name} is between 30 and 90.*are these elevations"):
+        read_samples(path)
+    assert len(read_samples(path, Told(angles="degrees")).value) == 3
+    path.write_text(path.read_text() + "\n0,0,0,180,0.2")
+    assert len(read_samples(path).value) == 4
