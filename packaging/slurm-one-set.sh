@@ -23,6 +23,10 @@ export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 # a thread a photo
 dask scheduler --host "$host" --port "$port" --no-dashboard &
 scheduler=$!
 trap 'kill $scheduler 2>/dev/null || true' EXIT
+for _ in {1..120}; do # until the scheduler listens
+  (exec 3<>"/dev/tcp/$host/$port") 2>/dev/null && break
+  sleep 0.5
+done
 # --death-timeout: workers end by themselves when the scheduler is gone
 srun dask worker "$host:$port" --nworkers 1 --nthreads "$SLURM_CPUS_PER_TASK" --no-dashboard --death-timeout 60 &
 

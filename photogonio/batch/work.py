@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from photogonio.result import Result
 
 EACH = 1.2e9  # bytes that a set may need
+LOOK = 5.0  # seconds after which it is looked whether all processes live
 STOP = 3.0  # seconds in which a process ends that is told to
 
 
@@ -159,15 +160,17 @@ def _until_broken(
 ) -> Iterator[SetEntry]:
     """Entries until all jobs are done or a process dies; ``under_way`` then names what was being done."""
     queue, waiting = deque(jobs), dict[Future[SetEntry], str]()
-    others = set(active_children())
-    pool = ProcessPoolExecutor(min(workers, len(jobs)), get_context("spawn"), _on_its_own)
+    others, expected = set(active_children()), min(workers, len(jobs))
+    pool = ProcessPoolExecutor(expected, get_context("spawn"), _on_its_own)
     try:
         while queue or waiting:
             while queue and len(waiting) < workers:
                 job = queue.popleft()
                 waiting[pool.submit(work, job)] = job.place.name
                 under_way.add(job.place.name)
-            done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            done, _ = wait(waiting, LOOK, FIRST_COMPLETED)
+            if not done and len(_children(others)) < expected:
+                return  # not every system tells the pool at once that a process died
             for future in done:
                 entry = future.result()
                 under_way.discard(waiting.pop(future))
@@ -178,7 +181,11 @@ def _until_broken(
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
         if waiting:  # it was stopped, or a process died
-            _end([one for one in active_children() if one not in others])
+            _end(_children(others))
+
+
+def _children(others: Collection[BaseProcess]) -> list[BaseProcess]:
+    return [one for one in active_children() if one not in others]
 
 
 def _end(processes: Sequence[BaseProcess]) -> None:

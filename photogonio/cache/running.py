@@ -29,8 +29,8 @@ def job_in(folder: Path | None) -> Iterator[None]:
     if place is None:
         yield
         return
-    ended = threading.Event()
-    beating = threading.Thread(target=_beat, args=(place, ended), daemon=True)
+    ended, began = threading.Event(), _time_of(place.with_name(place.name + BEGAN))
+    beating = threading.Thread(target=_beat, args=(place, began, ended), daemon=True)
     beating.start()
     try:
         yield
@@ -74,12 +74,28 @@ def _entered(place: Path) -> Path | None:
     return place
 
 
-def _beat(place: Path, ended: threading.Event) -> None:
+def _beat(place: Path, began: float, ended: threading.Event) -> None:
     while not ended.wait(BEAT):
-        try:
-            os.utime(_alive(place))
-        except OSError:
-            continue
+        _revive(place, began)
+
+
+def _revive(place: Path, began: float) -> None:
+    """A beat. Who slept so long that it was taken for gone comes back as it was."""
+    try:
+        _alive(place).touch()
+        beginning = place.with_name(place.name + BEGAN)
+        if not beginning.exists():
+            beginning.touch()
+            os.utime(beginning, (began, began))
+    except OSError:  # the next beat may do
+        return
+
+
+def _time_of(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def _leave(place: Path) -> None:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import io
+import math
 import os
 import re
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +35,7 @@ LARGEST = 2 << 30  # bytes of one entry; what is larger is none of ours
 UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 SUFFIX = ".npz"
 SEAL = 32  # bytes
+SHARE = 0.05  # of what is kept that may be put in before old entries are looked for
 PIECE = 1 << 20  # that are hashed at a time
 
 
@@ -43,6 +46,8 @@ class Store:
     def __init__(self, folder: Path, most_bytes: int = MOST_BYTES):
         self.folder, self.most_bytes = folder, most_bytes
         self.damaged: list[str] = []  # names of entries that were found so, and thrown away
+        self._held = 0.0  # bytes that there were when all were looked at last
+        self._since = math.inf  # bytes put in since; not looked at yet
 
     def get(self, key: str) -> FacetTable | None:
         from photogonio.reconstruct.table.table_file import table_in
@@ -87,6 +92,7 @@ class Store:
             with part.open("r+b") as file:
                 seal = _seal(path.name, iter(lambda: file.read(PIECE), b""))
                 file.write(seal)
+                self._since += file.tell()
             os.replace(part, path)
         except OSError:
             return False
@@ -121,10 +127,17 @@ class Store:
 
     def prune(self, most_bytes: int | None = None) -> None:
         """Drop what was not used for longest until the rest fits in ``most_bytes`` (default: the store's), but for what
-        live jobs used (:mod:`.running`)."""
+        live jobs used (:mod:`.running`).
+
+        All entries are looked at only after a share of what there may be was put in: for n sets in one process that is
+        work ~ n, not n^2, at the price of that share too much.
+        """
+        if most_bytes is None and self._since < SHARE * max(self.most_bytes, self._held):
+            return
         most_bytes = self.most_bytes if most_bytes is None else most_bytes
         found = list(self._entries())
         total = sum(size for _, size, _ in found)
+        self._held, self._since = float(total), 0.0
         if total <= most_bytes:
             return
         spared = used_since(self.folder)
@@ -191,14 +204,20 @@ def default_store() -> Store | None:
     most = size_of(os.environ.get(SIZE_VARIABLE, ""))
     if VARIABLE in os.environ:
         named = os.environ[VARIABLE]
-        return Store(Path(named), most) if named else None
+        return _store_in(Path(named), most) if named else None
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
         base = Path.home() / "Library" / "Caches"
     else:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Store(Path(base) / "photogonio" / "views", most)
+    return _store_in(Path(base) / "photogonio" / "views", most)
+
+
+@lru_cache(maxsize=8)
+def _store_in(folder: Path, most_bytes: int) -> Store:
+    """One for all sets of a process, so that it knows what was put in."""
+    return Store(folder, most_bytes)
 
 
 def size_of(text: str) -> int:

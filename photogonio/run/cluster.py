@@ -7,14 +7,16 @@ photos done again by others; where nobody is left to do one, it is done here.
 
 from __future__ import annotations
 
+import errno
 import logging
 import pickle
+import socket
+import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -33,6 +35,7 @@ from photogonio.system.provenance import hash_file
 if TYPE_CHECKING:
     from distributed import Client
 
+REACHED = 8.0  # seconds in which a scheduler must take a connection, and greet
 COMING = 30.0  # seconds in which the first worker must come, or another when all are gone
 ABREAST = 2  # photos under way for each thread of a worker: one is reduced, one waits there
 
@@ -250,14 +253,34 @@ def cluster_of(executor: str | None) -> Iterator[Cluster | None]:
         raise InputError(
             f"--executor {executor}", "needs dask.distributed: pip install 'photogonio[cluster]'"
         ) from None
-    make = partial(Client, set_as_default=False, timeout=COMING)
+    address = executor.removeprefix("dask://")
     try:
-        client = make("tcp://" + executor.removeprefix("dask://"))
+        _greeted(address)
+        client = Client("tcp://" + address, set_as_default=False, timeout=COMING)
     except (OSError, TimeoutError, ValueError) as error:
-        why = str(error) or "no answer"
+        why = (getattr(error, "strerror", None) or str(error) or "no answer").lower()
         raise InputError(f"--executor {executor}", f"no scheduler can be reached there ({why})") from None
     with client, _hushed():
         yield Cluster(client, f"--executor {executor}")
+
+
+def _greeted(address: str) -> None:
+    """Waits for a scheduler that is just being started, and no longer. A scheduler speaks first; dask itself would ask
+    again for half a minute where nobody is, and for ever where something else answers. Raises OSError."""
+    host, _, port = address.rpartition(":")
+    until = time.monotonic() + REACHED
+    while True:
+        try:
+            with socket.create_connection((host.strip("[]"), int(port)), REACHED) as line:
+                if not line.recv(1):
+                    raise OSError(errno.EPROTO, "what answers there is no dask scheduler")
+                return
+        except TimeoutError:
+            raise OSError(errno.ETIMEDOUT, "nothing that is there says a word") from None
+        except ConnectionRefusedError:
+            if time.monotonic() > until:
+                raise
+            time.sleep(0.2)
 
 
 @contextmanager

@@ -114,6 +114,34 @@ def test_a_job_that_was_killed_keeps_nothing_for_long(store):
     assert place is not None and list(place.parent.iterdir()) == []
 
 
+def test_a_job_that_slept_comes_back_with_all_that_is_its_own(store):
+    place = running._entered(store.folder / "running" / "job")
+    beginning = store.folder / "running" / "job.began"
+    began = beginning.stat().st_mtime - 5.0
+    running._leave(place)  # others took it for gone
+    running._revive(place, began)
+    assert beginning.stat().st_mtime == pytest.approx(began, abs=1e-3)
+    kept(store, "aa")
+    store.prune(most_bytes=0)
+    assert store.read("aa", ".json") is not None
+
+
+def test_entries_are_looked_at_once_for_so_much_that_was_put_in(tmp_path, monkeypatch):
+    store, looks = Store(tmp_path, most_bytes=1000), []
+    entries = store._entries
+    monkeypatch.setattr(store, "_entries", lambda: looks.append(1) or entries())
+    for k in range(40):  # 100 bytes and a seal of 32 each: a share of 50 bytes is reached by each
+        kept(store, f"{k:02}")
+        store.prune()
+    assert len(looks) == 40 and sum(size for _, size, _ in entries()) <= 1000
+    with job_in(store.folder):  # nothing goes; the more there is, the more seldom it is looked at
+        looks.clear()
+        for k in range(40, 240):
+            kept(store, f"{k:03}")
+            store.prune()
+    assert len(looks) < 100
+
+
 @pytest.mark.parametrize(
     ("text", "size"),
     [("", 2 << 30), ("500MB", 500_000_000), ("1.5 g", 1_500_000_000), ("2e9", 2_000_000_000)],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import socket
 import threading
 import warnings
 from dataclasses import replace
@@ -109,6 +110,15 @@ def test_a_photo_that_kills_its_workers_is_done_here(photos):
 
 def test_no_scheduler_is_said_so(monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed")
-    monkeypatch.setattr(cluster, "COMING", 0.2)
-    with pytest.raises(InputError, match="no scheduler"), cluster.cluster_of("dask://127.0.0.1:1"):
-        pass
+    monkeypatch.setattr(cluster, "REACHED", 0.1)
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        for where, why in (
+            ("127.0.0.1:1", "refused"),
+            ("no-such-host.invalid:1", ""),
+            (f"127.0.0.1:{mute.getsockname()[1]}", "says a word"),
+        ):
+            with (
+                pytest.raises(InputError, match=f"no scheduler.*{why}"),
+                cluster.cluster_of(f"dask://{where}"),
+            ):
+                pass
