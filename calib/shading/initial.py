@@ -62,8 +62,8 @@ def square_ratios(reading: PaperReading) -> Shares:
         if len(white) > _FEW and len(black) > _FEW:
             low, middle, high = np.percentile(white, [10, 50, 90])
             if low > _EVEN * high:
-                ratios.append(np.median(black) / max(middle, 1e-300))
-                noise = np.sqrt(np.median(reading.noise[ink]) / len(black))
+                ratios.append(robust.median(black) / max(middle, 1e-300))
+                noise = np.sqrt(robust.median(reading.noise[ink]) / len(black))
                 errors.append(robust.OF_MEDIAN * noise / max(middle, 1e-300))
                 places.append(reading.samples.points[ink, :2].mean(0))
     return np.array(ratios, float), np.array(errors, float), np.array(places, float).reshape(-1, 2)

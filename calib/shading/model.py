@@ -12,6 +12,7 @@ from photogonio.calib.geometry.visibility import lit_fraction
 from photogonio.calib.shading.interreflection import Thrown
 from photogonio.calib.shading.kernel import lens, light_on_board, straight_light
 from photogonio.calib.shading.parameters import BALL, EVEN, LOCAL, SHARED, THROWN, TILTS
+from photogonio.capture import robust
 
 _FLOOR = 0.003  # relative error of the model at one place
 _SHADOW_FLOOR = 0.03  # the same within a shadow or its edge, over the light beside it
@@ -159,7 +160,7 @@ class LitPaper:
         """Direct light in the middle of the samples of a lamp at ``place`` (3,)."""
         own = self.points[: len(self.reading.level)]
         return float(
-            np.median(straight_light(own[:: _thin(len(own))], place, scene.narrow, np.array(scene.aim)))
+            robust.median(straight_light(own[:: _thin(len(own))], place, scene.narrow, np.array(scene.aim)))
         )
 
     def thrown(self, scene: ShadingScene) -> Thrown:
@@ -216,7 +217,7 @@ class LightOnPaper:
 def median_ratio(above: np.ndarray, below: np.ndarray) -> float:
     """Median of a ratio, of enough samples to tell it."""
     step = _thin(len(above))
-    return float(np.median(above[::step] / np.maximum(below[::step], np.finfo(float).tiny)))
+    return float(robust.median(above[::step] / np.maximum(below[::step], np.finfo(float).tiny)))
 
 
 def _thin(count: int) -> int:

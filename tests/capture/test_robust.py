@@ -32,3 +32,15 @@ def test_losses_are_squares_near_nothing_and_end():
     np.testing.assert_allclose(robust.rooted_cauchy(small, 2.0), small, rtol=1e-6)
     assert robust.rooted_cauchy(np.array([1e6]), 2.0)[0] < 12.0
     assert robust.tukey_weight(np.array([0.0, 5.0, 9.0]), 5.0).tolist() == [1.0, 0.0, 0.0]
+
+
+def test_median_is_numpys():
+    """Of odd and even counts, of any shape and type; NaN where one is, or where there is none."""
+    rng = np.random.default_rng(5)
+    for shape in ((1,), (2,), (7,), (40,), (3, 4)):
+        for kind in (np.float64, np.float32):
+            values = rng.normal(size=shape).astype(kind)
+            assert robust.median(values) == np.median(values)
+            assert robust.median(values).dtype == kind
+    assert robust.median(np.array([3, 1, 4, 2])) == 2.5
+    assert np.isnan(robust.median(np.array([1.0, np.nan, 2.0]))) and np.isnan(robust.median(np.empty(0)))

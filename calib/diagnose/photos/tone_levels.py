@@ -170,9 +170,9 @@ def binned(photos: Sequence[PrintLevels]) -> _Bins | None:
                 if here.sum() < _IN_BIN:
                     continue
                 share = black[here] / white[here]
-                middle, light = float(np.median(share)), float(np.median(white[here]))
+                middle, light = float(robust.median(share)), float(robust.median(white[here]))
                 scatter = float(robust.deviation(share - middle)) * np.sqrt(_TOGETHER / here.sum())
-                rounded = float(np.median(coarse[here])) / light
+                rounded = float(robust.median(coarse[here])) / light
                 error = np.sqrt(scatter**2 + rounded**2 + (_UNEVEN * middle) ** 2)
                 rows.append((photo, channel, light, middle * light, error * light))
     if not rows:
@@ -186,7 +186,7 @@ def steadiness(bins: _Bins, photos: Sequence[PrintLevels], curve: Curve | None) 
     if curve is not None:
         bins = _reread(bins, photos, curve)
     channels = np.unique(bins.channel)
-    middle = np.array([np.median(bins.white[bins.photo == k]) for k in bins.photo])
+    middle = np.array([robust.median(bins.white[bins.photo == k]) for k in bins.photo])
     columns = [np.where(bins.channel == c, bins.white, 0.0) for c in channels]
     design = np.column_stack([*columns, middle, np.ones(len(middle))]) / bins.error[:, None]
     target, share = bins.black / bins.error, np.sqrt(_PHOTO * len(np.unique(bins.photo)) / len(middle))
