@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from photogonio.calib.adjust.rig_values import with_rig
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.observation import FIXED_POSE, POSE, Observation, Posed, light_id
@@ -17,6 +18,7 @@ from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.pose import fit_pose, joined
 from photogonio.calib.remarks import Remarks
+from photogonio.calib.rig.gaussian import RigPrior
 from photogonio.capture import robust
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import copies
@@ -31,14 +33,15 @@ _MOST_PIXELS, _MOST_SHARE = (
 )  # rms in pixels, or of the picture's width, that no print misses its places by
 
 
-def first_state(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Remarks) -> State:
+def first_state(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Remarks, rig: RigPrior) -> State:
     """Where the camera stood in every photo; InputError if nothing can be made of the set."""
     first = FirstLook(photoset, reader, look_at_all(photoset, reader, tell, remarks), remarks)
     first = ask(first, looked_at(Stage.LOOK))
-    camera, model, photos = find_camera(first, tell)
+    camera, model, photos = find_camera(first, tell, rig)
     photoset = reader.photoset = photos.as_read(first.photoset)
     boards, observations = find_poses(photoset, camera, photos, remarks)
-    return State(photoset, reader, camera, model, tuple(boards), tuple(observations), remarks, tell)
+    state = State(photoset, reader, camera, model, tuple(boards), tuple(observations), remarks, tell, rig=rig)
+    return with_rig(state)
 
 
 def look_at_all(photoset: PhotoSet, reader: Reader, tell: Progress, remarks: Remarks) -> Photos:

@@ -8,16 +8,19 @@ import numpy as np
 
 from photogonio.calib.adjust.camera_model import CameraModel
 from photogonio.calib.adjust.intrinsics import MODELS, CameraFit, fit_camera, free_terms, quick_camera
+from photogonio.calib.adjust.rig_values import model_of_rig, refined_camera
 from photogonio.calib.detect.first_look import FirstLook, Photos
 from photogonio.calib.detect.observation import Posed
 from photogonio.calib.detect.photo_reader import Progress, Seen, look_closer, placed_both_ways
 from photogonio.calib.diagnose.board.board_shape import bad_photos
 from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.diagnose.registry import Stage, looked_at
-from photogonio.calib.geometry.board import Corners
+from photogonio.calib.geometry.board import FEWEST_CORNERS, Corners
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.remarks import Remarks
+from photogonio.calib.rig.gaussian import NOTHING, RigExpected, RigPrior
+from photogonio.calib.rig.values import CAMERA
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MANIFEST
 
@@ -31,14 +34,18 @@ _ASPECT = 5e-4  # how square pixels are
 _CENTRE = 0.01  # of the picture's width: how near its middle the lens's axis goes
 
 
-def find_camera(look: FirstLook, tell: Progress) -> tuple[Camera, CameraModel, Photos]:
-    """The camera, given or fitted, and all corners placed as well as they can be with it."""
+def find_camera(
+    look: FirstLook, tell: Progress, rig: RigPrior = NOTHING
+) -> tuple[Camera, CameraModel, Photos]:
+    """The camera, given, known of other sets or fitted, and all corners placed as well as they can be with it."""
     size = look.photos.samples[0].size
     entry = look.photoset.camera
     if entry.matrix is not None:
         distortion = np.zeros(0) if entry.distortion is None else np.asarray(entry.distortion, float)
         camera = Camera(np.asarray(entry.matrix, float), distortion, size)
         return camera, CameraModel(size, distortion, ()), placed(look, camera, tell)
+    if (expected := rig.starting(CAMERA)) is not None:
+        return _as_expected(look, tell, expected, size)
     start = quick_camera(_useful(look.photos.every, size), size)
     if start is None:
         raise InputError(
@@ -46,6 +53,21 @@ def find_camera(look: FirstLook, tell: Progress) -> tuple[Camera, CameraModel, P
             "too few board corners in every photo to find the camera: give [camera] or calibration photos",
         )
     return fitted_camera(placed(look, start, tell), size, look.remarks, look.reader.workers)
+
+
+def _as_expected(
+    look: FirstLook, tell: Progress, expected: RigExpected, size: tuple[int, int]
+) -> tuple[Camera, CameraModel, Photos]:
+    """The camera of the rig, as far as the corners do not say otherwise."""
+    camera, model = model_of_rig(expected, size)
+    photos = placed(look, camera, tell)
+    seen = {
+        s.view.name: s.corners
+        for s in photos.boards + photos.samples
+        if s.corners is not None and len(s.corners) >= FEWEST_CORNERS and s.size == size
+    }
+    look.remarks.residuals["camera"] = {"model": f"of the rig, as {expected.sets} other sets have it"}
+    return refined_camera(camera, model, seen), model, photos
 
 
 def placed(look: FirstLook, camera: Camera, tell: Progress) -> Photos:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from photogonio.calib.adjust.camera_model import block_pose, pose_block
+from photogonio.calib.adjust.rig_values import told_by
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import POSE, Posed, channel_names
 from photogonio.calib.diagnose.lights.ambient_light import ambient_known
@@ -49,6 +50,7 @@ def setup_from(state: State) -> Setup:
         scale_error=float(np.linalg.norm([common, *uneven])),
         diagnoses=tuple(remarks.diagnoses),
         turned=photoset.turned,
+        rig=() if state.rig.expected else told_by(state),
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.remarks import LeftOut
+from photogonio.calib.rig.gaussian import RigTold
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere
 
@@ -133,6 +134,7 @@ class Setup:
     diagnoses: tuple[Diagnosis, ...] = ()  # what the warnings tell, by code
     tone: PrintTone | None = None  # how codes stand for light, where print and paper had to tell it
     turned: tuple[str, ...] = ()  # photos that are read half a turn about, against how they are stored
+    rig: tuple[RigTold, ...] = ()  # what these photos alone say of the rig; no result's file has it
 
     @property
     def ball(self) -> Sphere:

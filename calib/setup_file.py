@@ -12,6 +12,7 @@ import numpy as np
 
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.remarks import LeftOut
+from photogonio.calib.rig.gaussian import RigTold
 from photogonio.calib.setup import BoardSetup, Falloff, Light, Marks, PrintTone, Setup, ViewSetup
 from photogonio.capture.diagnosis import by_code, from_codes
 from photogonio.capture.errors import InputError
@@ -41,6 +42,8 @@ def setup_document(setup: Setup) -> dict[str, object]:
     """What the file says, in JSON's types; NaN is null. Inverse of :func:`setup_of`."""
     plain = _plain(setup)
     assert isinstance(plain, dict)
+    if not setup.rig:
+        del plain["rig"]
     found = _plain(by_code(setup.diagnoses))
     return {"format": _FORMAT, "version": 1} | plain | {"diagnoses": found}
 
@@ -143,7 +146,28 @@ def _setup(data: Mapping[str, Any]) -> Setup:
         diagnoses=from_codes(data.get("diagnoses", {})),
         tone=None if data.get("tone") is None else _tone(data["tone"], c),
         turned=tuple(_text(name) for name in _rows(data.get("turned", []))),
+        rig=tuple(told_of(one) for one in _rows(data.get("rig", []))),
     )
+
+
+def told_of(data: Mapping[str, Any]) -> RigTold:
+    """What a set says of a rig, in JSON's types.
+
+    Raises:
+        ValueError, KeyError, TypeError: it is not so.
+    """
+    value = _array(data["value"], None)
+    d = len(value)
+    information, usual = (_numbers(data[name], d, d) for name in ("information", "usual"))
+    return RigTold(_text(data["name"]), value, information, _array(data["before"], d), usual)
+
+
+def _numbers(value: object, *shape: int) -> np.ndarray:
+    """Of any size: the information of what is known very well is large."""
+    array = np.array(value, dtype=float)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise ValueError(f"expected finite numbers of shape {shape}")
+    return array
 
 
 def _optional(value: object, *shape: int) -> np.ndarray | None:

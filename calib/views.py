@@ -15,6 +15,7 @@ from photogonio.calib.radiometry.patch import patches_box
 from photogonio.calib.radiometry.readings import StrengthReadings, read_view
 from photogonio.calib.radiometry.scale import Tied, tie
 from photogonio.calib.report.summary import marks
+from photogonio.calib.rig.values import PAPER
 from photogonio.calib.setup import Light, ViewSetup
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MANIFEST
@@ -54,7 +55,9 @@ def views_of(state: State) -> tuple[list[ViewSetup], str]:
         why = "no sample photo can be used: " + state.remarks.reasons()
         raise InputError(state.photoset.folder / MANIFEST, why)
     lights = {name: found[name].light for name in readings}
-    tied, scale = tie(state.photoset, readings, lights, _given(state, kept, found), state.remarks)
+    tied, scale = tie(
+        state.photoset, readings, lights, _given(state, kept, found), state.remarks, state.rig.get(PAPER)
+    )
     return [_view(state, one, lights[one.view.name], tied[one.view.name]) for one in kept], scale
 
 

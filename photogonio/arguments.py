@@ -90,6 +90,11 @@ def _batch(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "-o", "--out", metavar="OUT", default="library", help="folder to write (default: library)"
     )
+    parser.add_argument(
+        "--pool",
+        action="store_true",
+        help="learn camera, lens, lamps and paper of each rig from all of its sets, and calibrate each with that",
+    )
     fit_options(parser, workers=False)
     executor_option(parser)
 

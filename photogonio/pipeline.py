@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from photogonio.cache.kept import key_of
 from photogonio.cache.running import job_in
 from photogonio.cache.scratch import Scratch
 from photogonio.cache.store import default_folder
+from photogonio.calib.rig.gaussian import NOTHING, RigPrior
 from photogonio.calib.setup import Setup
 from photogonio.calib.setup_file import save_setup
 from photogonio.capture.linear.reader import RadianceReader
@@ -44,8 +46,10 @@ def process(
     out: str | Path | None = None,
     options: Options | None = None,
     reporter: Reporter | None = None,
+    rig: RigPrior = NOTHING,
 ) -> Result:
-    """Photo set to coefficients, ``result.brdf``; with ``out``, also to files there (docs/cli.md).
+    """Photo set to coefficients, ``result.brdf``; with ``out``, also to files there (docs/cli.md). ``rig``: what other
+    sets of the same rig lead to expect (``photogonio.batch.rigs``).
 
     Raises:
         InputError: the set cannot be used, or what was asked cannot be done. Nothing is written then.
@@ -62,7 +66,10 @@ def process(
         cluster_of(options.executor) as cluster,
         job_in(default_folder()),
     ):
-        setup, radiance, kept, correction = calibrated(photoset, reporter, options.threads(), scratch)
+        setup, radiance, kept, correction = calibrated(
+            photoset, reporter, options.threads(), scratch, rig=rig
+        )
+        setup = replace(setup, rig=())
         space = photoset.radiometry.colour
         require_mixable(photoset, setup.scale, options.channels)
         watch.lap("calibrate")
@@ -99,6 +106,9 @@ def process(
             reporter.tell(relit_warning(turned))
         prints = {} if out is None else small.of(radiance, kept, options.threads())
     provenance = _provenance("process", photoset, options, reduced.hashes)
+    if rig.expected:
+        inputs = {**provenance.inputs, "what other sets say of the rig": key_of(rig)}
+        provenance = replace(provenance, inputs=inputs)
     known = replace(known, diagnoses=tuple(reporter.diagnoses))
     result = replace(of_photos(known, table, fit, beside, provenance, reporter), seconds=watch.seconds)
     if out is not None:
@@ -132,6 +142,7 @@ def calibrate(
         setup, radiance, kept, _ = calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
         setup = replace(
             setup,
+            rig=(),
             source=_provenance("calibrate", photoset, Options(), kept.hashes).to_dict(),
             warnings=tuple(reporter.warnings),
             diagnoses=tuple(reporter.diagnoses),

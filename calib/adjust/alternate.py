@@ -24,6 +24,7 @@ from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlig
 from photogonio.calib.detect.mirror_rays import meet
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.geometry.camera import Camera
+from photogonio.calib.rig.values import LAMP
 from photogonio.calib.shading.correction import NO_FALLOFF
 from photogonio.calib.shading.fit import ShadingFit, fit_shading, fits_better
 from photogonio.calib.shading.model import ShadingScene
@@ -98,6 +99,9 @@ def _started(state: State, observations: list[Observation]) -> _Round:
     scene = start_scene(photoset, camera, observations, sample)
     if scene is not None:
         scene = replace(scene, narrow=state.narrow, falloff=state.falloff)
+        if (known := state.rig.get(LAMP)) is not None:
+            radius, black = np.exp(known.value[:2]).tolist()
+            scene = replace(scene, lamp_radius=radius, black=black)
     groups: dict[str, list[Observation]] = {}
     for observation in observations:
         groups.setdefault(observation.light, []).append(observation)

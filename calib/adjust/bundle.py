@@ -70,6 +70,15 @@ def prior_term(name: str, mean: np.ndarray, sigma: np.ndarray) -> Term:
     return term
 
 
+def expected_term(name: str, mean: np.ndarray, root: np.ndarray) -> Term:
+    """A block expected at ``mean`` (d,); ``root`` (d, d) times what it is off is in standard errors."""
+
+    def term(values: Values) -> tuple[np.ndarray, Derivatives]:
+        return root @ (values[name] - mean), {name: root}
+
+    return term
+
+
 @dataclass(frozen=True, slots=True)
 class Adjusted:
     """The result of one adjustment."""

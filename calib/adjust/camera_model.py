@@ -9,6 +9,7 @@ import numpy as np
 
 from photogonio.calib.adjust.bundle import Derivatives, Term, Values
 from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.rig.gaussian import RigExpected
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +24,7 @@ class CameraModel:
     held: tuple[
         tuple[int, float], ...
     ] = ()  # free terms that are expected about 0, with their standard errors
+    expected: RigExpected | None = None  # the whole block, as other sets of the rig have it
 
     def camera(self, block: np.ndarray) -> Camera:
         matrix = np.array([[block[0], 0, block[2]], [0, block[1], block[3]], [0, 0, 1.0]])
@@ -45,6 +47,9 @@ def camera_term(model: CameraModel) -> Term:
 
     def term(values: Values) -> tuple[np.ndarray, Derivatives]:
         block = values["camera"]
+        if model.expected is not None:
+            root = model.expected.root
+            return root @ (block - model.expected.value), {"camera": root}
         rows: list[tuple[float, dict[int, float]]] = []
         if model.aspect:
             ratio, unit = block[1] / block[0], model.aspect * block[0]

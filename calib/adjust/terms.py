@@ -7,27 +7,37 @@ from dataclasses import replace
 
 import numpy as np
 
-from photogonio.calib.adjust.bundle import Derivatives, Part, Term, Values, prior_term, quadratic_term
+from photogonio.calib.adjust.bundle import (
+    Derivatives,
+    Part,
+    Term,
+    Values,
+    expected_term,
+    prior_term,
+    quadratic_term,
+)
 from photogonio.calib.adjust.camera_model import CameraModel, block_pose, camera_term, pose_block
 from photogonio.calib.adjust.lamps import Lamp, block_name
 from photogonio.calib.adjust.sightings import Sighting, corner_term, highlight_term, limb_term
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation, Posed
+from photogonio.calib.rig.gaussian import RigPrior
+from photogonio.calib.rig.values import BALL as MIRROR
+from photogonio.calib.rig.values import LAMP
 from photogonio.calib.shading.fit import ShadingFit
 from photogonio.calib.shading.model import ShadingScene
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
 from photogonio.capture.photoset import PhotoSet, Sphere
 
 BALL_PLACE = 0.02  # of a mirror ball's radius: how well the manifest places it
-_BALL_RADIUS = 0.003
+BALL_RADIUS = 0.003
 SAMPLE_PLACE = 0.03  # of the sample's radius
 _SAMPLE_RADIUS = 0.004
 _STANDS = 0.002  # of its radius: how well a ball that stands on the paper touches it
 _LIMB_BIAS = 0.1  # pixels
-_LAMP_SIZE = 0.7  # of the logarithm of the lamp's radius
-BEAM_HELD, _BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
+LAMP_SPREAD = (0.7, 0.3)  # of the logarithms of the lamp's radius, and of black print over white
+BEAM_HELD, FREE_BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
 FALLOFF_HELD, FALLOFF = 0.002, (0.5, 0.1)  # of the terms of how a lens darkens its pictures, likewise
-_BLACK = 0.3  # of the logarithm of black print over white
 
 
 def first_values(
@@ -113,8 +123,8 @@ def all_terms(
         if s.view.name in fits:
             terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
     terms.append((camera_term(model), False))
-    terms += _expectations(state.photoset, values)
-    return terms + _lamp_expectations(lamps, values, state.narrow != 0.0, any(state.falloff))
+    terms += _expectations(state.photoset, values, state.rig)
+    return terms + _shared_lamp(state, values) + _lamp_expectations(lamps, values, state.rig)
 
 
 def shading_term(fit: ShadingFit, observation: Observation, lamp: Lamp, values: Values) -> Term:
@@ -138,12 +148,15 @@ def shading_term(fit: ShadingFit, observation: Observation, lamp: Lamp, values: 
     return quadratic_term(parts, at, normal, slope)
 
 
-def _expectations(photoset: PhotoSet, values: Values) -> list[tuple[Term, bool]]:
-    """What the manifest leads one to expect of balls and sample."""
+def _expectations(photoset: PhotoSet, values: Values, rig: RigPrior) -> list[tuple[Term, bool]]:
+    """What the manifest, and other sets of the rig, lead one to expect of balls and sample."""
     terms: list[tuple[Term, bool]] = [(prior_term("limb offset", np.zeros(1), np.array([_LIMB_BIAS])), False)]
     for k, ball in enumerate(photoset.mirror_balls):
-        sigma = ball.radius * np.array([BALL_PLACE] * 3 + [_BALL_RADIUS])
-        terms.append((prior_term(f"ball {k}", np.append(ball.center, ball.radius), sigma), True))
+        radius, error = float(ball.radius), BALL_RADIUS
+        if (known := rig.get(f"{MIRROR} {k}")) is not None:
+            radius, error = float(np.exp(known.value[0])), float(np.sqrt(known.covariance[0, 0]))
+        sigma = radius * np.array([BALL_PLACE] * 3 + [error])
+        terms.append((prior_term(f"ball {k}", np.append(ball.center, radius), sigma), True))
     sample = photoset.sample
     if "sample" in values and isinstance(sample, Sphere):
         sigma = sample.radius * np.array([SAMPLE_PLACE] * 3 + [_SAMPLE_RADIUS])
@@ -153,14 +166,21 @@ def _expectations(photoset: PhotoSet, values: Values) -> list[tuple[Term, bool]]
     return terms
 
 
-def _lamp_expectations(
-    lamps: dict[str, Lamp], values: Values, beam: bool, lens: bool
-) -> list[tuple[Term, bool]]:
+def _shared_lamp(state: State, values: Values) -> list[tuple[Term, bool]]:
+    """What is expected of what all lamps share, of print and lens."""
+    if "lamp" not in values:
+        return []
+    if (known := state.rig.get(LAMP)) is not None:
+        return [(expected_term("lamp", known.value, known.root), False)]
+    lens = FALLOFF if any(state.falloff) else (FALLOFF_HELD, FALLOFF_HELD)
+    spread = [*LAMP_SPREAD, FREE_BEAM if state.narrow != 0.0 else BEAM_HELD, *lens]
+    mean = np.append(values["lamp"][:2], np.zeros(3))
+    return [(prior_term("lamp", mean, np.array(spread)), False)]
+
+
+def _lamp_expectations(lamps: dict[str, Lamp], values: Values, rig: RigPrior) -> list[tuple[Term, bool]]:
+    """What is expected of each lamp's place."""
     terms: list[tuple[Term, bool]] = []
-    if "lamp" in values:
-        mean = np.append(values["lamp"][:2], np.zeros(3))
-        spread = [_BEAM if beam else BEAM_HELD, *(FALLOFF if lens else (FALLOFF_HELD, FALLOFF_HELD))]
-        terms.append((prior_term("lamp", mean, np.array([_LAMP_SIZE, _BLACK, *spread])), False))
     for name, lamp in lamps.items():
         block = block_name(name)
         if lamp.fixed:
@@ -169,10 +189,16 @@ def _lamp_expectations(
             terms.append((prior_term(block, values[block], np.ones(3)), False))
         elif lamp.place_sigma > 0:
             terms.append((prior_term(block, lamp.block, np.full(3, lamp.place_sigma)), False))
+        elif (known := rig.get(block)) is not None and not lamp.attached:
+            terms.append((expected_term(block, known.value, known.root), False))
         elif lamp.one_ray:
-            reach = 0.3 * float(np.linalg.norm(lamp.block))
-            terms.append((prior_term(block, lamp.block, np.full(3, reach)), False))
+            terms.append((prior_term(block, lamp.block, np.full(3, one_ray_reach(lamp))), False))
     return terms
+
+
+def one_ray_reach(lamp: Lamp) -> float:
+    """Standard error of the place of a lamp of which one ray alone is known."""
+    return 0.3 * float(np.linalg.norm(lamp.block))
 
 
 def _standing_term(sigma: float) -> Term:

@@ -12,6 +12,7 @@ from photogonio.calib.radiometry.log_strengths import LogReading, Solution, solv
 from photogonio.calib.radiometry.patch import Strength
 from photogonio.calib.radiometry.readings import StrengthReadings
 from photogonio.calib.remarks import Remarks
+from photogonio.calib.rig.gaussian import RigExpected
 from photogonio.calib.setup import Light
 from photogonio.capture import robust
 from photogonio.capture.photoset import PhotoSet, Plane
@@ -41,15 +42,20 @@ def tie(
     lights: Mapping[str, Light],
     given: Mapping[str, np.ndarray],
     remarks: Remarks,
+    paper: RigExpected | None = None,
 ) -> tuple[dict[str, Tied], str]:
     """Strength of every view's lamp, and whether the scale is "absolute".
 
-    ``given`` are the manifest's relative strengths (c,) of each view's lamp.
+    ``given`` are the manifest's relative strengths (c,) of each view's lamp; ``paper`` is the logarithm of its
+    reflectance (c,) as other sets of the rig have it.
     """
     left = believed(readings, remarks)
     middle = _middle(photoset)
-    absolute = any(isinstance(r.patch, Strength) for r in left.values())
-    rows = _read_rows(left, lights, middle, absolute=absolute)
+    patches = any(isinstance(r.patch, Strength) for r in left.values())
+    absolute = patches or (paper is not None and any(isinstance(r.paper, Strength) for r in left.values()))
+    rows = _read_rows(left, lights, middle, absolute=absolute, known=paper is not None)
+    if paper is not None and any(_PAPER in row.unknowns for row in rows):
+        rows.append(LogReading((_PAPER,), paper.value, np.sqrt(np.diag(paper.covariance))))
     if not rows or (not absolute and _explicit(given)):
         return _as_told(photoset, left, given, remarks), "relative"
     found = solve(rows)
@@ -78,11 +84,11 @@ def _source(reading: StrengthReadings) -> str:
 
 
 def _read_rows(
-    readings: Readings, lights: Mapping[str, Light], middle: np.ndarray, *, absolute: bool
+    readings: Readings, lights: Mapping[str, Light], middle: np.ndarray, *, absolute: bool, known: bool
 ) -> list[LogReading]:
     """What patches and paper say. The paper's reflectance is an unknown where patches tell it, and 1 where there are
-    none; where no view has both, paper says nothing."""
-    told = any(r.both is not None for r in readings.values())
+    none; where no view has both and it is not ``known``, paper says nothing."""
+    told = known or any(r.both is not None for r in readings.values())
     rows = []
     for name, reading in readings.items():
         if isinstance(patch := reading.patch, Strength):

@@ -33,6 +33,10 @@ NAMES = {
     0x9201: "Exif:ShutterSpeedValue",
     0x9202: "Exif:ApertureValue",
     0xA001: "Exif:ColorSpace",
+    0x920A: "Exif:FocalLength",
+    0xA404: "Exif:DigitalZoomRatio",
+    0xA431: "Exif:BodySerialNumber",
+    0xA434: "Exif:LensModel",
 }
 
 

@@ -44,6 +44,13 @@ TAGS = {  # EXIF names as OpenImageIO gives them, the first that is there
     "f_number": ("FNumber", "Exif:FNumber"),
     "iso": ("Exif:PhotographicSensitivity", "Exif:ISOSpeedRatings"),
 }
+OPTICS = {
+    "serial number": "Exif:BodySerialNumber",
+    "lens": "Exif:LensModel",
+    "focal length": "Exif:FocalLength",
+    "aperture": "FNumber",
+    "zoom": "Exif:DigitalZoomRatio",
+}
 LONGER = ("Exif:RecommendedExposureIndex", "Exif:StandardOutputSensitivity", "Exif:ISOSpeed")
 FULL = 65535  # of the short number that EXIF has for the sensitivity: the true one stands elsewhere
 APEX = {"exposure_time": ("Exif:ShutterSpeedValue", -1.0), "f_number": ("Exif:ApertureValue", 0.5)}
@@ -89,6 +96,18 @@ def camera_name(attributes: Mapping[str, object]) -> str:
     if parts[1].lower().startswith(parts[0].lower()):
         parts[0] = ""
     return " ".join(part for part in parts if part)
+
+
+def optics(attributes: Mapping[str, object]) -> dict[str, str]:
+    """What EXIF says of camera and lens, and how the lens was set, in words."""
+    found = {"camera": camera_name(attributes)}
+    for name, tag in OPTICS.items():
+        value = attributes.get(tag)
+        value = value[0] if isinstance(value, tuple) and value else value
+        found[name] = (
+            f"{value:.6g}" if isinstance(value, float) else str("" if value is None else value).strip()
+        )
+    return {name: text for name, text in found.items() if text}
 
 
 def by_apex(attributes: Mapping[str, object], field: str, stated: float | None) -> tuple[float | None, bool]:

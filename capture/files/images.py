@@ -22,7 +22,7 @@ from photogonio.capture.containers.tone import LINEAR, Tone
 from photogonio.capture.errors import InputError
 from photogonio.capture.files import decode, heif, png_pixels, raw
 from photogonio.capture.files.about import About, about
-from photogonio.capture.files.exposure import Exposure, camera_name, flash_fired, from_attributes
+from photogonio.capture.files.exposure import Exposure, camera_name, flash_fired, from_attributes, optics
 from photogonio.capture.files.formats import HEAD, format_of
 
 EXPONENT = np.uint16(0x7C00)  # of a half float, all ones where it is not finite
@@ -87,6 +87,15 @@ def read_header(path: Path, *, demosaic: str = "superpixel") -> Header:
         flash_fired(said),
         camera_name(said),
     )
+
+
+def read_optics(path: Path) -> dict[str, str]:
+    """What a photo's EXIF says of camera and lens. Raises InputError if it is no image."""
+    kind = format_of(path)
+    if kind != "raw":
+        return optics(about(path, kind).attributes)
+    with open_raw(path) as file:
+        return optics(raw.attributes(file, path))
 
 
 def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:

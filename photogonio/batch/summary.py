@@ -62,8 +62,8 @@ def table_text(entries: Sequence[SetEntry]) -> str:
     return stream.getvalue()
 
 
-def page_text(entries: Sequence[SetEntry], out: Path) -> str:
-    """summary.html: a ball of each material, to be sorted."""
+def page_text(entries: Sequence[SetEntry], out: Path, learned: Sequence[str] = ()) -> str:
+    """summary.html: a ball of each material, to be sorted; and what was ``learned`` of their rigs, in words."""
     text = resources.files("photogonio.report").joinpath("templates/summary.html").read_text(encoding="utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     cards = [
@@ -75,7 +75,7 @@ def page_text(entries: Sequence[SetEntry], out: Path) -> str:
         }
         for entry in entries
     ]
-    return environment.from_string(text).render(cards=cards)
+    return environment.from_string(text).render(cards=cards, learned=learned)
 
 
 def ball_of(folder: Path) -> str:

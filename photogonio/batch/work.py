@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -23,6 +23,7 @@ from photogonio.batch.sets import SetPlace
 from photogonio.cache.file_hashes import remembered_hashes
 from photogonio.cache.kept import code_key, key_of, text_key
 from photogonio.cache.store import default_store
+from photogonio.calib.rig.gaussian import NOTHING, RigPrior
 from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST
@@ -48,6 +49,8 @@ class Job:
     key: str
     out: Path
     options: Options
+    rig: RigPrior = NOTHING  # what other sets lead to expect
+    pool: Mapping[str, object] | None = None  # what is said of that in the ledger
 
 
 def result_key(place: SetPlace, options: Options) -> str:
@@ -84,15 +87,16 @@ def processed(job: Job) -> SetEntry:
     from photogonio.report.trust import verdict_lines
 
     try:
-        result = process(job.place.folder, job.out, job.options, Reporter(quiet=True))
+        result = process(job.place.folder, job.out, job.options, Reporter(quiet=True), job.rig)
     except Exception as error:
-        return SetEntry(job.place.name, job.key, FAILED, _why(error, job))
+        return SetEntry(job.place.name, job.key, FAILED, why(error, job))
     said = " · ".join(verdict_lines(result.faults))
     status = DISTRUSTED if result.faults else DONE
-    return SetEntry(job.place.name, job.key, status, said, numbers_of(result))
+    pool = {} if job.pool is None else {"pool": job.pool}
+    return SetEntry(job.place.name, job.key, status, said, numbers_of(result) | pool)
 
 
-def _why(error: Exception, job: Job) -> str:
+def why(error: Exception, job: Job) -> str:
     """In one line. What is no fault of the set stops no other set either."""
     if isinstance(error, InputError):
         text = str(error)

@@ -16,6 +16,7 @@ import numpy as np
 from photogonio import calib, capture, reconstruct
 from photogonio.cache.file_hashes import remembered_hashes
 from photogonio.cache.store import Store
+from photogonio.calib.rig.gaussian import NOTHING, RigPrior
 from photogonio.calib.setup import Setup
 from photogonio.calib.setup_file import setup_document, setup_of
 from photogonio.capture.photoset import MANIFEST, PhotoSet
@@ -33,7 +34,8 @@ class KeptSetup:
     hashes: dict[str, str]  # SHA-256 of the photos' files, by file; none without a store
 
     @classmethod
-    def of(cls, photoset: PhotoSet, store: Store | None, workers: int) -> KeptSetup:
+    def of(cls, photoset: PhotoSet, store: Store | None, workers: int, rig: RigPrior = NOTHING) -> KeptSetup:
+        """Of a set by itself, or with what is expected of its rig."""
         if store is None:
             return cls(None, "", {})
         files = sorted({photo.file for photo in photoset.photos})
@@ -46,7 +48,8 @@ class KeptSetup:
         except OSError:
             return cls(store, "", {})  # whoever reads the file will say what is wrong with it
         hashes = {name: found[folder / name] for name in files}
-        key = key_of("setup", code_key(), manifest, hashes)
+        known = (rig,) if rig.expected else ()
+        key = key_of("setup", code_key(), manifest, hashes, *known)
         return cls(store, key, hashes)
 
     def load(self) -> Setup | None:

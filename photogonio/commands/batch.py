@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
-from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, LEDGER, SetEntry, append, read_ledger, rewrite
+from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, LEDGER, SetEntry, read_ledger, rewrite
+from photogonio.batch.passes import LearnedRigs, Pass, carried_out, job_of, keys_of, learn
 from photogonio.batch.sets import SetPlace, check_apart, find_sets
 from photogonio.batch.summary import page_text, table_text
-from photogonio.batch.work import Job, in_processes, result_key, shared
+from photogonio.batch.work import Job, processed, shared
 from photogonio.cache.running import job_in
 from photogonio.cache.store import default_folder
 from photogonio.capture.errors import InputError
@@ -22,10 +20,10 @@ from photogonio.options import Options
 from photogonio.run.cluster import cluster_of
 from photogonio.system.outputs import check_place, remove_leftovers, staged_file
 from photogonio.system.progress import Reporter
-from photogonio.system.stops import stop_heard
 
 TABLE, PAGE = "summary.csv", "summary.html"
 FILES = (LEDGER, TABLE, PAGE)
+OF_POOL = ("rigs.jsonl", "pool.json")
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
@@ -37,33 +35,21 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, options = Path(args.out), options_of(args)
     check_place(out, folder=True)
     places = find_sets(args.sets, reporter.warn)
-    check_apart(places, out, FILES)
+    check_apart(places, out, FILES + (OF_POOL if args.pool else ()))
     with cluster_of(options.executor):  # is refused before any set is begun
         out.mkdir(parents=True, exist_ok=True)
     at_once, each = shared(options.threads(), len(places))
-    found, jobs = _sorted_out(places, replace(options, workers=each), out, reporter)
+    options = replace(options, workers=each)
+    rigs = learn(places, options, out, at_once, reporter) if args.pool else LearnedRigs()
+    found, jobs = _sorted_out(places, options, out, rigs, reporter)
     refused = [entry for entry in found.values() if not entry.finished]
     before = f"{len(found) - len(refused)} of them done before; {at_once} at once"
     reporter.say(f"{len(places)} sets, {before}")
-    for entry in refused:
-        reporter.say(_told(entry))
-        append(out / LEDGER, entry)
-    try:
-        with closing(in_processes(jobs, at_once)) as entries_done:
-            for entry in entries_done:
-                append(out / LEDGER, entry)
-                found[entry.set] = entry
-                reporter.say(_told(entry))
-                reporter.progress("sets", len(found), len(places))
-    except KeyboardInterrupt:
-        stop_heard()
-        remove_leftovers(out)
-        done = sum(entry.finished for entry in found.values())
-        raise KeyboardInterrupt(f"{done} of {len(places)} sets are done; run it again to go on") from None
+    carried_out(jobs, found, Pass(processed, LEDGER, _told), out, at_once, reporter)
     remove_leftovers(out)
     entries = [found[place.name] for place in places]
     rewrite(out / LEDGER, entries)
-    for name, text in ((TABLE, table_text(entries)), (PAGE, page_text(entries, out))):
+    for name, text in ((TABLE, table_text(entries)), (PAGE, page_text(entries, out, rigs.words))):
         with staged_file(out / name) as stage:
             stage.write_text(text, encoding="utf-8", errors="backslashreplace")
     count = {
@@ -76,30 +62,26 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
 
 
 def _sorted_out(
-    places: Sequence[SetPlace], options: Options, out: Path, reporter: Reporter
+    places: Sequence[SetPlace], options: Options, out: Path, rigs: LearnedRigs, reporter: Reporter
 ) -> tuple[dict[str, SetEntry], list[Job]]:
     """What is known of sets by a ledger that is there, or since they cannot be read; and what is to be done."""
-    known, found, jobs = read_ledger(out / LEDGER), dict[str, SetEntry](), list[Job]()
-    with ThreadPoolExecutor(options.threads()) as pool:
-        keys = pool.map(partial(_key_or_fault, options=options), places)
-        for place, key in zip(places, keys, strict=True):
-            entry = known.get(place.name)
-            there = (out / place.name / "coefficients.json").is_file()
-            if isinstance(key, InputError):
-                found[place.name] = SetEntry(place.name, "", FAILED, str(key))
-            elif entry is not None and entry.finished and entry.key == key and there:
-                found[place.name] = entry
-            else:
-                jobs.append(Job(place, key, out / place.name, options))
-            reporter.progress("looking at sets", len(found) + len(jobs), len(places))
+    known, found, jobs, changed = read_ledger(out / LEDGER), dict[str, SetEntry](), list[Job](), 0
+    for place, key in zip(places, keys_of(places, options, reporter), strict=True):
+        entry = known.get(place.name)
+        there = (out / place.name / "coefficients.json").is_file()
+        if isinstance(key, InputError):
+            found[place.name] = SetEntry(place.name, "", FAILED, str(key))
+            continue
+        job = job_of(place, key, out, options, rigs)
+        if entry is not None and entry.finished and entry.key == job.key and there:
+            found[place.name] = entry
+        else:
+            jobs.append(job)
+            pool = None if entry is None else entry.numbers.get("pool")
+            changed += isinstance(pool, dict) and pool.get("alone") == key and there
+    if changed:
+        reporter.say(f"other sets say more of the rig, or less, than before: {changed} sets are done again")
     return found, jobs
-
-
-def _key_or_fault(place: SetPlace, options: Options) -> str | InputError:
-    try:
-        return result_key(place, options)
-    except InputError as error:
-        return error
 
 
 def _told(entry: SetEntry) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from photogonio.calib.diagnose.registry import Stage, entries
+from photogonio.calib.rig import codes as rig
 from photogonio.capture import codes
 from photogonio.capture.diagnosis import Entry
 from photogonio.reconstruct.goniometer import codes as tables
@@ -85,6 +86,7 @@ ROOMS = (
     ("Lamps and lens", entries(Stage.LIGHT)),
     ("Strengths, places, and what is left", entries(Stage.LAMP, Stage.STRENGTH, Stage.PLACES)),
     ("The fit", FIT),
+    ("Many sets of one rig", rig.ENTRIES),
 )
 ENTRIES = tuple(entry for _, entries in ROOMS for entry in entries)
 _HEAD = """# What may be told, and what to do

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from photogonio.cache.corners import KeptLooks
 from photogonio.cache.kept import KeptSetup
 from photogonio.cache.scratch import Scratch
@@ -12,7 +14,11 @@ from photogonio.cache.store import default_store
 from photogonio.calib.calibrate import calibrate as find_setup
 from photogonio.calib.response.paper_codes import CodeReader
 from photogonio.calib.response.tone import tone_note, tone_of_print, with_tone
+from photogonio.calib.rig.codes import DIFFERS
+from photogonio.calib.rig.gaussian import NOTHING, RigExpected, RigPrior
+from photogonio.calib.rig.values import WORDS, kind_of
 from photogonio.calib.setup import PrintTone, Setup
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Image
 from photogonio.capture.linear.colour_chart import ColourCorrection
@@ -27,20 +33,27 @@ ABREAST = 2  # whole photos that calibration looks at together: the memory they 
 
 
 def calibrated(
-    photoset: PhotoSet, reporter: Reporter, workers: int, scratch: Scratch, *, drawn: bool = False
+    photoset: PhotoSet,
+    reporter: Reporter,
+    workers: int,
+    scratch: Scratch,
+    *,
+    drawn: bool = False,
+    rig: RigPrior = NOTHING,
 ) -> tuple[Setup, RadianceReader, KeptSetup, ColourCorrection | None]:
     """Where everything was, the reader that the sample photos are to be read with, what is kept of the set,
-    and the colours of a chart. ``drawn``: a picture of every photo will be made."""
+    and the colours of a chart. ``drawn``: a picture of every photo will be made; ``rig``: what other sets of the rig
+    lead to expect."""
     again = drawn or photoset.radiometry.vignetting == "cos4"
     twice = untold_by_brackets(photoset)
     again = again or twice
-    kept = KeptSetup.of(photoset, default_store(), workers)
+    kept = KeptSetup.of(photoset, default_store(), workers, rig)
     setup = kept.load()
     decode = scratch.keep if again else _keeping(photoset, scratch)
     radiance = prepare(photoset, decode=decode)
     tone = None if setup is None else setup.tone
     if twice and tone is None:
-        tone = _tone_told(radiance, kept, reporter, workers, scratch)
+        tone = _tone_told(radiance, kept, reporter, workers, scratch, rig)
     if tone is not None:
         radiance = prepare(photoset, decode=decode, tone=tone.table)
         radiance = replace(radiance, notes=(tone_note(tone), *radiance.notes))
@@ -48,11 +61,11 @@ def calibrated(
     if setup is not None:
         reporter.say("calibrated before, with the same photos, and not again")
     else:
-        setup = _found(radiance, kept, reporter, workers, scratch)
+        setup = _found(radiance, kept, reporter, workers, scratch, rig)
         if (
             photoset.radiometry.vignetting == "cos4"
         ):  # takes the camera, and changes the white patch's reading
-            setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch)
+            setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch, rig)
         setup = kept.save(setup if tone is None else with_tone(setup, tone))
     radiance = replace(radiance, photoset=photoset.turned_to(setup.turned), decode=scratch.take)
     radiance = without_veil(with_vignetting(radiance, setup), setup)
@@ -60,6 +73,10 @@ def calibrated(
         reporter.say(note)
     reporter.tell(*radiance.diagnoses, *setup.diagnoses)
     told: dict[str, object] = {"radiometry": list(radiance.notes)}
+    if rig.expected:
+        told["rig"] = {one.name: _expected_note(one) for one in rig.expected}
+    if rig.differs:
+        reporter.tell(differing(rig))
     if correction is not None:
         told["colour"] = correction_note(correction)
         left = correction.delta_e_left_out.mean()
@@ -72,8 +89,29 @@ def calibrated(
     return setup, radiance, kept, correction
 
 
+def _expected_note(one: RigExpected) -> dict[str, object]:
+    error = np.sqrt(np.diag(one.covariance))
+    return {"value": one.value.tolist(), "standard_error": error.tolist(), "sets": one.sets}
+
+
+def differing(rig: RigPrior) -> Diagnosis:
+    """What is told of a set that contradicts the others of its rig."""
+    words = "; ".join(f"{name} ({WORDS[kind_of(name)]})" for name in rig.differs)
+    return Diagnosis(
+        DIFFERS,
+        f"this set contradicts the others of its rig in {words}: found by itself, and left out of what they share",
+        amount=len(rig.differs),
+        detail={"of": list(rig.differs)},
+    )
+
+
 def _tone_told(
-    radiance: RadianceReader, kept: KeptSetup, reporter: Reporter, workers: int, scratch: Scratch
+    radiance: RadianceReader,
+    kept: KeptSetup,
+    reporter: Reporter,
+    workers: int,
+    scratch: Scratch,
+    rig: RigPrior,
 ) -> PrintTone:
     """The tone curve that print and paper tell, by a first calibration as if it were sRGB's.
 
@@ -83,7 +121,7 @@ def _tone_told(
     reporter.say(
         "no photo tells its tone curve: calibrating as if it were sRGB's, to learn it from the print"
     )
-    first = _found(radiance, kept, reporter, workers, scratch)
+    first = _found(radiance, kept, reporter, workers, scratch, rig)
     try:
         return tone_of_print(radiance.photoset, first, CodeReader(radiance.read, radiance.coded))
     except ValueError as error:
@@ -113,12 +151,18 @@ def without_veil(radiance: RadianceReader, setup: Setup) -> RadianceReader:
 
 
 def _found(
-    radiance: RadianceReader, kept: KeptSetup, reporter: Reporter, workers: int, scratch: Scratch
+    radiance: RadianceReader,
+    kept: KeptSetup,
+    reporter: Reporter,
+    workers: int,
+    scratch: Scratch,
+    rig: RigPrior,
 ) -> Setup:
     return find_setup(
         radiance.photoset,
         lambda _, view: radiance.read(view),
         reporter.progress,
+        rig,
         read_part=radiance.read,
         read_level=radiance.read_level,
         workers=min(workers, ABREAST),

@@ -11,10 +11,9 @@ from urllib.parse import unquote_to_bytes, urljoin
 
 import pytest
 
-from photogonio.batch import summary
+from photogonio.batch import passes, summary
 from photogonio.batch.ledger import SetEntry, read_ledger
 from photogonio.cli import main
-from photogonio.commands import batch
 from tests.drawn.tiny_set import TinySet
 
 QUICK = ["--quiet", "--order", "0", "--lobes", "none", "--level", "2", "--executor", "local:2"]
@@ -102,12 +101,12 @@ def test_a_stop_says_what_is_done_and_the_next_run_goes_on(archive, library, tmp
     out = tmp_path / "library"
     shutil.copytree(library[1], out)
 
-    def stopped(jobs, workers):
+    def stopped(jobs, workers, work):
         yield from ()
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(batch, "in_processes", stopped)
+        patch.setattr(passes, "in_processes", stopped)
         assert main(["batch", str(archive), "-o", str(out), *QUICK]) == 130
     assert "2 of 3 sets are done" in capsys.readouterr().err
     assert main(["batch", str(archive), "-o", str(out), *QUICK]) == 1
