@@ -28,6 +28,8 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST
 from photogonio.options import Options
+from photogonio.system.compiled import keep_fresh
+from photogonio.system.memory import keep_freed
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import hash_file, hash_files
 
@@ -86,6 +88,7 @@ def processed(job: Job) -> SetEntry:
     from photogonio.pipeline import process
     from photogonio.report.trust import verdict_lines
 
+    keep_fresh()
     try:
         result = process(job.place.folder, job.out, job.options, Reporter(quiet=True), job.rig)
     except Exception as error:
@@ -245,6 +248,7 @@ def _allowed(root: Path) -> float:
 def _on_its_own() -> None:
     """Stops are the parent's business, which ends its workers. They do not outlive it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    keep_freed()
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
