@@ -23,6 +23,7 @@ FEWEST = 3  # readings in each
 PEAK = 1.8  # of the readings near the lamp's direction, over those around it
 OTHER = 1.3  # and over those near the mirror direction
 TURNS = tuple(np.radians(np.arange(-165.0, 181.0, 15.0)).tolist())  # of a mirror lobe about the normal
+BRIGHTER = 1.1  # times the readings around it and near the mirror direction: then evidence is asked
 BESIDE = np.radians(31.0)  # from the plane of incidence, where no surface has it
 LOST = 0.1  # of the rows
 EDGE = 4.0  # degrees: rows toward the horizon that are lost
@@ -120,7 +121,7 @@ def _beside(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
     if mirror is None or peak is None or min(abs(turn), np.pi - abs(turn)) < BESIDE:
         return None
     around = slant & (angle[turn] > RING[0]) & (angle[turn] < RING[1])
-    if around.sum() < FEWEST or peak < max(PEAK * max(float(np.median(value[around])), 1e-3), OTHER * mirror):
+    if around.sum() < FEWEST or peak < BRIGHTER * max(float(np.median(value[around])), mirror, 1e-3):
         return None
     return _mirrored(samples, value, turn)
 
