@@ -16,6 +16,7 @@ from photogonio.calib.diagnose.photos.veiling_glare import enough_print, evenly_
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera
 from photogonio.capture import robust
+from photogonio.capture.jit import jit
 from photogonio.capture.photoset import PhotoSet
 
 _SPREAD = 0.06  # standard deviation of the logarithm of light over the paper that tells a power
@@ -67,11 +68,33 @@ def black_and_brightest(samples: PaperSamples) -> Pairs:
     far, near = tree.query(dark.points[:, :2], k=_BESIDE)
     brightest = near[np.arange(len(near)), level[near].argmax(1)]
     # as far as black goes on, so that white on its other side has a say
-    about = tree.query_ball_point(dark.points[:, :2], 2.0 * float(far[:, 0].max(initial=0.0)))
-    darkest = np.array([level[one].min(initial=np.inf) for one in about])
+    reach = 2.0 * float(far[:, 0].max(initial=0.0))
+    darkest = _least_about(dark.points, lit.points, level, reach)
     noise = np.sqrt(lit.variance.mean(1) / lit.value.shape[1])
     good = (darkest > _EVEN * level[brightest]) & (noise[brightest] < _NOISY * level[brightest])
     return dark.value[good], lit.value[brightest[good]]
+
+
+def _least_about(middle: np.ndarray, places: np.ndarray, level: np.ndarray, reach: float) -> np.ndarray:
+    """The least ``level`` (m,), inf of none, of ``places`` (m, 3) no farther than ``reach`` along the board from each
+    ``middle`` (n, 3)."""
+    order = np.argsort(places[:, 1], kind="stable")
+    first = np.searchsorted(places[order, 1], middle[:, 1] - reach)
+    least = np.full(len(middle), np.inf)
+    _fill_least(middle, places[order], level[order], reach, first, least)
+    return least
+
+
+@jit
+def _fill_least(middle, places, level, reach, first, least):
+    """The same, of places in the order of their y from the ``first`` (n,) on."""
+    for i in range(len(middle)):
+        for k in range(first[i], len(places)):
+            across, along = places[k, 0] - middle[i, 0], places[k, 1] - middle[i, 1]
+            if along > reach:
+                break
+            if across**2 + along**2 <= reach**2:
+                least[i] = min(least[i], level[k])
 
 
 def seen_power(
