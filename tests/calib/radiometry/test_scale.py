@@ -9,6 +9,7 @@ from photogonio.calib.radiometry.patch import UNEVEN, NoStrength
 from photogonio.calib.radiometry.readings import StrengthReadings, _mean
 from photogonio.calib.radiometry.scale import tie
 from photogonio.calib.remarks import Remarks
+from photogonio.calib.rig.gaussian import RigExpected
 from tests.drawn.patches import FAR, PAPER, PATCH, SET, STRENGTH, STRENGTHS, strength, tied, told
 from tests.drawn.setups import BOARD
 
@@ -217,3 +218,17 @@ def test_without_a_believed_patch_the_paper_keeps_the_proportions():
     assert scale == "relative"
     ratios = [values[n].value / s for n, s in STRENGTHS.items()]
     np.testing.assert_allclose(ratios, np.broadcast_to(ratios[0], (6, 3)), rtol=1e-9)
+
+
+def test_paper_that_other_sets_of_the_rig_know_makes_the_scale_absolute():
+    readings = {n: replace(r, patch=NoStrength("no patch")) for n, r in told(STRENGTHS).items()}
+    lights = dict.fromkeys(readings, FAR)
+    given = {n: np.ones_like(np.atleast_1d(STRENGTHS[n])) for n in readings}
+    channels = len(next(iter(given.values())))
+    error = 0.004
+    paper = RigExpected("paper", np.log(np.full(channels, PAPER * np.pi)), error**2 * np.eye(channels), 9)
+    values, scale = tie(replace(SET, white_patches=()), readings, lights, given, Remarks(), paper)
+    assert scale == "absolute"
+    for name, true in STRENGTHS.items():
+        np.testing.assert_allclose(values[name].value, true, rtol=1e-9)
+        assert (values[name].error >= error * values[name].value * 0.99).all()  # all share the paper's
