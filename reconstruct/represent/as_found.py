@@ -56,16 +56,6 @@ def lobe_parameters(model: Model) -> list[str]:
     ]
 
 
-def lobe_values(model: Model) -> np.ndarray:
-    """(p, c) the numbers that :func:`lobe_parameters` names."""
-    said = [
-        number_of(lobe, what)
-        for family, lobe in zip(model.lobes.families, lobes_of(model), strict=True)
-        for what in _free(family, lobe)
-    ]
-    return np.array(said).reshape(-1, model.lobe_coefficients.shape[1])
-
-
 def lobe_jacobian(model: Model, covers: Sequence[float]) -> np.ndarray:
     """(c, p, q) derivatives of the numbers that :func:`lobe_parameters` names by a fit's: the lobes' coefficients, the
     logarithms of their shapes, and of the weights of those whose weight is taken to be 1, in units of ``covers``."""

@@ -9,7 +9,7 @@ light, its geometry), the prior, which speaks where the data do not, and the cho
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtrit
@@ -115,13 +115,7 @@ def uncertainty_of(
     same = [(one, weight) for one, weight in models if one.lobes.families == model.lobes.families]
     basis = Basis(model.basis.symmetry, max([model.basis.order, *(one.order for one, _ in same)]))
     problem = _problem(fitted, cells, deviation, basis, view_errors)
-    alternatives = _alternatives(same, model, level(cells))
-    total = covariance(problem, alternatives)
-    places = _places(cells)
-    if model.lobes.families and min(len(np.unique(one)) for one in (cells.group, places)) >= LEAST_UNITS:
-        first = len(basis.modes) + len(model.lobe_coefficients)
-        by_place = covariance(replace(problem, unit=places), alternatives)
-        total = _at_least(total, by_place, slice(first, first + len(model.lobes.flat())))
+    total = covariance(problem, _alternatives(same, model, level(cells)))
     units = len(np.unique(problem.unit))
     return Uncertainty(basis, total, len(model.lobe_coefficients), max(units - 1.0, 1.0), scale_error)
 
@@ -166,27 +160,10 @@ def _units(cells: Cells) -> np.ndarray:
     if len(names) >= LEAST_UNITS:
         together = np.random.default_rng(0).permutation(len(names)) % MOST_VIEWS
         return unit.ravel() if len(names) <= MOST_VIEWS else together[unit.ravel()]
-    return _several(np.column_stack([unit.ravel(), blocks_of(cells)]))
-
-
-def _places(cells: Cells) -> np.ndarray:
-    """(n,) the same of some neighbouring directions, in all views: what the model misses there is missed alike."""
-    return _several(blocks_of(cells)[:, None])
-
-
-def _several(blocks: np.ndarray) -> np.ndarray:
-    """(n,) blocks (n, k) by number, so many together that few are left."""
+    blocks = np.column_stack([unit.ravel(), blocks_of(cells)])
     block = np.unique(blocks, axis=0, return_inverse=True)[1].ravel()
     count = block.max(initial=0) + 1
     return np.random.default_rng(0).permutation(count)[block] % min(MOST_UNITS, count)
-
-
-def _at_least(covariance: np.ndarray, other: np.ndarray, at: slice) -> np.ndarray:
-    """``covariance`` (c, p, p) with standard deviations of the parameters ``at`` no smaller than the ``other``'s."""
-    one, two = (np.sqrt(np.diagonal(each, axis1=1, axis2=2)[:, at]) for each in (covariance, other))
-    wider = np.ones(covariance.shape[:2])
-    wider[:, at] = np.maximum(1.0, np.divide(two, one, out=np.ones_like(one), where=one > 0.0))
-    return wider[:, :, None] * covariance * wider[:, None, :]
 
 
 def _spread(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,10 +20,9 @@ from photogonio.reconstruct.brdf.parameters import (
 )
 from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
-from photogonio.reconstruct.lobes.families import Family
-from photogonio.reconstruct.represent.as_found import lobe_jacobian, lobe_parameters, lobe_values
+from photogonio.reconstruct.represent.as_found import lobe_jacobian, lobe_parameters
 from photogonio.reconstruct.uncertainty.beyond import Sampled, tables_of
-from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty
+from photogonio.reconstruct.uncertainty.budget import Uncertainty
 from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
 
 CONDITION = 0.01  # of the directions in which listed parameters are told apart
@@ -53,9 +51,7 @@ def in_file(brdf: Brdf, model: Model, spread: Uncertainty, misfit: Misfit, known
     at = Sampled.of(found, names, model, spread, misfit, known)
     found = _shortest(found, at)
     wider = float(spread.half_width(np.ones(1))[0]) / float(ndtri(0.975))
-    covariance = _covariance(found, model, spread, rows, at)
-    covariance[:, len(rows) :, len(rows) :] += between(model, spread.rivals)
-    covariance *= wider**2
+    covariance = wider**2 * _covariance(found, model, spread, rows, at)
     errors = rounded(np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)).T)
     missed, unseen = tables_of(at, covariance, wider)
     scale = rounded(np.array(spread.scale_error)).item()
@@ -87,38 +83,6 @@ def _covariance(found: Brdf, model: Model, spread: Uncertainty, rows: np.ndarray
             nearest = np.linalg.lstsq(slopes / scale, weight * design, rcond=CONDITION)[0]
             change[c][np.ix_(own, other)] = nearest / scale[:, None]
     return change @ spread.covariance @ np.swapaxes(change, 1, 2)
-
-
-def between(model: Model, rivals: Sequence[Rival]) -> np.ndarray:
-    """(c, p, p) of the lobes' numbers, by what as many lobes of models that predict as well have in their place.
-
-    Lobes of the same numbers are compared whole, so that what makes up for another goes with it; of others with the
-    same slopes about the same direction roughness alone means the same.
-    """
-    names, own = lobe_parameters(model), lobe_values(model)
-    total = np.zeros((own.shape[1], len(names), len(names)))
-    for rival in rivals:
-        pairs = list(zip(model.lobes.families, rival.model.lobes.families, strict=False))
-        if len(rival.model.lobes.families) != len(model.lobes.families):
-            continue
-        theirs, values = lobe_parameters(rival.model), lobe_values(rival.model)
-        change = np.zeros_like(own)
-        for k, name in enumerate(names):
-            means = theirs == names or name.endswith("roughness")
-            if (
-                means
-                and name in theirs
-                and not name.endswith("azimuth")
-                and _alike(*pairs[int(name.split()[1])])
-            ):
-                change[k] = values[theirs.index(name)] - own[k]
-        total += rival.weight * np.einsum("pc,qc->cpq", change, change)
-    return total
-
-
-def _alike(one: Family, other: Family) -> bool:
-    """Whether a roughness means the same to both."""
-    return (one.distribution, one.peak, one.about) == (other.distribution, other.peak, other.about)
 
 
 def _shortest(brdf: Brdf, at: Sampled) -> Brdf:

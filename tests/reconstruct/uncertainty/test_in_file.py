@@ -11,13 +11,12 @@ from scipy.special import ndtri
 from photogonio.reconstruct.brdf.parameters import is_shared
 from photogonio.reconstruct.brdf.spread import drawn
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.represent.as_found import lobe_parameters
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty
-from photogonio.reconstruct.uncertainty.in_file import between, in_file, rounded
+from photogonio.reconstruct.uncertainty.budget import Uncertainty
+from photogonio.reconstruct.uncertainty.in_file import in_file, rounded
 from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
 from tests.drawn.fits import as_found, model_of
 
@@ -123,19 +122,3 @@ def test_what_channels_share_has_one_error_and_draws_scatter_as_is_said(family):
     # of as many draws a deviation is known to 1 / sqrt(2 n) of itself, and f bends a little between them
     scatter = np.sqrt(np.mean(apart**2, axis=0)) / told(alone, where)
     np.testing.assert_allclose(scatter, 1.0, atol=5.0 / np.sqrt(2.0 * draws) + 0.03)
-
-
-def test_a_roughness_is_as_unsure_as_models_that_predict_as_well_leave_it():
-    """Of two that are believed alike and have 0.3 and 0.32, the mean square about the first is half of 0.02^2; a rival
-    of other slopes, or about another direction, means something else by its roughness."""
-    model = model_of(METAL)
-    at = lobe_parameters(model).index("lobe 0 roughness")
-    rough = float(model.lobes.shapes[0][0])
-    shapes = (np.array([rough + 0.02, *model.lobes.shapes[0][1:]]),)
-    other = replace(model, lobes=LobeSet((families(absolute=True)[1],), shapes))
-    found = between(model, [Rival(other, 0.5)])
-    np.testing.assert_allclose(found[:, at, at], 0.5 * 0.02**2, rtol=1e-6)
-    assert np.linalg.matrix_rank(found[0]) == 1
-    alien = replace(other.lobes.families[0], distribution="beckmann")
-    assert not between(model, [Rival(replace(other, lobes=LobeSet((alien,), shapes)), 0.5)])[:, at, at].any()
-    assert not between(model, [Rival(replace(model, lobes=LobeSet()), 0.5)]).any()
