@@ -46,6 +46,7 @@ class Format:
     )
     state: Callable[[Path, str], None] | None = None  # says the loss in the file; None: it has no room
     folder: bool = False  # of files
+    gathered: bool = False  # whether its model is no reciprocal one: albedos are of light toward the viewer
 
     def put(self, brdf: Any, path: Path, *, source: str = "", **asked: Any) -> tuple[str | None, Loss]:
         """Write a BRDF (or what is known as one is) to ``path``; where there is room its loss and ``source``, where it
@@ -59,7 +60,8 @@ class Format:
     def loss(self, brdf: Any, path: Path) -> Loss:
         """What the file at ``path``, written of ``brdf`` (or of what is known as one is), loses."""
         change = self.convert
-        return loss_of(brdf, self.read(path), None if change is None else lambda f: change(brdf, f))
+        convert = None if change is None else lambda f: change(brdf, f)
+        return loss_of(brdf, self.read(path), convert, gathered=self.gathered)
 
 
 def _gray(brdf: Brdf, value: np.ndarray) -> np.ndarray:
@@ -108,7 +110,9 @@ FORMATS = {
     "radiance": Format(
         ".xml", write_radiance_tree, lambda path: read_radiance(path).evaluate, convert=_gray, state=_in_xml
     ),
-    "openpbr": Format(".mtlx", write_openpbr, read_openpbr, convert=principled.rgb, state=_in_xml),
+    "openpbr": Format(
+        ".mtlx", write_openpbr, read_openpbr, convert=principled.rgb, state=_in_xml, gathered=True
+    ),
     "gltf": Format(".gltf", write_gltf, read_gltf, convert=principled.rgb, state=_in_json),
     "modes": Format(".modes.json", write_modes, load_brdf, ordered=True, state=_in_json),
     "scatmech": Format(".scatmech.csv", write_scatmech_file, _read_scatmech, ordered=True),

@@ -44,9 +44,17 @@ class Loss:
 
 
 def loss_of(
-    brdf: Brdf, exported: Evaluate, convert: Callable[[np.ndarray], np.ndarray] | None = None
+    brdf: Brdf,
+    exported: Evaluate,
+    convert: Callable[[np.ndarray], np.ndarray] | None = None,
+    *,
+    gathered: bool = False,
 ) -> Loss:
-    """Compare ``exported`` with the BRDF; ``convert`` takes the source's channels (n, c) to the file's."""
+    """Compare ``exported`` with the BRDF; ``convert`` takes the source's channels (n, c) to the file's.
+
+    With ``gathered`` albedos are of even light that is sent toward a viewer at each angle, what a renderer that starts
+    at the camera adds up; of a reciprocal BRDF that is the same.
+    """
 
     def source(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         f = np.maximum(brdf(incident, exit), 0.0)
@@ -57,11 +65,17 @@ def loss_of(
     rms = tuple(_rms(source, exported, np.radians(mask), rng, isotropic=isotropic) for mask in MASKS)
     ratios, brightest = [], 0.0
     for angle in ANGLES:
-        there, here = (_albedo(f, np.radians(angle)) for f in (exported, source))
+        there, here = (
+            _albedo(_exchanged(f) if gathered else f, np.radians(angle)) for f in (exported, source)
+        )
         ratio = there / np.maximum(here, 1e-12)
         ratios.append(float(ratio[np.argmax(np.abs(ratio - 1))]))
         brightest = max(brightest, float(there.max()))
     return Loss(rms, tuple(ratios), brightest)
+
+
+def _exchanged(f: Evaluate) -> Evaluate:
+    return lambda incident, exit: f(exit, incident)
 
 
 def _rms(source: Evaluate, exported: Evaluate, mask: float, rng, *, isotropic: bool) -> float:
@@ -99,19 +113,26 @@ def _lifted(disk: np.ndarray) -> np.ndarray:
 
 
 def _albedo(f: Evaluate, theta_i: float) -> np.ndarray:
-    """(c,) directional albedo, nodes drawn toward the mirror direction by a mixture of two rules."""
-    rule_t = np.polynomial.legendre.leggauss(_POLAR)
-    turn = (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
-    total = 0.0
+    """(c,) directional albedo."""
+    exit, weight = around(theta_i)
+    incident = np.broadcast_to(unit_vectors(theta_i, 0.0), exit.shape)
+    return np.atleast_1d(weight @ np.nan_to_num(f(incident, exit)))
+
+
+def around(theta_i: float, polar: int = _POLAR, azimuths: int = _AZIMUTHS) -> tuple[np.ndarray, np.ndarray]:
+    """Exit directions (n, 3) and weights (n,), projected solid angle, of the quadrature of an albedo: nodes lie dense
+    about the mirror's direction of light from ``theta_i`` and azimuth 0."""
+    node, size = np.polynomial.legendre.leggauss(polar)
+    turn = (np.arange(azimuths) + 0.5) / azimuths
+    phi = np.pi * (1 + np.sign(2 * turn - 1) * np.abs(2 * turn - 1) ** 3)
+    d_phi = 2 * np.pi * 3 * np.abs(2 * turn - 1) ** 2 / azimuths
+    found = []
     # u from 0 to 1 on either side of the mirror's polar angle, dense near it; azimuth dense near half a turn
-    for low, high in ((theta_i, 0.0), (theta_i, np.pi / 2)):
-        u, w = 0.5 * (rule_t[0] + 1), 0.5 * rule_t[1]
-        theta = low + (high - low) * u**3
-        d_theta = np.abs(high - low) * 3 * u**2 * w
-        phi = np.pi * (1 + np.sign(2 * turn - 1) * np.abs(2 * turn - 1) ** 3)
-        d_phi = 2 * np.pi * 3 * np.abs(2 * turn - 1) ** 2 / _AZIMUTHS
+    for end in (0.0, np.pi / 2):
+        u = 0.5 * (node + 1)
+        theta = theta_i + (end - theta_i) * u**3
+        d_theta = np.abs(end - theta_i) * 3 * u**2 * 0.5 * size
         t, p = (grid.ravel() for grid in np.meshgrid(theta, phi, indexing="ij"))
         weight = np.outer(d_theta * np.sin(theta) * np.cos(theta), d_phi).ravel()
-        incident = np.broadcast_to(unit_vectors(theta_i, 0.0), (len(t), 3))
-        total = total + weight @ np.nan_to_num(f(incident, unit_vectors(t, p)))
-    return np.atleast_1d(total)
+        found.append((unit_vectors(t, p), weight))
+    return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
