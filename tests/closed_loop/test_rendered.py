@@ -6,7 +6,7 @@ import json
 import shutil
 import tomllib
 import weakref
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ import tomli_w
 
 from photogonio.cache.scratch import Scratch
 from photogonio.calib.detect import photo_reader as looking
+from photogonio.calib.setup import Setup
 from photogonio.capture.photoset import MANIFEST
 from photogonio.evaluate.scenes import Score, evaluate_scene, rendered
 from photogonio.evaluate.score_table import score_table
@@ -77,10 +78,26 @@ def test_the_balls_calibration_is_near_the_truth(ball: Score):
     assert ball.result.left_out == ()
 
 
-def test_the_papers_of_few_photos_are_in_memory_at_once(ball: Score, ball_set: Path, monkeypatch):
-    """Of 240 photos they were 600 MB. Two threads may each hold the one they read, and the one that they work on."""
-    papers, most = [], []
-    put = Scratch.put
+@dataclass(frozen=True, slots=True)
+class OneMore:
+    """A set calibrated without its last photo, from nothing, and then with it."""
+
+    papers: tuple[int, ...]  # in memory whenever one was read again
+    read: int
+    last: str
+    looked_at: tuple[str, ...]  # once the last photo was there
+    found: Setup
+
+
+@pytest.fixture(scope="module")
+def one_more(ball_set: Path, tmp_path_factory) -> OneMore:
+    folder = tmp_path_factory.mktemp("one-more")
+    shutil.copytree(ball_set, folder / "set")
+    manifest = tomllib.loads((ball_set / MANIFEST).read_text(encoding="utf-8"))
+    last = next(photo for photo in reversed(manifest["photo"]) if photo["role"] == "sample")
+    fewer = manifest | {"photo": [photo for photo in manifest["photo"] if photo is not last]}
+    papers, most, looked_at = [], [], []
+    put, look_at = Scratch.put, looking._look_at
 
     def watched(self, reading):
         papers.append(weakref.ref(reading.level))
@@ -94,36 +111,34 @@ def test_the_papers_of_few_photos_are_in_memory_at_once(ball: Score, ball_set: P
 
         return recalled
 
-    monkeypatch.setattr(Scratch, "put", watched)
-    monkeypatch.setenv("PHOTOGONIO_CACHE", "")  # as if for the first time
-    found = calibrate(ball_set, workers=2)
-    assert len(papers) > 8
-    assert max(most) <= 4
-    for view, known in zip(found.views, ball.result.setup.views, strict=True):
-        np.testing.assert_array_equal(view.light.place, known.light.place)
+    def looked(reader, view, keep):
+        looked_at.append(view.name)
+        return look_at(reader, view, keep)
+
+    def calibrated(photos):
+        (folder / "set" / MANIFEST).write_text(tomli_w.dumps(photos), encoding="utf-8")
+        return calibrate(folder / "set", workers=2)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PHOTOGONIO_CACHE", str(folder / "kept"))
+        with patch.context() as watching:
+            watching.setattr(Scratch, "put", watched)
+            calibrated(fewer)
+        patch.setattr(looking, "_look_at", looked)
+        found = calibrated(manifest)
+    return OneMore(tuple(most), len(papers), last["file"], tuple(looked_at), found)
 
 
-def test_of_a_set_with_one_more_photo_only_that_is_looked_at(
-    ball: Score, ball_set: Path, tmp_path, monkeypatch
-):
+def test_the_papers_of_few_photos_are_in_memory_at_once(one_more: OneMore):
+    """Of 240 photos they were 600 MB. Two threads may each hold the one they read, and the one that they work on."""
+    assert one_more.read > 8
+    assert max(one_more.papers) <= 4
+
+
+def test_of_a_set_with_one_more_photo_only_that_is_looked_at(one_more: OneMore, ball: Score):
     """And what is found is, to the bit, what is found from nothing."""
-    shutil.copytree(ball_set, tmp_path / "set")
-    manifest = tomllib.loads((ball_set / MANIFEST).read_text(encoding="utf-8"))
-    last = next(photo for photo in reversed(manifest["photo"]) if photo["role"] == "sample")
-    fewer = manifest | {"photo": [photo for photo in manifest["photo"] if photo is not last]}
-    looked_at, look_at = [], looking._look_at
-    monkeypatch.setattr(
-        looking,
-        "_look_at",
-        lambda reader, view, keep: looked_at.append(view.name) or look_at(reader, view, keep),
-    )
-    monkeypatch.setenv("PHOTOGONIO_CACHE", str(tmp_path / "kept"))
-    for photos in (fewer, manifest):
-        looked_at.clear()
-        (tmp_path / "set" / MANIFEST).write_text(tomli_w.dumps(photos), encoding="utf-8")
-        found = calibrate(tmp_path / "set", workers=2)
-    assert looked_at == [last["file"]]
-    for view, known in zip(found.views, ball.result.setup.views, strict=True):
+    assert one_more.looked_at == (one_more.last,)
+    for view, known in zip(one_more.found.views, ball.result.setup.views, strict=True):
         np.testing.assert_array_equal(view.light.place, known.light.place)
         np.testing.assert_array_equal(view.strength, known.strength)
 

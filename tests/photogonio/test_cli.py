@@ -151,7 +151,7 @@ def test_a_table_that_was_left_can_be_fitted_again(capsys, tmp_path, table):
 def test_quiet_says_nothing_and_plain_says_what_was_chosen(capsys, tmp_path, table):
     assert main(["fit", str(table), "-o", str(tmp_path / "a"), *QUICK, "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
-    assert main(["fit", str(table), "-o", str(tmp_path / "a"), "--lobes", "none"]) == 0
+    assert main(["fit", str(table), "-o", str(tmp_path / "a"), *QUICK]) == 0
     out = capsys.readouterr().out
     assert "order" in out
     assert "written to" in out

@@ -54,6 +54,7 @@ def test_the_answer_is_the_balls_albedo(capsys, tmp_path, tiny_set: TinySet):
     assert list(setup["source"]["inputs"]) == ["photoset.toml", "6 photos"]
 
 
+@pytest.mark.usefixtures("plain_pictures")
 def test_one_and_two_workers_give_the_same_bytes(capsys, tmp_path, tiny_set: TinySet, monkeypatch):
     monkeypatch.setenv("PHOTOGONIO_CACHE", "")
     for workers in ("1", "2"):
@@ -62,6 +63,7 @@ def test_one_and_two_workers_give_the_same_bytes(capsys, tmp_path, tiny_set: Tin
         assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
 
 
+@pytest.mark.usefixtures("plain_pictures")
 def test_a_second_run_calibrates_and_reduces_nothing_and_gives_the_same_bytes(
     capsys, tmp_path, tiny_set: TinySet, monkeypatch
 ):

@@ -116,7 +116,9 @@ def test_rows_of_next_to_nothing_but_tails_tell_a_gloss_without_any():
     np.testing.assert_allclose(shape[0], 0.2, rtol=0.005)
 
 
-@pytest.mark.parametrize(("power", "step"), [(50.0, 0.005), (200.0, 0.01)])
+@pytest.mark.parametrize(
+    ("power", "step"), [(50.0, 0.005), pytest.param(200.0, 0.01, marks=pytest.mark.long)]
+)
 def test_a_black_gloss_whose_digits_are_cut_off_is_neither_doubted_nor_guessed(power, step):
     """Most rows are truly 0, and the peak lies between rows 10 degrees and more apart: the albedo is that of the lobe,
     0.2 but for what lies below the horizon, within the share of it that the digits cut off."""

@@ -119,7 +119,9 @@ def test_an_old_file_with_a_round_peak_is_still_read(tmp_path):
     assert [lobe.model for lobe in load_brdf(tmp_path / "old.json").lobes] == ["round", "mirror"]
 
 
-@pytest.mark.parametrize(("form", "power"), [("phong", 50.0), ("blinn", 200.0)])
+@pytest.mark.parametrize(
+    ("form", "power"), [pytest.param("phong", 50.0, marks=pytest.mark.long), ("blinn", 200.0)]
+)
 def test_files_of_glossy_tables_hold_nothing_but_lobes_of_the_page(form, power, tmp_path):
     steps = (
         np.radians([0, 15, 30, 45, 60]),

@@ -19,7 +19,7 @@ from tests.drawn.calibrations import Drawn
 def test_lamps_that_do_not_shine_alike_to_all_sides_are_told(power):
     """A panel's light goes with the cosine beside its axis: the board's edges, some 15 degrees off, are 3 % darker.
     Falloff alone would have it stand a tenth nearer; the ball's shadow knows better."""
-    drawn = Drawn(3)
+    drawn = Drawn(3, views=4)
     state = drawn.watched(paper=True)
     for observation in state.observations:
         k = int(observation.view.name[1:])

@@ -103,10 +103,10 @@ def dimmed(drawn: Drawn, corner: float) -> State:
 @pytest.mark.parametrize(
     ("fixed", "corner"),
     [
-        (False, 0.0),
         (True, 0.0),
         (False, -0.12),
         (True, -0.4),
+        pytest.param(False, 0.0, marks=pytest.mark.long),  # held by a rendered set before a moving camera
         pytest.param(True, -0.12, marks=pytest.mark.long),
         pytest.param(False, -0.4, marks=pytest.mark.long),
     ],
@@ -139,7 +139,7 @@ def test_a_lens_that_darkens_the_corners_is_told(fixed, corner):
 
 def test_a_lens_is_found_in_a_lit_room_which_passed_for_a_beam():
     """Of the room's light, 0.1 of the lamp's, lamps that shine less aside explain a part: known, it is found again."""
-    drawn = Drawn(27)
+    drawn = Drawn(27, views=4)
     state = drawn.watched(paper=True)
     for observation in state.observations:
         reading, samples = observation.reading, observation.reading.samples
