@@ -23,6 +23,7 @@ from photogonio.reconstruct.export.table_grid import scale_in_words
 from photogonio.reconstruct.modes.angles import unit_vectors
 
 _SLICE, _INCIDENT = 96, 56  # nodes a side of a slice; incident angles
+_RETRO_SLICE, _RETRO_INCIDENT = 128, 80  # the same of a peak that stands wherever the light comes from
 _TURNING_SLICE, _TURNING_INCIDENT, _TURNS = (
     48,
     24,
@@ -48,10 +49,13 @@ class _Nodes:
 
         Azimuths begin at -pi: the reader clamps those below its first node without a word.
         """
-        count = _TURNING_INCIDENT if brdf.turning else _INCIDENT
-        theta_i = _LAST * (1 - (1 - np.linspace(0.0, 1.0, count)) ** 2)
+        retro = any(lobe.model == "retro" for lobe in brdf.lobes)
+        count, side = (_RETRO_INCIDENT, _RETRO_SLICE) if retro else (_INCIDENT, _SLICE)
+        if brdf.turning:
+            count, side = _TURNING_INCIDENT, _TURNING_SLICE
+        theta_i = _LAST * (1 - (1 - np.linspace(0.0, 1.0, count)) ** (1.5 if retro else 2.0))
         phi_i = np.linspace(-np.pi, np.pi, _TURNS) if brdf.turning else np.zeros(1)
-        return cls(theta_i, phi_i, _TURNING_SLICE if brdf.turning else _SLICE)
+        return cls(theta_i, phi_i, side)
 
 
 def write_mitsuba(brdf: Brdf, path: Path) -> None:
@@ -72,10 +76,11 @@ def write_mitsuba(brdf: Brdf, path: Path) -> None:
         )
     nodes = _Nodes.of(brdf)
     slices = [[_slice(brdf, nodes.slice, t, p) for t in nodes.theta_i] for p in nodes.phi_i]
-    value = np.stack([[v[order] for v, _ in row] for row in slices])
-    sampled = np.stack([[v.mean(0) * area for v, area in row] for row in slices])
+    value = _between(np.stack([[v[order] for v, _ in row] for row in slices]), nodes)
+    area = np.stack([[a for _, a in row] for row in slices])
+    sampled = value.mean(axis=2) * area
     text = f"photogonio, {scale_in_words(brdf)}"
-    even = np.ones(sampled.shape)
+    even = np.ones((*sampled.shape[:2], 2, 2))
     least = _LEAST * np.maximum(sampled.mean(axis=(2, 3), keepdims=True), 1e-6 * max(sampled.mean(), 1e-30))
     write_tensors(
         path,
@@ -100,6 +105,30 @@ def wavelengths_of(channels: tuple[str, ...]) -> np.ndarray | None:
         return None
     numbers = np.array([float(match[1]) for match in found if match])
     return numbers if ((numbers >= 200) & (numbers <= 3000)).all() else None
+
+
+def _between(value: np.ndarray, nodes: _Nodes) -> np.ndarray:
+    """Values (phi_i, theta_i, c, s, s) between which lines are nearest to f, in place of values on it.
+
+    Lines between nodes on a bent curve are all on one side of it, by h^2 f'' / 12 on the mean; least squares put the
+    nodes lower by that, which leaves 0.4 of the rms error.
+    """
+    sides = np.linspace(0.0, 1.0, nodes.slice)
+    places = ((0, nodes.phi_i), (1, nodes.theta_i), (3, sides), (4, sides))
+    less = sum(_bend(value, axis, at, around=axis in (0, 3)) for axis, at in places if len(at) > 2)
+    return np.clip(value - less / 12.0, 0.5 * value, 1.5 * value)
+
+
+def _bend(value: np.ndarray, axis: int, at: np.ndarray, *, around: bool) -> np.ndarray:
+    """h^2 times the second derivative along an axis with nodes ``at``; the last is the first if it goes ``around``."""
+    moved = np.moveaxis(value, axis, -1)
+    rise = np.diff(moved, axis=-1) / np.diff(at)
+    step = 0.5 * (np.diff(at)[1:] + np.diff(at)[:-1])
+    found = np.zeros_like(moved)
+    found[..., 1:-1] = step * np.diff(rise, axis=-1)
+    if around:
+        found[..., 0] = found[..., -1] = (at[1] - at[0]) * (rise[..., 0] - rise[..., -1])
+    return np.moveaxis(found, -1, axis)
 
 
 def _colours(value: np.ndarray, wavelengths: np.ndarray | None) -> dict[str, np.ndarray]:

@@ -11,6 +11,7 @@ import pytest
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.mitsuba import read_mitsuba, read_tensors
+from photogonio.reconstruct.export import mitsuba
 from photogonio.reconstruct.export.formats import find_format
 from tests.drawn.exports import gloss, over_ground, random_pairs, satin
 
@@ -22,8 +23,8 @@ def test_no_light_is_added_toward_grazing(tmp_path, roughness):
     brdf = over_ground(gloss(roughness))
     FORM.write(brdf, tmp_path / "a.bsdf")
     loss = FORM.loss(brdf, tmp_path / "a.bsdf")
-    assert max(loss.albedo) < 1.01
-    assert loss.rms[0] < 0.01 and loss.rms[1] < 0.02
+    assert max(loss.albedo) < 1.005
+    assert loss.rms[0] < 0.005 and loss.rms[1] < 0.02
 
 
 def test_a_brushed_surface_keeps_its_turn(tmp_path):
@@ -130,3 +131,14 @@ def test_one_channel_is_repeated(tmp_path):
     FORM.write(satin(("Y",)), tmp_path / "a.bsdf")
     rgb = tensors_of(tmp_path / "a.bsdf")["rgb"]
     np.testing.assert_array_equal(rgb[:, :, 0], rgb[:, :, 1])
+
+
+def test_lines_between_nodes_are_near(tmp_path, monkeypatch):
+    """Values on the curve would be off by its bend: h^2 f'' / 12 on the mean, which nodes a little lower take away."""
+    brdf, form, found = over_ground(gloss(0.1)), find_format("mitsuba"), []
+    for between in (mitsuba._between, lambda value, nodes: value):
+        monkeypatch.setattr(mitsuba, "_between", between)
+        form.write(brdf, tmp_path / "a.bsdf")
+        found.append(form.loss(brdf, tmp_path / "a.bsdf").rms[0])
+    assert found[0] < 0.005
+    assert found[0] < 0.5 * found[1]
