@@ -3,9 +3,9 @@
 # by 2 x 2.
 #
 # DNG 1.7.1: BlackLevel is rational and repeats by BlackLevelRepeatDim; BlackLevelDeltaH and BlackLevelDeltaV are added to it,
-# a number a column and a number a row. Phones measure black anew for each frame and write fractions; Adobe's converter writes
-# the rows of some cameras (a Canon EOS 400D: BlackLevel 0, and all of black in 2602 numbers of DeltaV).
-#   - A fraction is cut off, not rounded: always too low a black, by half a code in the mean.
+# a number a column and a number a row. Phones measure black anew for each frame, and Android's DngCreator writes it in hundredths
+# of a code; DNGs of a Canon EOS 400D have BlackLevel 0 and all of their black in 2602 numbers of DeltaV (dnglab issue 820).
+#   - A fraction is cut off, not rounded: always too low a black, by up to a code.
 #   - DeltaH and DeltaV become their mean: stripes stay.
 #   - A larger repeat is neither in black_level_per_channel, which has its least number for all channels, nor taken out by
 #     postprocess with no_auto_scale=True, the way to ask for camera codes; with scaling it is taken out.

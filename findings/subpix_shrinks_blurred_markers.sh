@@ -5,10 +5,9 @@
 # cv2.cornerSubPix finds the point that the gradients around it pass by. Where four fields meet, as on a chessboard, blur leaves
 # that point where it is. A marker's corner is the tip of one black field: blur rounds it, and the rounded edge runs inside of
 # the tip. The same function, window and blur give chessboard corners to 0.01 pixels, and a marker that is 0.9 pixels small.
-# The reprojection error of a marker's pose stays small, since a smaller square is a square: nothing tells of it. Over a set
-# whose focus varies the distances scatter with sharpness; in one that is evenly soft they are all too long, and a camera
-# calibrated so takes it up as a longer way or a smaller print. ChArUco's corners are free of it; single markers and the outer
-# corners of a small grid are not.
+# The pose's reprojection error stays small, 0.05 pixels, since a smaller square is a square: nothing tells of it. Over photos
+# whose focus varies distances change with sharpness; in a set that is evenly soft they are all too long. ChArUco's corners,
+# where fields meet, are free of it; single markers and small grids are not.
 #
 # Output seen (squares of 60 pixels and 6 cells, of 3 x 3 fields for the chessboard, rendered by area, at 8 places and turns;
 # blur: standard deviation in pixels; sides found minus true, in pixels; distance by solvePnP's IPPE_SQUARE from the marker):
