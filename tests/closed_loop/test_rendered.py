@@ -160,7 +160,7 @@ def test_loose_markers_are_paper_enough(tmp_path: Path):
 
 def test_a_lit_room_that_nobody_tells_of_is_allowed_for(tmp_path: Path):
     """An even light of a twelfth of the lamp's, and no photo of it alone; left in, it costs some per cent."""
-    room = changed(small("matte-ball", 8), sensor={"ambient": 0.05, "ambient_photo": False}, render=COARSE)
+    room = changed(small("matte-ball", 5), sensor={"ambient": 0.05, "ambient_photo": False}, render=COARSE)
     found = evaluate_scene(room, tmp_path, workers=2, reporter=Reporter(quiet=True))
     assert "ambient-light" in [one.code for one in found.result.diagnoses]
     assert found.error <= 0.01

@@ -203,7 +203,7 @@ def test_the_binning_error_falls_as_the_square_of_the_facets_size():
     ("model", "options"),
     # of single pixels without a lobe orders to 24 are tried: in one channel that is a quarter of the work
     [
-        ("plastic", {}),
+        ("plastic", {"albedo": [0.5]}),
         pytest.param("satin-paint", {}, marks=pytest.mark.long),
         ("oren-nayar", {"albedo": [0.5]}),
     ],

@@ -5,16 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from photogonio.calib.adjust.state import State
 from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.diagnose.registry import Stage, asked_at
 from photogonio.calib.shading.model import Ball
 from tests.drawn.calibrations import Drawn
 
 
-@pytest.mark.parametrize(("times", "said"), [(1.2, False), (8.5, True)])
-def test_mirror_balls_and_paper_that_contradict_each_other_are_told(times, said):
+@pytest.fixture(scope="module")
+def sound() -> tuple[Drawn, State]:
+    """A set-up that settles without complaint, which a test may ask about otherwise."""
     drawn = Drawn(12)
-    state = drawn.settled()
+    return drawn, drawn.settled()
+
+
+@pytest.mark.parametrize(("times", "said"), [(1.2, False), (8.5, True)])
+def test_mirror_balls_and_paper_that_contradict_each_other_are_told(sound, times, said):
+    drawn, state = sound
     drawn.remarks.diagnoses.clear()
     other = replace(state, settled_or_none=replace(state.settled, highlight_scale=times))
     ask(other, asked_at(Stage.PLACES))
@@ -44,10 +51,9 @@ def unseen(state, kept=0, center=None):
     return replace(state, observations=seen + blind, photoset=photoset)
 
 
-def test_a_mirror_ball_in_which_no_photo_shows_a_lamp_or_that_lies_outside_all_is_named():
+def test_a_mirror_ball_in_which_no_photo_shows_a_lamp_or_that_lies_outside_all_is_named(sound):
     """One photo's highlight is enough to have seen it."""
-    drawn = Drawn(12)
-    state = drawn.settled()
+    drawn, state = sound
     told = []
     for other in (unseen(state), unseen(state, kept=1), unseen(state, center=(2000.0, 1500.0, 8.0))):
         drawn.remarks.diagnoses.clear()
