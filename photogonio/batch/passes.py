@@ -10,8 +10,9 @@ from functools import partial
 from pathlib import Path
 
 from photogonio.batch.ledger import FAILED, SetEntry, append, read_ledger, rewrite
+from photogonio.batch.processes import in_processes
 from photogonio.batch.sets import SetPlace
-from photogonio.batch.work import Job, in_processes, result_key
+from photogonio.batch.work import Job, result_key
 from photogonio.cache.kept import key_of
 from photogonio.calib.rig.gaussian import NOTHING, RigPrior
 from photogonio.capture.errors import InputError

@@ -1,17 +1,10 @@
-"""Sets processed several at a time, in processes that stay: one start-up for many sets."""
+"""One set of a batch: what its result hangs on, what becomes of it, and how many are worked on at once."""
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
-from collections import deque
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,18 +22,13 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST
 from photogonio.options import Options
 from photogonio.system.compiled import keep_fresh
-from photogonio.system.memory import keep_freed
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import hash_file, hash_files
 
 if TYPE_CHECKING:
-    from multiprocessing.process import BaseProcess
-
     from photogonio.result import Result
 
 EACH = 1.2e9  # bytes that a set may need
-LOOK = 5.0  # seconds after which it is looked whether all processes live
-STOP = 3.0  # seconds in which a process ends that is told to
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,70 +127,6 @@ def _albedo_error(result: Result) -> list[float] | None:
     return None
 
 
-def in_processes(
-    jobs: Sequence[Job], workers: int, work: Callable[[Job], SetEntry] = processed
-) -> Generator[SetEntry, None, None]:
-    """The entries of jobs as they are done, ``workers`` at a time. Sets that are under way when a process dies are
-    tried once more, each alone: so it is known whose fault it was."""
-    left, suspects = {job.place.name: job for job in jobs}, list[str]()
-    while left:
-        alone = bool(suspects)
-        chosen = [left[suspects.pop()]] if alone else list(left.values())
-        under_way: set[str] = set()
-        for entry in _until_broken(chosen, 1 if alone else workers, work, under_way):
-            del left[entry.set]
-            yield entry
-        died = sorted(under_way & set(left), reverse=True)
-        if alone and died:
-            job = left.pop(died[0])
-            yield SetEntry(
-                job.place.name, job.key, FAILED, "its process died, twice: is there memory enough?"
-            )
-        elif died:
-            suspects = died
-
-
-def _until_broken(
-    jobs: Sequence[Job], workers: int, work: Callable[[Job], SetEntry], under_way: set[str]
-) -> Iterator[SetEntry]:
-    """Entries until all jobs are done or a process dies; ``under_way`` then names what was being done."""
-    queue, waiting = deque(jobs), dict[Future[SetEntry], str]()
-    others, expected = set(active_children()), min(workers, len(jobs))
-    pool = ProcessPoolExecutor(expected, get_context("spawn"), _on_its_own)
-    try:
-        while queue or waiting:
-            while queue and len(waiting) < workers:
-                job = queue.popleft()
-                waiting[pool.submit(work, job)] = job.place.name
-                under_way.add(job.place.name)
-            done, _ = wait(waiting, LOOK, FIRST_COMPLETED)
-            if not done and len(_children(others)) < expected:
-                return  # not every system tells the pool at once that a process died
-            for future in done:
-                entry = future.result()
-                under_way.discard(waiting.pop(future))
-                yield entry
-        pool.shutdown()  # else what it holds of the system is told to have leaked
-    except BrokenProcessPool:
-        return
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        if waiting:  # it was stopped, or a process died
-            _end(_children(others))
-
-
-def _children(others: Collection[BaseProcess]) -> list[BaseProcess]:
-    return [one for one in active_children() if one not in others]
-
-
-def _end(processes: Sequence[BaseProcess]) -> None:
-    for one in processes:
-        one.terminate()
-    for one in processes:
-        one.join(STOP)
-        one.kill()
-
-
 def shared(workers: int, sets: int) -> tuple[int, int]:
     """How many sets at once, and with how many workers each."""
     at_once = max(1, min(workers, sets, int(_available() / EACH)))
@@ -243,18 +167,3 @@ def _allowed(root: Path) -> float:
         if folder == root:
             break
     return left
-
-
-def _on_its_own() -> None:
-    """Stops are the parent's business, which ends its workers. They do not outlive it, however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    keep_freed()
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-    os.environ.setdefault("MPLBACKEND", "agg")

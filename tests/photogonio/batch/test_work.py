@@ -1,45 +1,19 @@
-"""Processes that work on sets: one that dies or fails takes no other set with it."""
+"""One set of a batch: what ends it is said, and it has the memory that it may have."""
 
 import errno
-import os
-import time
 from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
 
 from photogonio.batch import work
-from photogonio.batch.ledger import SetEntry
 from photogonio.batch.sets import SetPlace
-from photogonio.batch.work import Job, in_processes
+from photogonio.batch.work import Job
 from photogonio.options import Options
 
 
-def dying(job: Job) -> SetEntry:
-    """Work whose process dies on one set, every time, and on another the first time, while a third is being done."""
-    slow, first = job.out.parent / "slow", not job.out.exists()
-    job.out.touch()
-    if job.place.name == "slow" and first:
-        time.sleep(600.0)
-    while job.place.name == "bad" and not slow.exists():
-        time.sleep(0.01)
-    if job.place.name == "worst" or (job.place.name == "bad" and first):
-        os._exit(9)
-    return SetEntry(job.place.name, job.key, "done")
-
-
-def jobs_of(folder: Path, *names: str) -> list[Job]:
-    return [Job(SetPlace(name, folder), name, folder / name, Options()) for name in names]
-
-
-def test_a_process_that_dies_costs_its_set_a_try_and_no_other_its_result(tmp_path):
-    jobs = jobs_of(tmp_path, "bad", "slow", "worst", "better")
-    found = {entry.set: entry.status for entry in in_processes(jobs, 2, dying)}
-    assert found == {"bad": "done", "slow": "done", "better": "done", "worst": "failed"}
-
-
 def test_whatever_ends_a_set_is_said_in_one_line_without_chance_in_it(tmp_path, monkeypatch):
-    (job,) = jobs_of(tmp_path, "a")
+    job = Job(SetPlace("a", tmp_path), "a", tmp_path / "a", Options())
     full = OSError(errno.ENOSPC, "No space left on device", str(tmp_path / ".part-host-12-ab-a"))
     for error, said in (
         (full, f"{job.out}: no space left on device"),
