@@ -1,4 +1,5 @@
-"""What a DNG file says that LibRaw does not act upon: opcodes, and the white level of floats (DNG 1.7.1).
+"""What a DNG file says that LibRaw does not act upon: opcodes, the white level of floats, some black levels
+(DNG 1.7.1).
 
 Gain maps and radial vignetting are lens shading: their gain is taken as the camera means it. What a warp would do is
 found by calibration. Opcodes that bend the scale of light are told.
@@ -15,6 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from photogonio.capture.containers import tiff
+from photogonio.capture.containers.dng_black import Black, black_of
 
 MOSAIC, LINEAR = 32803, 34892  # of a directory's colours
 FLOATS = 3  # a sample's format
@@ -106,6 +108,7 @@ class Dng:
     doubts: tuple[str, ...] = ()
     white: float | None = None  # of floats
     picture: tuple[Path, tiff.Tags] | None = None  # the file, and the directory that has the picture
+    black: Black | None = None  # where LibRaw does not tell it whole
 
     @property
     def most(self) -> float:
@@ -139,7 +142,8 @@ def about(path: Path) -> Dng:
     found = [one for tag in tiff.OPCODES for one in opcodes(bytes(tags.get(tag, ())))]
     gains = [gain for code, content in found if (gain := gain_of(code, content)) is not None]
     white = float(tags.get(tiff.WHITE, (1,))[0]) if FLOATS in tags.get(tiff.FORMAT, ()) else None
-    return Dng(tuple(gains), *told([code for code, _ in found], gains), white, (path, tags))
+    black = black_of(tags) if white is None else None  # LibRaw scales floats
+    return Dng(tuple(gains), *told([code for code, _ in found], gains), white, (path, tags), black)
 
 
 def told(codes: Iterable[int], gains: list[Gain]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -11,17 +11,25 @@ from typing import BinaryIO
 
 (
     SUBFILE, WIDTH, HEIGHT, BITS, COMPRESSION, PHOTOMETRIC, STRIP_PLACES, ORIENTATION, SAMPLES, STRIP_SIZES, PLANAR,
-    PREDICTOR, TILE_WIDTH, TILE_PLACES, TILE_SIZES, CHILDREN, EXTRA, FORMAT, DNG, WHITE,
+    PREDICTOR, TILE_WIDTH, TILE_PLACES, TILE_SIZES, CHILDREN, EXTRA, FORMAT, DNG, BLACK_REPEAT, BLACK, BLACK_ACROSS,
+    BLACK_DOWN, WHITE, ACTIVE,
 ) = (
-    254, 256, 257, 258, 259, 262, 273, 274, 277, 279, 284, 317, 322, 324, 325, 330, 338, 339, 50706, 50717,
+    254, 256, 257, 258, 259, 262, 273, 274, 277, 279, 284, 317, 322, 324, 325, 330, 338, 339, 50706, 50713,
+    50714, 50715, 50716, 50717, 50829,
 )  # fmt: skip
 OPCODES = (51008, 51009, 51022)
-LONG = {*OPCODES, STRIP_PLACES, STRIP_SIZES, TILE_PLACES, TILE_SIZES}
+RATIOS = {
+    BLACK,
+    BLACK_ACROSS,
+    BLACK_DOWN,
+}  # numerators and denominators in turn, whatever they are written as
+LONG = {*OPCODES, *RATIOS, STRIP_PLACES, STRIP_SIZES, TILE_PLACES, TILE_SIZES}
 WANTED = {
     SUBFILE, WIDTH, HEIGHT, BITS, COMPRESSION, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, PREDICTOR, TILE_WIDTH,
-    CHILDREN, EXTRA, FORMAT, DNG, WHITE, *LONG,
+    CHILDREN, EXTRA, FORMAT, DNG, BLACK_REPEAT, WHITE, ACTIVE, *LONG,
 }  # fmt: skip
 NUMBERS = {1: "B", 3: "H", 4: "I", 7: "B", 13: "I", 16: "Q", 18: "Q"}
+PAIRS = {5: "I", 10: "i"}  # rationals
 MOST_PAGES, MOST_ENTRIES, MOST_VALUES, MOST_BYTES = 100, 4096, 64, 1 << 24
 MIN_IS_WHITE = 0
 READ = {0: "min-is-white gray", 1: "gray", 2: "RGB", 3: "a palette", 6: "YCbCr"}
@@ -139,11 +147,19 @@ def directory(file: BinaryIO, place: int, order: str, *, big: bool) -> tuple[Tag
     tags = {}
     for k in range(count):
         tag, kind, number = struct.unpack_from(form, table, k * size)
-        if tag in WANTED and kind in NUMBERS and number:
+        letter = NUMBERS.get(kind) or (PAIRS.get(kind) if tag in RATIOS else None)
+        if tag in WANTED and letter and number:
             value = table[(k + 1) * size - inline : (k + 1) * size]
-            most = MOST_BYTES // struct.calcsize(NUMBERS[kind]) if tag in LONG else MOST_VALUES
-            tags[tag] = values(file, value, f"{order}{min(number, most)}{NUMBERS[kind]}")
+            number *= 2 if kind in PAIRS else 1
+            most = MOST_BYTES // struct.calcsize(letter) if tag in LONG else MOST_VALUES
+            found = values(file, value, f"{order}{min(number, most)}{letter}")
+            tags[tag] = over_one(found) if tag in RATIOS and kind in NUMBERS else found
     return tags, following
+
+
+def over_one(whole: tuple[int, ...]) -> tuple[int, ...]:
+    """Whole numbers as numerators and denominators in turn."""
+    return tuple(part for number in whole for part in (number, 1))
 
 
 def values(file: BinaryIO, inline: bytes, form: str) -> tuple[int, ...]:

@@ -93,13 +93,26 @@ def superpixels(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
     for y, x in np.ndindex(2, 2):
         plane = mosaic[y : 2 * height : 2, x : 2 * width : 2]
         c = channels.index(letters[y, x])
-        black = raw.black_level_per_channel[colours[y, x]]
-        gain = dng.gain(np.arange(y, 2 * height, 2), np.arange(x, 2 * width, 2), mosaic.shape[:2])
-        light = (plane.astype(np.float32) - np.float32(black)) / sites[c]
+        rows, columns = np.arange(y, 2 * height, 2), np.arange(x, 2 * width, 2)
+        gain = dng.gain(rows, columns, mosaic.shape[:2])
+        light = (plane.astype(np.float32) - black_at(raw, dng, rows, columns, int(colours[y, x]))) / sites[c]
         pixels[..., c] += light if isinstance(gain, float) else light * gain.astype(np.float32)
         saturated |= plane >= white
-    mean = float(np.mean(raw.black_level_per_channel))
+    mean = mean_black(raw, dng)
     return RawPixels(pixels, white - mean, mean, saturated, channels, tuple(sites))
+
+
+def black_at(
+    raw: rawpy.RawPy, dng: Dng, rows: np.ndarray, columns: np.ndarray, channel: int, plane: int = 0
+) -> np.ndarray | np.float32:
+    """File units at pixels of the visible picture, (rows, columns), or one number for the whole channel."""
+    if dng.black is None:
+        return np.float32(raw.black_level_per_channel[channel])
+    return dng.black.at(rows + raw.sizes.top_margin, columns + raw.sizes.left_margin, plane)
+
+
+def mean_black(raw: rawpy.RawPy, dng: Dng) -> float:
+    return float(np.mean(raw.black_level_per_channel)) if dng.black is None else dng.black.mean
 
 
 def stacked(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
@@ -108,22 +121,24 @@ def stacked(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
     planes = planes[..., None] if planes.ndim == 2 else planes
     count = min(raw.num_colors, planes.shape[2])
     letters = raw.color_desc.decode()
-    black = np.array(raw.black_level_per_channel[:count], np.float32)
-    pixels = planes[..., :count].astype(np.float32) - black
+    pixels = planes[..., :count].astype(np.float32)
     rows, columns = np.arange(planes.shape[0]), np.arange(planes.shape[1])
-    for c in range(count if dng.gains else 0):
-        pixels[..., c] *= dng.gain(rows, columns, planes.shape[:2], c)
-    white, mean = white_of_floats(raw, dng), float(black.mean())
+    for c in range(count):
+        pixels[..., c] -= black_at(raw, dng, rows, columns, c, c)
+        if dng.gains:
+            pixels[..., c] *= dng.gain(rows, columns, planes.shape[:2], c)
+    own = float(np.mean(raw.black_level_per_channel[:count]))
+    white, mean = white_of_floats(raw, dng), own if dng.black is None else dng.black.mean
     full = np.asarray((planes[..., :count] >= white).any(axis=2))
     return RawPixels(pixels, white - mean, mean, full, tuple(letters[:count]), (1,) * count)
 
 
 def demosaiced(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
     """Full size, by LibRaw's ``method``; below black is cut to 0, as LibRaw has it."""
-    white, black = white_of_floats(raw, dng), float(np.mean(raw.black_level_per_channel))
+    white, black = white_of_floats(raw, dng), mean_black(raw, dng)
     full = raw.raw_image_visible >= white
     factor = 65535.0 / (white_level(raw) - black)
-    levels: dict[str, Any] = levelled(raw, dng) if dng.gains else {}
+    levels: dict[str, Any] = levelled(raw, dng) if dng.gains or dng.black else {}
     most = dng.most if dng.gains else 1.0
     pixels = raw.postprocess(
         demosaic_algorithm=METHODS[method],
@@ -143,16 +158,18 @@ def demosaiced(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
 
 
 def levelled(raw: rawpy.RawPy, dng: Dng) -> dict[str, Any]:
-    """Multiply the mosaic by its gains, over the greatest of them, in place and over all of 16 bits; and the levels
-    that LibRaw is to be told."""
+    """Take black from the mosaic and multiply it by its gains, over the greatest of them, in place and over all of 16
+    bits; and the levels that LibRaw is to be told."""
     mosaic = raw.raw_image_visible
     height, width = mosaic.shape
     colours = raw.raw_colors_visible
-    scale = FULL / (white_level(raw) - float(np.mean(raw.black_level_per_channel))) / dng.most
+    scale = FULL / (white_level(raw) - mean_black(raw, dng)) / dng.most
     for y, x in np.ndindex(2, 2):
-        black = raw.black_level_per_channel[colours[y, x]]
-        gain = dng.gain(np.arange(y, height, 2), np.arange(x, width, 2), (height, width))
-        light = (mosaic[y::2, x::2].astype(np.float32) - np.float32(black)) * gain * scale
+        rows, columns = np.arange(y, height, 2), np.arange(x, width, 2)
+        black = black_at(raw, dng, rows, columns, int(colours[y, x]))
+        light = (
+            (mosaic[y::2, x::2].astype(np.float32) - black) * dng.gain(rows, columns, (height, width)) * scale
+        )
         mosaic[y::2, x::2] = np.clip(np.round(light), 0, FULL).astype(np.uint16)
     return {"user_black": 0, "user_sat": FULL}
 

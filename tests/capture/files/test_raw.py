@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from photogonio.capture.files.images import read_header, read_image
-from tests.capture.dng_files import EXPOSURE, HEIGHT, RNG, WIDTH, cells, dng, mosaic
+from tests.capture.dng_files import EXPOSURE, HEIGHT, RNG, WIDTH, cells, dng, mosaic, rationals
 
 
 @pytest.mark.parametrize(
@@ -62,6 +62,52 @@ def test_floats_above_the_white_level(tmp_path, white, brightest, demosaic):
     assert np.abs(np.delete(sites - expected, 2, axis=0)).max() <= 40 / 3 * (1.01 / 16383 + 1 / 65535)
     at = (2, 2) if demosaic == "superpixel" else (5, 5)
     assert image.saturated[at] == (brightest >= white) and image.saturated.sum() == image.saturated[at]
+
+
+LINES = np.tile([0.0, 0.0, 3.0, 7.25], 16)
+ROWS, COLUMNS = LINES[:HEIGHT, None], LINES[None, :WIDTH]
+FOURS = 200.0 + np.arange(16.0).reshape(4, 4)
+HALVES = np.array([[200.9, 201.5], [202.25, 203.75]])
+BLACKS = {  # the entries that state it, and the level at each pixel
+    "fractions": (
+        [(50713, 3, [2, 2]), (50714, 5, rationals(HALVES.ravel()))],
+        np.tile(HALVES, (HEIGHT // 2, WIDTH // 2)),
+    ),
+    "repeat": ([(50713, 3, [4, 4]), (50714, 3, [*range(200, 216)])], np.tile(FOURS, (HEIGHT // 4, WIDTH // 4))),
+    "rows": ([(50714, 4, [200]), (50716, 10, rationals(ROWS.ravel()))], 200 + ROWS),
+    "columns alone": ([(50715, 10, rationals(COLUMNS.ravel()))], COLUMNS),
+    "whole": ([(50713, 3, [2, 2]), (50714, 3, [200, 201, 202, 203])],
+              np.tile([[200.0, 201.0], [202.0, 203.0]], (HEIGHT // 2, WIDTH // 2))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("stated", BLACKS)
+@pytest.mark.parametrize("demosaic", ["superpixel", "linear"])
+def test_black_is_what_the_file_states(tmp_path, stated, demosaic):
+    """At every pixel. LibRaw rounds its 16 bits down, here and there twice, and scales by a whole mean of black."""
+    entries, level = BLACKS[stated]
+    light = RNG.integers(0, 40000, (HEIGHT, WIDTH)).astype(float)
+    written = np.round(light + level)
+    image = read_image(
+        dng(tmp_path / "a.dng", written[..., None].astype(np.uint16), white=50000, black=entries),
+        demosaic=demosaic,
+    )
+    expected = cells(np.broadcast_to(written - level, light.shape))
+    mean = float(np.broadcast_to(level, light.shape).mean())
+    assert image.black / image.full_scale == pytest.approx(mean / (50000 - mean), rel=1e-6)
+    if demosaic == "superpixel":
+        assert np.allclose(image.pixels, expected, atol=0.01)
+        assert image.full_scale == pytest.approx(50000 - mean)
+    else:  # below black is cut to 0 there
+        found = cells_of_three(image.pixels) / image.full_scale
+        assert np.abs(found - np.maximum(expected, 0) / (50000 - mean)).max() <= (2 + 65535 / 50000) / 65535
+
+
+def test_black_of_linear_pixels_has_fractions(tmp_path):
+    written = RNG.integers(600, 40000, (HEIGHT, WIDTH, 3)).astype(np.uint16)
+    levels = [512.5, 513.25, 514.75]
+    image = read_image(dng(tmp_path / "a.dng", written, white=50000, black=[(50714, 5, rationals(levels))]))
+    assert np.allclose(image.pixels, written - np.array(levels), atol=0.01)
 
 
 def cells_of_three(pixels: np.ndarray) -> np.ndarray:
