@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-import photogonio
 from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, SetEntry
 from photogonio.batch.sets import SetPlace
 from photogonio.cache.file_hashes import remembered_hashes
-from photogonio.cache.kept import code_key, key_of, text_key
+from photogonio.cache.kept import code_key, key_of
 from photogonio.cache.store import default_store
 from photogonio.calib.rig.gaussian import NOTHING, RigPrior
 from photogonio.capture.errors import InputError
@@ -61,13 +59,7 @@ def result_key(place: SetPlace, options: Options) -> str:
     except OSError as error:
         raise InputError(error.filename or place.folder, error.strerror or "cannot be read") from None
     named = {path.relative_to(place.folder).as_posix(): digest for path, digest in hashes.items()}
-    return key_of("batch", _program_key(), options.to_dict(), manifest, named)
-
-
-@lru_cache(maxsize=1)
-def _program_key() -> str:
-    """Of all program text, that of the report too."""
-    return code_key() + text_key(Path(str(photogonio.__file__)).parent)
+    return key_of("batch", code_key(), options.to_dict(), manifest, named)
 
 
 def processed(job: Job) -> SetEntry:

@@ -8,11 +8,13 @@ import sys
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+import photogonio
 from photogonio import calib, capture, reconstruct
 from photogonio.cache.file_hashes import remembered_hashes
 from photogonio.cache.store import Store
@@ -22,6 +24,20 @@ from photogonio.calib.setup_file import setup_document, setup_of
 from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.system.provenance import hash_file
 
+ROOMS = (capture, calib, reconstruct)
+# decoders, and what numbers are worked out by; OpenCV goes by several names, and tells its version itself
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "llvmlite",
+    "OpenImageIO",
+    "rawpy",
+    "deflate",
+    "pillow",
+    "pillow-heif",
+    "colour-science",
+)
 CORNERS = ("ids", "points", "pixels", "sigma", "marker_ids", "marker_pixels")  # of a board, as they are kept
 
 
@@ -107,11 +123,25 @@ def _feed(digest: hashlib.blake2b, value: object) -> None:
 
 @lru_cache(maxsize=1)
 def code_key() -> str:
-    """A hash of the program text that photos go through, and of the libraries' versions."""
-    digest = hashlib.blake2b(f"{np.__version__} {cv2.__version__} {sys.version_info[:2]}".encode())
-    for package in (capture, calib, reconstruct):
-        digest.update(text_key(Path(str(package.__file__)).parent).encode())
+    """A hash of all program text that photos go through, and of the versions of the libraries that numbers come from.
+
+    The same for a checkout, where rooms stand beside the front door, and what is installed, where they stand in it.
+    """
+    versions = {name: _version(name) for name in LIBRARIES}
+    digest = hashlib.blake2b(f"{cv2.__version__} {sys.version_info[:2]} {versions}".encode())
+    front = Path(str(photogonio.__file__)).parent
+    rooms = {room.__name__.rpartition(".")[2]: Path(str(room.__file__)).parent for room in ROOMS}
+    inside = [path for name in (*rooms, "synthetic") for path in (front / name).rglob("*.py")]
+    for folder, leaving_out in ((front, inside), *((folder, []) for folder in rooms.values())):
+        digest.update(text_key(folder, leaving_out).encode())
     return digest.hexdigest()
+
+
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:  # built by hand
+        return "unknown"
 
 
 def text_key(package: Path, leaving_out: Collection[Path] = ()) -> str:

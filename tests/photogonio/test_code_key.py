@@ -1,10 +1,13 @@
 """Kept results hang on the program's text: a byte changed anywhere in it is another key."""
 
 import shutil
+from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+import photogonio
 from photogonio import calib, capture, reconstruct, synthetic
 from photogonio.cache import kept
 from photogonio.evaluate import scenes as evaluate
@@ -38,12 +41,56 @@ def test_a_moved_or_new_file_changes_the_key(tmp_path):
     assert len(keys) == 3
 
 
-@pytest.mark.parametrize("package", ["capture", "calib", "reconstruct"])
-def test_the_key_of_results_holds_each_package(monkeypatch, package):
-    asked = []
-    monkeypatch.setattr(kept, "text_key", lambda folder, leaving_out=(): asked.append(folder) or "key")
-    kept.code_key.__wrapped__()
-    assert Path(PACKAGES[package].__file__).parent in asked
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """All rooms inside the front door's folder, as they are installed; and how their key is made anew."""
+    front = tmp_path / "photogonio"
+    ignore = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(Path(photogonio.__file__).parent, front, ignore=ignore)
+    rooms = []
+    for name, package in PACKAGES.items():
+        shutil.copytree(Path(package.__file__).parent, front / name, ignore=ignore)
+        rooms.append(SimpleNamespace(__name__=package.__name__, __file__=str(front / name / "__init__.py")))
+    monkeypatch.setattr(kept, "ROOMS", tuple(rooms[:3]))
+    monkeypatch.setattr(kept, "photogonio", SimpleNamespace(__file__=str(front / "__init__.py")))
+    return front
+
+
+def test_the_key_of_results_is_that_of_a_checkout_and_holds_each_file(installed):
+    now = kept.code_key.__wrapped__
+    assert now() == kept.code_key()
+    for name in (
+        "run/one_photo.py",
+        "run/cluster.py",
+        "refit.py",
+        "cache/kept.py",
+        "capture/files/images.py",
+        "calib/setup.py",
+        "reconstruct/table/facet_table.py",
+    ):
+        text = (installed / name).read_bytes()
+        (installed / name).write_bytes(text + b"#")
+        assert now() != kept.code_key(), name
+        (installed / name).write_bytes(text)
+    # scenes bear on no photo's result
+    (installed / "synthetic" / "new.py").write_text("")
+    assert now() == kept.code_key()
+
+
+@pytest.mark.parametrize("library", [*kept.LIBRARIES, "cv2"])
+def test_another_version_of_a_library_is_another_key(monkeypatch, library):
+    before = kept.code_key.__wrapped__()
+    assert "unknown" not in {kept._version(name) for name in kept.LIBRARIES}
+    if library == "cv2":
+        monkeypatch.setattr(kept.cv2, "__version__", "0")
+    else:
+        monkeypatch.setattr(kept, "version", lambda name: "0" if name == library else metadata.version(name))
+    assert kept.code_key.__wrapped__() != before
+
+
+def test_a_library_that_was_built_by_hand_has_a_key(monkeypatch):
+    monkeypatch.setattr(kept, "LIBRARIES", ("no-such-library",))
+    assert kept.code_key.__wrapped__()
 
 
 def test_the_renderer_s_key_leaves_out_what_the_scenes_say_themselves(monkeypatch):
