@@ -21,6 +21,7 @@ UNREADABLE = (
     ZeroDivisionError,
 )
 START = b"Exif\0\0"
+CAMERA = {0x010F: "Make", 0x0110: "Model"}
 EXIF_DIRECTORY, INTEROPERABILITY = 0x8769, 0xA005
 NAMES = {
     0x829A: "ExposureTime",
@@ -32,6 +33,7 @@ NAMES = {
     0x8833: "Exif:ISOSpeed",
     0x9201: "Exif:ShutterSpeedValue",
     0x9202: "Exif:ApertureValue",
+    0x9209: "Exif:Flash",
     0xA001: "Exif:ColorSpace",
     0x920A: "Exif:FocalLength",
     0xA404: "Exif:DigitalZoomRatio",
@@ -41,7 +43,7 @@ NAMES = {
 
 
 def attributes(data: bytes) -> dict[str, object]:
-    """Exposure, orientation and colour space of a block of EXIF data; what cannot be read is absent."""
+    """Exposure, camera, orientation and colour space of a block of EXIF data; what cannot be read is absent."""
     found = Image.Exif()
     return _attributes(found, lambda: found.load(data.removeprefix(START)))
 
@@ -65,6 +67,7 @@ def _attributes(found: Image.Exif, load: Callable[[], None]) -> dict[str, object
     except UNREADABLE:
         return {}
     values = {name: plain(inner[tag]) for tag, name in NAMES.items() if tag in inner}
+    values |= {name: plain(found[tag]) for tag, name in CAMERA.items() if tag in found}
     if 274 in found:
         values["Orientation"] = plain(found[274])
     if 1 in index:

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import cast
 
 import numpy as np
 
 from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers
+from photogonio.synthetic.scene.phone import (
+    AutoExposure,
+    Denoise,
+    HandHeld,
+    LensShading,
+    LocalTone,
+    NoiseFloor,
+    Sharpen,
+    ToneCurve,
+)
 
 Point = tuple[float, ...]
 
@@ -96,6 +106,8 @@ class CameraScene:
     given: bool = False  # the manifest gives matrix and distortion
     vignetting: str = "none"  # "none" | "cos4"
     defocus: float = 0.5  # standard deviation of the blur, pixels
+    shading: LensShading | None = None  # beside `vignetting`; the manifest does not tell it
+    hand: HandHeld | None = None  # a moving camera's places are missed
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,15 +121,28 @@ class LampScene:
     places: tuple[Point, ...] = ()  # instead: positions (directions if directional) one by one
     color: Point = (1.0, 1.0, 1.0)
     attached_at: Point | None = None  # a lamp on the camera, in the camera's frame; one id for all photos
+    attached_every: int = 1  # 2: every second photo is lit by it, the others by lamps elsewhere
+    attached_given: bool = True  # the manifest gives its place
     given: bool = False  # the manifest gives places and intensities
 
 
 @dataclass(frozen=True, slots=True)
 class SensorScene:
     bits: int = 16
-    encoding: str = "linear"  # "linear" | "srgb" | "gamma"
+    encoding: str = "linear"  # "linear" | "srgb" | "gamma" | "tone", which the manifest calls "unknown"
     gamma: float = 2.2
-    format: str = "png"  # "png" | "tiff"
+    tone: ToneCurve = field(default_factory=ToneCurve)
+    local_tone: LocalTone | None = None
+    denoise: Denoise | None = None
+    sharpen: Sharpen | None = None
+    exposure: AutoExposure | None = None
+    floor: NoiseFloor | None = None
+    format: str = "png"  # "png" | "tiff" | "jpeg" | "heic"
+    quality: int = 92  # of JPEG and HEIC, to 100
+    chroma: str = "4:2:0"  # "4:2:0" | "4:4:4": how finely JPEG and HEIC hold colour
+    primaries: str = (
+        "srgb"  # "srgb" | "p3": those that a JPEG's or HEIC's profile names; the channels are theirs
+    )
     level: float = 0.55  # what a 90 % white would give, facing the lamp at its mean distance
     exposure_time: float = 0.02
     f_number: float | None = None

@@ -10,6 +10,8 @@ from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.synthetic.scene.model import Scene
 
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # azimuth step that spreads any number of places evenly
+HAND_SEED = 15485863
+FLASH = "flash"  # id of a lamp on the camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,11 +100,35 @@ def view_count(scene: Scene) -> int:
     return len(scene.lamp.places) or scene.lamp.count
 
 
+def camera_poses(scene: Scene) -> list[Pose]:
+    """The camera's pose in each view relative to the room; a hand misses the place and what it looks at."""
+    middle, places, hand = sample_center(scene), camera_places(scene), scene.camera.hand
+    if hand is None:
+        return [look_at(eye, middle) for eye in places]
+    random = np.random.default_rng((scene.seed, HAND_SEED))
+    eyes = places + hand.shift * random.standard_normal(places.shape)
+    looked = middle + hand.aim * random.standard_normal(places.shape)
+    rolls = np.radians(hand.roll) * random.standard_normal(len(places))
+    return [look_at(eye, at, roll=roll) for eye, at, roll in zip(eyes, looked, rolls, strict=True)]
+
+
+def by_attached(scene: Scene, view: int) -> bool:
+    """Whether a view is lit by the lamp on the camera."""
+    return scene.lamp.attached_at is not None and view % scene.lamp.attached_every == 0
+
+
 def lamp_places(scene: Scene, poses: list[Pose]) -> np.ndarray:
     """Positions or directions (n, 3) of the lamp in each view, relative to the room."""
+    places = loose_lamp_places(scene)
+    if scene.lamp.attached_at is not None:
+        held = np.stack([pose.inverse().apply(np.array(scene.lamp.attached_at)) for pose in poses])
+        places = np.where([[by_attached(scene, k)] for k in range(len(poses))], held, places)
+    return places
+
+
+def loose_lamp_places(scene: Scene) -> np.ndarray:
+    """Positions or directions (n, 3) in each view of a lamp that stands by itself."""
     lamp, count, middle = scene.lamp, view_count(scene), sample_center(scene)
-    if lamp.attached_at is not None:
-        return np.stack([pose.inverse().apply(np.array(lamp.attached_at)) for pose in poses])
     if lamp.places:
         places = np.array(lamp.places, float)
         return (
@@ -143,16 +169,12 @@ def plan(scene: Scene) -> tuple[Shot, ...]:
 
 def views(scene: Scene) -> list[list[Shot]]:
     """The exposures of each sample view."""
-    poses = [look_at(eye, sample_center(scene)) for eye in camera_places(scene)]
+    poses = camera_poses(scene)
     places = lamp_places(scene, poses)
     if scene.camera.motion == "turntable":
         poses, places = turn_table(scene, poses, places)
     radius = np.radians(scene.lamp.radius) if scene.lamp.kind == "directional" else scene.lamp.radius
-    ids = (
-        ["flash"] * len(poses)
-        if scene.lamp.attached_at is not None
-        else [f"L{k:03d}" for k in range(len(poses))]
-    )
+    ids = [FLASH if by_attached(scene, k) else f"L{k:03d}" for k in range(len(poses))]
     strength = lamp_intensity(scene)
     lamps = [PlannedLamp(i, scene.lamp.kind, p, radius, strength) for i, p in zip(ids, places, strict=True)]
     named = list(ids)
@@ -189,7 +211,7 @@ def view_shots(scene: Scene, k: int, pose: Pose, lamps: list[PlannedLamp], named
 
 
 def suffix(scene: Scene) -> str:
-    return {"png": "png", "tiff": "tif"}[scene.sensor.format]
+    return {"png": "png", "tiff": "tif", "jpeg": "jpg", "heic": "heic"}[scene.sensor.format]
 
 
 def turn_table(scene: Scene, poses: list[Pose], places: np.ndarray) -> tuple[list[Pose], np.ndarray]:

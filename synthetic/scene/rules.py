@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from photogonio.capture.errors import InputError
+from photogonio.synthetic.scene.phone import SHAPES
 
 if TYPE_CHECKING:
     from photogonio.synthetic.scene.model import Scene
@@ -99,12 +101,16 @@ RULES: dict[str, dict[str, Rule]] = {
         "places": ("places [x, y, z]", lambda v: all(len(p) == 3 for p in v)),
         "color": COLOR,
         "attached_at": OPTIONAL_POINT,
+        "attached_every": at_least(1),
     },
     "sensor": {
         "bits": one_of(8, 16),
-        "encoding": one_of("linear", "srgb", "gamma"),
+        "encoding": one_of("linear", "srgb", "gamma", "tone"),
         "gamma": above(0),
-        "format": one_of("png", "tiff"),
+        "format": one_of("png", "tiff", "jpeg", "heic"),
+        "quality": between(1, 100),
+        "chroma": one_of("4:2:0", "4:4:4"),
+        "primaries": one_of("srgb", "p3"),
         "level": above(0),
         "exposure_time": above(0),
         "f_number": ("more than 0", lambda v: v is None or v > 0),
@@ -119,6 +125,24 @@ RULES: dict[str, dict[str, Rule]] = {
         "ambient": at_least(0),
         "dark_photos": at_least(0),
     },
+    "sensor.floor": {
+        "row_electrons": at_least(0),
+        "exponent": between(0, 2),
+        "column_electrons": at_least(0),
+        "pixel_gain": between(0, 0.2),
+    },
+    "sensor.tone": {"shape": one_of(*SHAPES), "strength": between(0, 1)},
+    "sensor.local_tone": {"strength": between(0, 0.9), "reach": above(0)},
+    "sensor.denoise": {"code": above(0), "radius": above(0)},
+    "sensor.sharpen": {"amount": at_least(0), "radius": above(0)},
+    "sensor.exposure": {
+        "low": between(0.01, 2),
+        "high": between(0.01, 2),
+        "bright": between(0.5, 1),
+        "steps": one_of(0, 1, 2, 3),
+    },
+    "camera.shading": {"corner": ("more than 0, at most 1", lambda value: 0 < value <= 1)},
+    "camera.hand": {"shift": at_least(0), "aim": at_least(0), "roll": at_least(0)},
     "render": {"sample": at_least(1), "near": at_least(1), "edge": at_least(1)},
     "fault": {"moved_by": numbers(3)},
 }
@@ -130,15 +154,16 @@ def check(scene: Scene, where: object) -> None:
         if not holds(value):
             raise InputError(f"{where}: {key}", f"expected {expected}, got {_shown(value)}")
     _check_board(scene, where)
+    _check_files(scene, where)
     _check_fault(scene, where)
 
 
 def _values(scene: Scene) -> Iterator[tuple[str, object, Rule]]:
     for name, rules in RULES.items():
-        part = getattr(scene, name)
+        part = reduce(getattr, name.split("."), scene)
         parts = part if isinstance(part, tuple) else (part,)
         for one in parts:
-            if one is not None:  # no board
+            if one is not None:  # no board, no such effect
                 yield from ((f"{name}.{key}", getattr(one, key), rule) for key, rule in rules.items())
 
 
@@ -149,6 +174,18 @@ def _check_board(scene: Scene, where: object) -> None:
     for key in NEEDED[board.kind]:
         if not getattr(board, key):
             raise InputError(f"{where}: board.{key}", f"a board of kind {board.kind} needs it")
+
+
+def _check_files(scene: Scene, where: object) -> None:
+    """What a kind of file, or a camera that stands still, cannot have."""
+    sensor = scene.sensor
+    small = sensor.format in ("jpeg", "heic")
+    if small and sensor.bits != 8:
+        raise InputError(f"{where}: sensor.bits", f"a {sensor.format} has 8")
+    if sensor.primaries != "srgb" and not small:
+        raise InputError(f"{where}: sensor.primaries", "only a jpeg or heic names them")
+    if scene.camera.hand is not None and scene.camera.motion != "moving":
+        raise InputError(f"{where}: camera.hand", 'a hand-held camera has motion = "moving"')
 
 
 def _check_fault(scene: Scene, where: object) -> None:

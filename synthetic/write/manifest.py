@@ -7,7 +7,8 @@ import numpy as np
 from photogonio.calib.geometry.camera import Camera
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import BoardScene
-from photogonio.synthetic.scene.plan import Shot, lamp_intensity
+from photogonio.synthetic.scene.plan import FLASH, Shot, lamp_intensity
+from photogonio.synthetic.write.pictures import WITH_EXIF
 
 
 def manifest_of(scene: Scene, camera: Camera, shots: tuple[Shot, ...]) -> dict[str, object]:
@@ -59,7 +60,8 @@ def board_table(b: BoardScene) -> dict[str, object]:
 
 def radiometry_table(scene: Scene) -> dict[str, object]:
     sensor = scene.sensor
-    found: dict[str, object] = {"encoding": sensor.encoding, "black_level": sensor.black_level}
+    encoding = "unknown" if sensor.encoding == "tone" else sensor.encoding
+    found: dict[str, object] = {"encoding": encoding, "black_level": sensor.black_level}
     if sensor.encoding == "gamma":
         found["gamma"] = sensor.gamma
     if sensor.declare_noise and sensor.gain_electrons:
@@ -84,14 +86,16 @@ def camera_table(scene: Scene, camera: Camera, shots: tuple[Shot, ...]) -> dict[
 
 def light_tables(scene: Scene, shots: tuple[Shot, ...]) -> list[dict[str, object]]:
     lamp = scene.lamp
+    found: list[dict[str, object]] = []
     if lamp.attached_at is not None:
-        return [{"id": "flash", "kind": "point", "attached_to": "camera", "position": list(lamp.attached_at)}]
+        place: dict[str, object] = {"position": list(lamp.attached_at)} if lamp.attached_given else {}
+        found = [{"id": FLASH, "kind": "point", "attached_to": "camera"} | place]
     if not lamp.given:
-        return []
-    lamps = {shot.lamps[0].id: shot.lamps[0] for shot in shots if shot.role == "sample"}
+        return found
+    lamps = {s.lamps[0].id: s.lamps[0] for s in shots if s.role == "sample" and s.lamps[0].id != FLASH}
     scale = lamp_intensity(scene).max()
     key = "direction" if lamp.kind == "directional" else "position"
-    return [
+    return found + [
         {
             "id": i,
             "kind": a.kind,
@@ -103,11 +107,10 @@ def light_tables(scene: Scene, shots: tuple[Shot, ...]) -> list[dict[str, object
 
 
 def photo_table(scene: Scene, shot: Shot) -> dict[str, object]:
-    found: dict[str, object] = {"file": shot.file, "role": shot.role, "exposure_time": shot.exposure_time}
-    optional = {
-        "light": shot.light,
-        "bracket": shot.bracket,
-        "f_number": scene.sensor.f_number,
-        "iso": scene.sensor.iso,
-    }
+    sensor = scene.sensor
+    found: dict[str, object] = {"file": shot.file, "role": shot.role}
+    optional: dict[str, object] = {"light": shot.light, "bracket": shot.bracket}
+    if sensor.exposure is None or sensor.format not in WITH_EXIF:
+        found["exposure_time"] = shot.exposure_time
+        optional |= {"f_number": sensor.f_number, "iso": sensor.iso}
     return found | {k: v for k, v in optional.items() if v is not None}

@@ -8,9 +8,9 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import tomli_w
 
@@ -21,11 +21,12 @@ from photogonio.synthetic.brdf.files import Foreign
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.bounce import bounce_extra, room_extra
 from photogonio.synthetic.render.picture import Detail, render
-from photogonio.synthetic.render.sensor import expose
+from photogonio.synthetic.render.sensor import expose, exposure_time_of
 from photogonio.synthetic.render.world import CHANNELS, brdf_of, world_of
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
 from photogonio.synthetic.write.manifest import manifest_of
+from photogonio.synthetic.write.pictures import write_photo
 from photogonio.synthetic.write.truth import copy_name, truth_of
 
 TRUTH = "truth.json"
@@ -63,9 +64,6 @@ def write_set(
     scene: Scene, folder: Path, workers: int, progress: Progress, foreign: Foreign | None = None
 ) -> None:
     camera, brdf, shots = camera_of(scene), brdf_of(scene, foreign), plan(scene)
-    manifest = manifest_of(scene, camera, shots)
-    (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
-    (folder / TRUTH).write_text(json.dumps(truth_of(scene, camera, brdf, shots)), encoding="utf-8")
     if "file" in scene.brdf:
         given = Path(scene.folder) / str(scene.brdf["file"])
         (shutil.copytree if given.is_dir() else shutil.copyfile)(given, folder / copy_name(scene))
@@ -74,21 +72,30 @@ def write_set(
     series: dict[int, list[Shot]] = {}  # exposures of one view share one rendering
     for shot in shots:
         series.setdefault(shot.view, []).append(shot)
-    done = 0
+    taken: dict[str, Shot] = {}  # by file: as long as the camera exposed them
     with ThreadPoolExecutor(workers) as pool:
-        for count in pool.map(lambda view: take(scene, camera, brdf, view, folder), series.values()):
-            done += count
-            progress(done, len(shots))
+        for some in pool.map(lambda view: take(scene, camera, brdf, view, folder), series.values()):
+            taken |= {shot.file: shot for shot in some}
+            progress(len(taken), len(shots))
+    shots = tuple(taken[shot.file] for shot in shots)
+    manifest = manifest_of(scene, camera, shots)
+    (folder / MANIFEST).write_text(tomli_w.dumps(manifest), encoding="utf-8")
+    (folder / TRUTH).write_text(json.dumps(truth_of(scene, camera, brdf, shots)), encoding="utf-8")
 
 
-def take(scene: Scene, camera: Camera, brdf: Reflectance, shots: list[Shot], folder: Path) -> int:
-    """Renders one view and writes its exposures; returns how many."""
+def take(scene: Scene, camera: Camera, brdf: Reflectance, shots: list[Shot], folder: Path) -> list[Shot]:
+    """Renders one view and writes its exposures; returns them with their times."""
     radiance = view_radiance(scene, camera, brdf, shots[0])
-    factor = exposure_factor(scene)
+    factor, taken = exposure_factor(scene), []
     for n, shot in enumerate(shots):
-        photo = expose(scene, camera, radiance, shot.exposure_time, factor, (shot.view, n))
-        write_photo(folder / shot.file, photo)
-    return len(shots)
+        seconds = shot.exposure_time
+        if shot.role not in ("dark", "flat", "ambient"):
+            seconds = exposure_time_of(scene, camera, radiance, seconds, shot.view, factor)
+        shot = replace(shot, exposure_time=seconds)
+        photo = expose(scene, camera, radiance, seconds, factor, (shot.view, n))
+        write_photo(folder / shot.file, photo, scene.sensor, shot)
+        taken.append(shot)
+    return taken
 
 
 def view_radiance(scene: Scene, camera: Camera, brdf: Reflectance, shot: Shot) -> np.ndarray:
@@ -102,9 +109,3 @@ def view_radiance(scene: Scene, camera: Camera, brdf: Reflectance, shot: Shot) -
     if scene.render.bounce:
         extra.append(bounce_extra(world, brdf, shot.pose.center))
     return render(world, brdf, camera, shot.pose, extra=tuple(e for e in extra if e), detail=detail)
-
-
-def write_photo(path: Path, photo: np.ndarray) -> None:
-    settings = [cv2.IMWRITE_PNG_COMPRESSION, 1] if path.suffix == ".png" else []
-    if not cv2.imwrite(str(path), photo[..., ::-1], settings):
-        raise OSError(f"{path}: could not be written")

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 
 # pixels across the photos, and how many there are; only a camera that moves needs the board, and its markers
 WIDTH, LAMPS = {"fixed": 200, "moving": 300, "turntable": 300}, {"fixed": 5, "moving": 7, "turntable": 4}
-ELSEWHERE = {"matte-ball", "oren-nayar-plane"}  # tests/closed_loop/test_rendered.py
+ELSEWHERE = {"matte-ball", "oren-nayar-plane", "phone-plane"}  # test_rendered.py, test_phone.py
 REACH, PAIRS = np.radians(70.0), 600
 # per cent of f that half of all pairs of directions missed by, in the worst channel, when this was written
 WAS = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from PIL import Image
+
 from photogonio.capture.containers import exif
 from photogonio.capture.files.exposure import from_attributes
 from tests.capture.odd_files import exif_block
@@ -34,3 +36,11 @@ def test_a_file_laid_out_as_a_tiff_says_the_same(tmp_path):
     assert exif.of_file(tmp_path / "a.nef") == exif.attributes(block)
     (tmp_path / "b.raf").write_bytes(b"FUJIFILMCCD-RAW" + block)
     assert exif.of_file(tmp_path / "b.raf") == {}
+
+
+def test_a_block_says_which_camera_it_was_and_whether_its_flash_fired():
+    made = Image.Exif()
+    made[0x010F], made[0x0110] = "Maker", "Model 3"
+    made.get_ifd(0x8769)[0x9209] = 25
+    found = exif.attributes(made.tobytes())
+    assert (found["Make"], found["Model"], found["Exif:Flash"]) == ("Maker", "Model 3", 25)

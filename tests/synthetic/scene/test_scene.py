@@ -67,6 +67,11 @@ def test_file_lies_over_its_base(tmp_path):
         ("base = 'example'\n[fault]\ntwo_lamps = [12]\n", "views from 0 to 11, got 12"),
         ("base = 'example'\n[fault]\nmislabelled = [[1]]\n", "pairs of views"),
         ("base = 'example'\n[lamp]\ncount = 2\n[fault]\nmissing = [0, 1]\n", "leaves no view"),
+        ("base = 'example'\n[sensor]\nformat = 'heic'\n", "sensor.bits: a heic has 8"),
+        ("base = 'example'\n[sensor]\nprimaries = 'p3'\n", "only a jpeg or heic"),
+        ("base = 'example'\n[camera]\nhand = {}\n", "hand-held"),
+        ("base = 'example'\n[sensor]\ntone = { shape = 'gentel' }\n", "sensor.tone.shape: expected one of"),
+        ("base = 'example'\n[sensor.floor]\nrows = 1\n", "rows"),
         ("base = 'nowhere'\n", "no such scene"),
         ("base = 'bad.toml'\n", "without end"),
     ],
@@ -171,3 +176,18 @@ def test_a_flat_sample_lies_where_its_offset_puts_it_and_the_manifest_knows_noth
     written = manifest_of(scene, camera_of(scene), shots)["sample"]
     assert written["outline"] == [list(p) for p in scene.sample.outline]
     assert written["height"] == scene.sample.height
+
+
+def test_a_hand_misses_its_places_and_every_second_photo_is_by_flash():
+    scene = load_scene("phone-plane")
+    steady = changed(scene, camera={"hand": None})
+    held, meant = sample_shots(scene), sample_shots(steady)
+    missed = np.array([a.pose.center - b.pose.center for a, b in zip(held, meant, strict=True)])
+    # thirty numbers: their deviation is known to 13 %
+    assert missed.std() == pytest.approx(scene.camera.hand.shift, rel=4 * 0.13)
+    assert [shot.light for shot in held] == [
+        f"L{k:03d}" if k % 2 else "flash" for k in range(scene.lamp.count)
+    ]
+    for shot in held[::2]:
+        assert shot.pose.apply(shot.lamps[0].place) == pytest.approx(scene.lamp.attached_at, abs=1e-9)
+    np.testing.assert_array_equal(held[1].lamps[0].place, meant[1].lamps[0].place)

@@ -9,6 +9,8 @@ import pytest
 
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.exposure import stepped
+from photogonio.capture.files.images import read_header
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.compare.reflectances import load_known
 from photogonio.synthetic.brdf.library import make_brdf, on_grid
@@ -28,13 +30,30 @@ def example(tmp_path_factory):
     return synthesize(scene, tmp_path_factory.mktemp("sets") / "example", workers=2)
 
 
-def test_same_bytes_for_any_number_of_workers(tmp_path):
-    scene = changed(load_scene("phone-ball"), **TINY, render={"near": 2, "edge": 2})
+@pytest.mark.parametrize(
+    ("name", "format"), [("phone-ball", "png"), ("phone-plane", "jpeg"), ("phone-plane", "heic")]
+)
+def test_same_bytes_for_any_number_of_workers(name, format, tmp_path):
+    scene = changed(load_scene(name), **TINY, render={"near": 2, "edge": 2}, sensor={"format": format})
     one, two = (synthesize(scene, tmp_path / str(n), workers=n) for n in (1, 2))
     files = sorted(p.relative_to(one) for p in one.rglob("*") if p.is_file())
     assert len(files) == 6
     for file in files:
         assert (one / file).read_bytes() == (two / file).read_bytes(), file
+
+
+def test_a_telephone_names_its_times_in_the_files_and_the_truth_has_the_true_ones(tmp_path):
+    folder = synthesize(changed(load_scene("phone-plane"), **SMALL), tmp_path / "set")
+    photoset = load_photoset(folder)
+    truth = {p["file"]: p for p in json.loads((folder / "truth.json").read_text())["photos"]}
+    headers = {p.file: read_header(folder / p.file) for p in photoset.photos}
+    assert all(photo.exposure_time is None for photo in photoset.photos)
+    named = {file: header.exposure for file, header in headers.items()}
+    for file, meant in stepped(named)[0].items():  # names of thirds of a stop, undone
+        assert meant.exposure_time == pytest.approx(truth[file]["exposure_time"], rel=1e-9)
+    lit = [p for p in photoset.photos if p.role == "sample"]
+    assert [headers[p.file].flash for p in lit] == [p.light == "flash" for p in lit] == [True, False, True]
+    assert photoset.lights[0].attached_to == "camera" and photoset.lights[0].position is None
 
 
 def test_progress_counts_every_photo(tmp_path):
