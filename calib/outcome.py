@@ -17,6 +17,8 @@ from photogonio.calib.setup import BoardSetup, Setup
 from photogonio.calib.views import views_of
 from photogonio.capture.photoset import MirrorBall
 
+SHARED = ("patches-uneven", "scale-by-kind-of-paper")  # whose amounts are errors of the scale of all photos
+
 
 def setup_from(state: State) -> Setup:
     """Everything that calibration found.
@@ -33,7 +35,7 @@ def setup_from(state: State) -> Setup:
     kept = {view.name for view in views}
     ask(state.keeping(s for s in state.observations if s.view.name in kept), asked_at(Stage.STRENGTH))
     doubtful, common = doubted(state, LIGHT, views)
-    uneven = [one.amount for one in remarks.diagnoses if one.code == "patches-uneven"]
+    uneven = [one.amount for one in remarks.diagnoses if one.code in SHARED]
     return Setup(
         settled.camera,
         sample,

@@ -106,6 +106,9 @@ class GreyPatch:
     height: float = 0.0
 
 
+PAPERS = ("office", "matte-inkjet", "photo", "recycled")  # kinds whose reflectance is known, more or less
+
+
 @dataclass(frozen=True, slots=True)
 class Radiometry:
     encoding: str = "auto"  # "auto" (as the files say) | "linear" | "srgb" | "gamma" | "unknown"
@@ -114,6 +117,9 @@ class Radiometry:
     white_level: float | None = None  # at and above it a pixel is saturated; None: 1, or what a RAW file says
     gain_electrons: float | None = None  # electrons at white level
     read_noise_electrons: float | None = None
+    paper: str | None = (
+        None  # kind that the board is printed on, one of PAPERS: the scale where no patch tells it
+    )
     vignetting: str = "auto"  # "auto" (told by the board's paper) | "cos4" | "none" | "flat"
     colour: str = (
         "camera"  # of the result: "camera" | "srgb" (linear) | "xyz"; the last two take a chart photo

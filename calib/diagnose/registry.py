@@ -103,6 +103,11 @@ TOLD: dict[Stage, tuple[Entry, ...]] = {
             "Move the patch out of shadows, reflections and the beam's edge, or use a lamp without a reflector.",
         ),
         Entry(
+            "scale-by-kind-of-paper",
+            "No white patch can be read: the scale is by the board's paper, of the kind that the manifest names.",
+            "Nothing, if that error is small enough; else put a patch of known reflectance beside the sample.",
+        ),
+        Entry(
             "patches-not-used",
             "White patches could not be read in some photos, for the reason that is said.",
             "Neither patch nor sample may clip, nor lie in shadow.",

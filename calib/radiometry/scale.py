@@ -9,6 +9,7 @@ import numpy as np
 
 from photogonio.calib.radiometry.judge import Readings, believed, tell_unused
 from photogonio.calib.radiometry.log_strengths import LogReading, Solution, solve
+from photogonio.calib.radiometry.paper_kinds import KINDS
 from photogonio.calib.radiometry.patch import Strength
 from photogonio.calib.radiometry.readings import StrengthReadings
 from photogonio.calib.remarks import Remarks
@@ -24,6 +25,7 @@ _EQUAL = 0.004  # relative scatter up to which lamps may be taken as equal,
 _UNEQUAL = 0.02  # and from which they may not, however unsure they are
 _SAME = 0.001  # relative: how far a lamp's strength changes from photo to photo
 _COMMON = 0.002  # relative error that all lamps share at the least where they are one
+_EXACT = 1e-5  # of a logarithm: an error that stands elsewhere
 _PAPER, _GIVEN = " paper", " given"  # unknowns beside the views: no view has such a name
 
 
@@ -47,11 +49,14 @@ def tie(
     """Strength of every view's lamp, and whether the scale is "absolute".
 
     ``given`` are the manifest's relative strengths (c,) of each view's lamp; ``paper`` is the logarithm of its
-    reflectance (c,) as other sets of the rig have it.
+    reflectance (c,) as other sets of the rig have it. Where neither these nor a patch tell it, its kind does.
     """
     left = believed(readings, remarks)
     middle = _middle(photoset)
     patches = any(isinstance(r.patch, Strength) for r in left.values())
+    typical = None
+    if paper is None and not patches and any(isinstance(r.paper, Strength) for r in left.values()):
+        paper = typical = _by_kind(photoset, given, remarks)
     absolute = patches or (paper is not None and any(isinstance(r.paper, Strength) for r in left.values()))
     rows = _read_rows(left, lights, middle, absolute=absolute, known=paper is not None)
     if paper is not None and any(_PAPER in row.unknowns for row in rows):
@@ -60,7 +65,7 @@ def tie(
         return _as_told(photoset, left, given, remarks), "relative"
     found = solve(rows)
     tell_unused(left, remarks)
-    if _PAPER in found.value:
+    if _PAPER in found.value and typical is None:  # else these photos tell nothing of it
         white = np.exp(found.value[_PAPER])
         remarks.residuals["paper_reflectance"] = white.tolist()
         remarks.residuals["paper_reflectance_error"] = (white * found.error[_PAPER]).tolist()
@@ -77,6 +82,26 @@ def tie(
     error = {n: np.maximum(found.error[n], least) * value[n] for n in given}
     tied = {n: Tied(value[n], error[n], "intensity" if n in unread else _source(r)) for n, r in left.items()}
     return tied, "absolute" if absolute else "relative"
+
+
+def _by_kind(photoset: PhotoSet, given: Mapping[str, np.ndarray], remarks: Remarks) -> RigExpected | None:
+    """The logarithm of the paper's reflectance (c,) by its kind, where the manifest says it.
+
+    How far such papers differ is not in its covariance: all photos have it in common, and it goes to the scale.
+    """
+    if photoset.radiometry.paper is None:
+        return None
+    kind = KINDS[photoset.radiometry.paper]
+    remarks.tell(
+        "scale-by-kind-of-paper",
+        f"no white patch tells the scale: it is that of {kind.name} paper, {kind.reflectance:.2f} +- {kind.error:.2f}, "
+        f"and all of f unsure by {kind.relative:.0%}",
+        amount=kind.relative,
+        allowed=True,
+    )
+    channels = len(next(iter(given.values())))
+    value = np.full(channels, np.log(kind.reflectance))
+    return RigExpected("paper", value, _EXACT**2 * np.eye(channels), 0)
 
 
 def _source(reading: StrengthReadings) -> str:

@@ -26,6 +26,7 @@ from photogonio.capture.manifest.schema import (
     text,
 )
 from photogonio.capture.photoset import (
+    PAPERS,
     Board,
     CameraEntry,
     CharucoBoard,
@@ -228,6 +229,7 @@ RADIOMETRY_TABLE = {
     "white_level": Key(POSITIVE),
     "gain_electrons": Key(POSITIVE),
     "read_noise_electrons": Key(number(low=0.0)),
+    "paper": Key(choice(*PAPERS)),
     "vignetting": Key(choice("auto", "cos4", "none", "flat")),
     "colour": Key(choice("camera", "srgb", "xyz")),
     "demosaic": Key(choice(*DEMOSAIC)),

@@ -122,5 +122,9 @@ def check_whole(path: Path, photoset: PhotoSet) -> None:
     if unknown and not printed and all(photo.bracket is None for photo in photoset.photos):
         what = '"unknown" needs photos with bracket numbers, or a printed [board] whose black and white tell the curve'
         raise InputError(f"{path}: [radiometry] encoding", what)
+    if photoset.radiometry.paper is not None and photoset.board is None:
+        raise InputError(
+            f"{path}: [radiometry] paper", "says what the [board] is printed on, and there is none"
+        )
     if photoset.board is None and (photoset.camera.matrix is None or photoset.camera.rotation is None):
         raise InputError(path, "without [board], [camera] needs matrix, rotation and translation")

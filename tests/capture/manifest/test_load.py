@@ -219,6 +219,7 @@ BROKEN = {  # what to replace, by what, what the message says
     "gamma missing": ("gamma = 2.2", "", ["radiometry", "gamma"]),
     "levels crossed": ("white_level = 0.99", "white_level = 0.005", ["white_level", "black_level"]),
     "flat without photos": ('vignetting = "cos4"', 'vignetting = "flat"', ["vignetting", '"flat"']),
+    "no such paper": ('vignetting = "cos4"', 'paper = "ofice"', ["paper", "did you mean 'office'"]),
     "skew": ("[[1000, 0, 320]", "[[1000, 5, 320]", ["matrix", "fx, 0, cx"]),
     "mirrored": ("[[0, -1, 0], [1, 0, 0], [0, 0, 1]]", "[[0, 1, 0], [1, 0, 0], [0, 0, 1]]", ["rotation"]),
     "rotation alone": ("translation = [1, 2, 3]", "", ["rotation needs translation"]),
@@ -269,6 +270,13 @@ def test_unknown_encoding_needs_brackets_or_a_printed_board(folder):
     bare = bare.replace('encoding = "gamma"\ngamma = 2.2', 'encoding = "unknown"').replace("bracket = 3", "")
     with pytest.raises(InputError, match="bracket"):
         load_photoset(write(folder, bare))
+
+
+def test_a_kind_of_paper_needs_a_board_that_is_printed_on_it(folder):
+    with_paper = ('vignetting = "cos4"', 'vignetting = "cos4"\npaper = "recycled"')
+    assert load_photoset(write(folder, FULL.replace(*with_paper))).radiometry.paper == "recycled"
+    with pytest.raises(InputError, match="paper: says what the"):
+        load_photoset(write(folder, swapped("[board]", "", whole=True).replace(*with_paper)))
 
 
 def test_no_board_needs_a_camera_with_a_pose(folder):
