@@ -33,6 +33,7 @@ from photogonio.capture import robust
 from photogonio.capture.photoset import MirrorBall
 
 _STEPS = (8, 3, 3, 3)  # of each view's own shading fit in each round: the adjustment does the rest
+_MORE = (3, 3)  # the same, where a view was left astray
 # of a lamp's distance: where balls and shading differ as much, a fit is tried from where the balls show it
 _REACH, _TURN = 0.5, 0.05  # of a lamp's distance, by which one round may change it, and move it across
 _ELSEWHERE = 0.02
@@ -59,17 +60,19 @@ class _Round:
         return self.state.model.camera(self.values["camera"])
 
 
-def settle(state: State) -> State:
+def settle(state: State, longer: bool = False) -> State:
     """Everything settled together, from what observations hold: corners, highlights, limbs and paper.
 
-    Rounds of: fit every view's shading; adjust all together; look at the highlights again.
+    Rounds of: fit every view's shading; adjust all together; look at the highlights again. ``longer``: half as many
+    more.
     """
     observations = state.started_over()
     first = {one.view.name: tuple(one.highlights) for one in observations}
     now = _started(state, observations)
     fixed = fixed_blocks(state.photoset, now.lamps)
     asked: dict[str, np.ndarray] = {}  # where views' fits were last tried from besides
-    for number, steps in enumerate(_STEPS):
+    rounds = _STEPS + _MORE if longer else _STEPS
+    for number, steps in enumerate(rounds):
         if now.scene is not None:
             shown = _by_highlights(now, first)
             new = {k: v for k, v in shown.items() if k not in asked or _apart(v, asked[k])}
@@ -83,7 +86,7 @@ def settle(state: State) -> State:
             observation.pose = block_pose(now.values[observation.pose_block])
         if now.fits:  # only where lamps are sure without the highlights
             _review(now)
-        state.tell("settling", number + 1, len(_STEPS))
+        state.tell("settling", number + 1, len(rounds))
     return replace(
         state,
         observations=tuple(observations),

@@ -12,6 +12,8 @@ from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.diagnose.base import Assumption, Known, LightDeparture
 from photogonio.calib.setup import ViewSetup
 
+_ASTRAY = 1.2  # times a photo's paper is farther from a model that is nearer to the others'
+
 
 def ask(known: Known, departures: Iterable[Assumption[Known]]) -> Known:
     """One after the other, each on the state that the one before has left; what is found goes to the remarks."""
@@ -39,7 +41,10 @@ def settle_allowing(state: State, departures: Sequence[LightDeparture]) -> State
             return state
         surest = max(ready, key=lambda code: told[code].sureness)
         departure = left[surest]
-        tried = settle(departure.remedy(state, [told[surest]]))
+        remedied = departure.remedy(state, [told[surest]])
+        tried = settle(remedied)
+        if not departure.certain and one_astray(tried.settled, state.settled):
+            tried = settle(remedied, longer=True)
         if not departure.certain and not fits_closer(tried.settled, state.settled):
             refused.add(surest)
             continue
@@ -59,6 +64,14 @@ def fits_closer(settled: Settled, other: Settled) -> bool:
         for one in (settled, other)
     )
     return first < second
+
+
+def one_astray(settled: Settled, other: Settled) -> bool:
+    """Whether the paper of most photos is nearer to the model in the first, and of some much farther from it: their
+    lamps settled elsewhere, which says nothing against the model."""
+    both = settled.shading.keys() & other.shading.keys()
+    ratio = np.array([settled.shading[name].rms / other.shading[name].rms for name in both])
+    return len(ratio) > 0 and bool(np.median(ratio) < 1.0 < _ASTRAY <= ratio.max())
 
 
 def tell_lights(

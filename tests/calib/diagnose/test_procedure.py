@@ -10,7 +10,14 @@ import pytest
 
 from photogonio.calib.diagnose import procedure
 from photogonio.calib.diagnose.base import NO_DOUBT, Doubt, LightDeparture
-from photogonio.calib.diagnose.procedure import ask, doubted, fits_closer, settle_allowing, tell_lights
+from photogonio.calib.diagnose.procedure import (
+    ask,
+    doubted,
+    fits_closer,
+    one_astray,
+    settle_allowing,
+    tell_lights,
+)
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.remarks import Remarks
 from photogonio.calib.setup import ViewSetup
@@ -67,7 +74,7 @@ class Made:
 @pytest.fixture(autouse=True)
 def counted(monkeypatch):
     monkeypatch.setattr(
-        procedure, "settle", lambda state: replace(state, settled_times=state.settled_times + 1)
+        procedure, "settle", lambda state, longer=False: replace(state, settled_times=state.settled_times + 1)
     )
 
 
@@ -126,6 +133,16 @@ def test_closer_is_by_the_photos_that_both_have_and_against_what_is_not_believed
     )
     assert fits_closer(of(a=(0.9, 1.0), b=(9.0, 1.0)), of(a=(1.0, 1.0), c=(0.0, 1.0)))
     assert not fits_closer(of(a=(0.9, 0.5)), of(a=(1.0, 1.0)))  # it fits half of the samples closer
+
+
+def test_one_lamp_that_settled_elsewhere_says_nothing_against_what_all_others_fit_closer():
+    def of(*rms):
+        return SimpleNamespace(shading={str(k): SimpleNamespace(rms=one) for k, one in enumerate(rms)})
+
+    assert one_astray(of(0.95, 0.95, 1.5), of(1.0, 1.0, 1.0))
+    assert not one_astray(of(0.95, 0.95, 1.1), of(1.0, 1.0, 1.0))
+    assert not one_astray(of(1.05, 1.05, 1.5), of(1.0, 1.0, 1.0))  # most are farther: the model is
+    assert not one_astray(of(), of(1.0))
 
 
 @dataclass(frozen=True)
