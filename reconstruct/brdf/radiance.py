@@ -166,7 +166,9 @@ def parse_tree(path: Path, text: str, axes: int) -> Tree:
     """
     child: list[int] = [-1]
     value: list[float] = [0.0]
-    tokens = re.findall(r"[{}]|[^\s{},]+", text)
+    tokens = re.findall(r"[{}]|[^\s{},][^{}]*", text)
+    bits = (np.arange(2**axes)[:, None] >> np.arange(axes)) & 1
+    order = (bits @ 2 ** np.arange(axes)[::-1]).tolist()  # of the halves in a block of them
     stack: list[tuple[int, int, list[float]]] = []  # node, children seen, numbers
     wrong = InputError(path, "its tensor tree is cut short or has numbers where none belong")
 
@@ -198,11 +200,16 @@ def parse_tree(path: Path, text: str, axes: int) -> Tree:
             closed = not stack
             if (seen and (numbers or seen != 2**axes)) or not (seen or numbers):
                 raise wrong
-            if numbers:
+            if len(numbers) == 1:
+                value[node] = numbers[0]
+            elif len(numbers) == len(order):  # as most are, in a tree of small blocks
+                first = below(node)
+                value[first : first + len(order)] = [numbers[k] for k in order]
+            elif numbers:
                 _spread(np.array(numbers), node, axes, below, value, wrong)
         else:
             try:
-                stack[-1][2].append(float(token))
+                stack[-1][2].extend(map(float, token.replace(",", " ").split()))
             except (ValueError, IndexError):
                 raise wrong from None
     if not closed or not np.isfinite(value).all():

@@ -4,176 +4,144 @@ Directions lie on the unit disk of (sin theta cos phi, sin theta sin phi), mappe
 (1997): equal areas are equal projected solid angles. An isotropic tree has three axes: (1 - sin theta_i) / 2, then the
 exit direction's square, turned so that the incident azimuth is half a turn; an anisotropic one has four: the square of
 the negated incident direction, then that of the exit direction. A node of text is "{ value }", or its halves along
-every axis, the first axis fastest. Found to be so with Radiance's own library, which answers with the cell's value.
+every axis, the first axis fastest; the last halves stand as "{ values }", the last axis fastest. Found to be so with
+Radiance's own library, which answers with the cell's value.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
 
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square, square_to_disk
+from photogonio.reconstruct.brdf.shirley_chiu import square_to_disk
 from photogonio.reconstruct.export import radiance_xml as xml
-from photogonio.reconstruct.export.loss import PLACE
+from photogonio.reconstruct.export.loss import ANGLES, PLACE
+from photogonio.reconstruct.export.radiance_cells import CellTree, Level, Values
 from photogonio.reconstruct.export.table_grid import title
 
-_DEEPEST = {3: 8, 4: 5}  # halvings of each axis, by number of axes
-_PARTS = {3: 1, 4: 2}  # samples of each cell along each axis
-_LEAVES = 240_000  # at most, which keeps a file below 4 MB and its reading fast
-_SEEN, _BEYOND = float(np.sin(np.radians(82.0))), 0.05  # sine up to which errors count in full; beyond it
+_BASE, _DEEPEST = (
+    {3: 6, 4: 4},
+    {3: 11, 4: 8},
+)  # halvings of each axis everywhere, and at most, by number of axes
+_LEAVES = {3: 500_000, 4: 300_000}  # at most, which keeps a file to 4 MB and its writing to 3 s
+_COUNTS = ((61.0, 1.0), (82.0, 0.2), (90.0, 0.05))  # degrees up to which an error counts so much
 _ENOUGH = 1e-3  # relative rms within the cells, below which finer ones are not worth their bytes
+_FINE, _POLAR, _TURNS = (
+    89,
+    16,
+    12,
+)  # polar angles at which albedos are known; and of a surface whose turn counts
 _BASIS = "\t\t\t<AngleBasis>LBNL/Shirley-Chiu</AngleBasis>"
-
-
-@dataclass(frozen=True, slots=True)
-class Level:
-    """All cells of one fineness: means of f, and the squared deviation within each."""
-
-    mean: np.ndarray  # (n, ...) 1/sr, an axis of 2^level for each of the tree's
-    spread: np.ndarray  # (n, ...)
 
 
 def write_radiance_tree(brdf: Brdf, path: Path) -> None:
     """Tensor tree of three axes for isotropic BRDFs, of four for others; gray, as :func:`.radiance_xml.gray` has it."""
-    isotropic = not brdf.turning
-    levels = _pyramid(*(_isotropic(brdf) if isotropic else _anisotropic(brdf)))
-    axes = levels[0].spread.ndim
+    axes = 4 if brdf.turning else 3
     path.write_text(
         xml.document(
             name=title(brdf),
             remark=PLACE,
             definition=f"\t\t<IncidentDataStructure>TensorTree{axes}</IncidentDataStructure>",
             basis=_BASIS,
-            data=_text(levels, _threshold(levels)),
+            data=_tree(brdf, axes),
         ),
         encoding="utf-8",
     )
 
 
-def _isotropic(brdf: Brdf) -> tuple[np.ndarray, np.ndarray]:
-    """f, gray, at cells' centres (n / 2, n, n)and weights; the first axis's other half holds nothing."""
-    n = 2 ** _DEEPEST[3]
-    sine = 1 - 2 * (np.arange(n // 2) + 0.5) / n
-    x, y = square_to_disk(*np.meshgrid(*[(np.arange(n) + 0.5) / n] * 2, indexing="ij"))
-    # the mirror image of the exit direction about the plane of incidence has the same value
-    upper = y.ravel() > 0
-    theta_r, phi = np.arcsin(np.minimum(np.hypot(x, y).ravel()[upper], 1.0)), np.arctan2(y, x).ravel()[upper]
-    value = np.zeros((n // 2, n * n), np.float32)
-    mirrored = _mirror_of(x, y, n)
-    for k, s in enumerate(sine):
-        f = xml.gray(brdf, np.maximum(brdf.evaluate(np.arcsin(s), np.pi, theta_r, phi), 0.0))
-        value[k, upper] = f
-        value[k, mirrored[upper]] = f
-    return _with_weight(value.reshape(n // 2, n, n), sine, np.hypot(x, y))
+def _tree(brdf: Brdf, axes: int) -> str:
+    top = np.zeros((1, 4), int)
+    if axes == 3:  # of the first axis the other half holds nothing
+        top = np.array([[0, j, k] for k in (0, 1) for j in (0, 1)])
+    start = Level.of(top, 4 - axes)
+    base, deepest = min(_BASE[axes], _DEEPEST[axes] - 1), _DEEPEST[axes]
+    cells = CellTree.of(_values(brdf, axes), _weight, axes - 2, start, base)
+    bound = cells.grow(_LEAVES[axes], _ENOUGH, deepest)
+    cells.hold(bound, _least_albedo(brdf, axes, deepest))
+    return _text(cells, bound)
 
 
-def _mirror_of(x: np.ndarray, y: np.ndarray, n: int) -> np.ndarray:
-    """(n * n,) the cell that holds (x, -y), of each cell with centre (x, y)."""
-    a, b = disk_to_square(x.ravel(), -y.ravel())
-    i, j = (np.clip((side * n).astype(int), 0, n - 1) for side in (a, b))
-    return i * n + j
+def _least_albedo(brdf: Brdf, axes: int, halvings: int) -> np.ndarray:
+    """(2^halvings, ...) least directional albedo, gray, from within equal parts of the incident axes, up to where
+    albedos are compared."""
+    edge = np.linspace(0.0, 1.0, 2**halvings + 1)
+    last = np.radians(ANGLES[-1])
+    if axes == 3:
+        polar = np.linspace(0.0, last, _FINE)
+        theta = np.minimum(np.arcsin(np.clip(1 - 2 * edge, 0.0, 1.0)), last)
+        albedo = np.interp(theta, polar, xml.gray(brdf, brdf.directional_albedo(polar)))
+        return np.minimum(albedo[1:], albedo[:-1])
+    x, y = square_to_disk(*np.meshgrid(edge, edge, indexing="ij"))
+    polar, turn = last * np.sqrt(np.linspace(0.0, 1.0, _POLAR)), np.linspace(0.0, 2 * np.pi, _TURNS + 1)
+    known = xml.gray(brdf, brdf.directional_albedo(polar[:, None], turn[:-1]))
+    between = RegularGridInterpolator((polar, turn), np.hstack([known, known[:, :1]]))
+    theta = np.minimum(np.arcsin(np.minimum(np.hypot(x, y), 1.0)), last)
+    albedo = between(np.stack([theta, np.mod(np.arctan2(y, x) + np.pi, 2 * np.pi)], axis=-1))
+    albedo = np.minimum(albedo[1:], albedo[:-1])
+    return np.minimum(albedo[:, 1:], albedo[:, :-1])
 
 
-def _anisotropic(brdf: Brdf) -> tuple[np.ndarray, np.ndarray]:
-    """f, gray, (n, n, n, n), means of a few samples in each cell, and weights."""
-    n = 2 ** _DEEPEST[4]
-    m = n * _PARTS[4]
-    x, y = square_to_disk(*np.meshgrid(*[(np.arange(m) + 0.5) / m] * 2, indexing="ij"))
-    theta, phi = np.arcsin(np.minimum(np.hypot(x, y), 1.0)), np.arctan2(y, x)
-    centre = square_to_disk(*np.meshgrid(*[(np.arange(n) + 0.5) / n] * 2, indexing="ij"))
-    theta_i = np.arcsin(np.minimum(np.hypot(*centre), 1.0)).ravel()
-    phi_i = np.arctan2(centre[1], centre[0]).ravel() + np.pi
-    value = np.empty((n * n, n, n), np.float32)
-    for k in range(n * n):
-        f = xml.gray(brdf, np.maximum(brdf.evaluate(theta_i[k], phi_i[k], theta, phi), 0.0))
-        value[k] = f.reshape(n, _PARTS[4], n, _PARTS[4]).mean(axis=(1, 3))
-    return _with_weight(value.reshape(n, n, n, n), np.ones((n, n)), np.hypot(*centre))
+def _values(brdf: Brdf, axes: int) -> Values:
+    """f, gray, (n,) at places (n, axes)."""
+
+    def values(place: np.ndarray) -> np.ndarray:
+        x, y = square_to_disk(place[:, -2], place[:, -1])
+        theta_r, phi_r = np.arcsin(np.minimum(np.hypot(x, y), 1.0)), np.arctan2(y, x)
+        if axes == 3:
+            theta_i, phi_i = np.arcsin(1 - 2 * place[:, 0]), np.full(len(place), np.pi)
+        else:
+            x, y = square_to_disk(place[:, 0], place[:, 1])
+            theta_i, phi_i = np.arcsin(np.minimum(np.hypot(x, y), 1.0)), np.arctan2(y, x) + np.pi
+        return xml.gray(brdf, np.maximum(brdf.evaluate(theta_i, phi_i, theta_r, phi_r), 0.0))
+
+    return values
 
 
-def _pyramid(finest: np.ndarray, weight: np.ndarray) -> list[Level]:
-    """From the coarsest cells, which halve the whole along every axis but may lack half of the first, to the finest.
-
-    A node's spread is the weighted squared deviation of what it holds from its plain mean, which keeps the energy.
-    """
-    axes = finest.ndim
-    mean, first, second = finest, weight * finest, weight * finest**2
-    total = max(float(second.sum(dtype=float)), 1e-300)
-    levels = [Level(mean, np.zeros(mean.shape))]
-    while mean.shape[0] > 1:
-        mean, first, second, weight = (_halved(a, axes) for a in (mean, first, second, weight))
-        cells = 2.0 ** (axes * len(levels))
-        spread = np.maximum(second - 2 * mean * first + mean**2 * weight, 0.0) * cells / total
-        levels.insert(0, Level(mean, spread))
-    return levels
+def _weight(place: np.ndarray) -> np.ndarray:
+    """(n,) projected solid angle of a volume there, little where nobody looks."""
+    sine_r = np.hypot(*square_to_disk(place[:, -2], place[:, -1]))
+    if place.shape[1] == 3:
+        sine_i = area = 1 - 2 * place[:, 0]
+    else:
+        sine_i, area = np.hypot(*square_to_disk(place[:, 0], place[:, 1])), np.ones(len(place))
+    limits = np.sin(np.radians([limit for limit, _ in _COUNTS[:-1]]))
+    counts = np.array([count for _, count in _COUNTS])
+    return area * counts[np.searchsorted(limits, np.maximum(sine_i, sine_r))]
 
 
-def _with_weight(value: np.ndarray, sine_i: np.ndarray, sine_r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return value, _weight(value, sine_i, sine_r)
-
-
-def _weight(value: np.ndarray, sine_i: np.ndarray, sine_r: np.ndarray) -> np.ndarray:
-    """What a squared error counts: by projected solid angle, halfway to relative, little where nobody looks."""
-    area = np.where(sine_i < _SEEN, 1.0, _BEYOND) * sine_i
-    beyond = np.where(sine_r < _SEEN, 1.0, _BEYOND)
-    mean = max(float(value.mean()), 1e-300)
-    shape = area.reshape(*area.shape, *[1] * beyond.ndim)
-    return (shape * beyond / (value + mean)).astype(np.float32)
-
-
-def _halved(array: np.ndarray, axes: int) -> np.ndarray:
-    """Means over pairs along the first ``axes`` axes."""
-    for axis in range(axes):
-        shape = (*array.shape[:axis], array.shape[axis] // 2, 2, *array.shape[axis + 1 :])
-        array = array.reshape(shape).mean(axis=axis + 1)
-    return array
-
-
-def _threshold(levels: Sequence[Level]) -> float:
-    """The spread up to which a node stays whole: the least that keeps to ``_LEAVES``, or that is good enough."""
-    low, high = _ENOUGH**2 / _LEAVES, 1.0
-    if _leaves(levels, low) <= _LEAVES:
-        return low
-    for _ in range(40):
-        middle = np.sqrt(low * high)
-        low, high = (low, middle) if _leaves(levels, middle) <= _LEAVES else (middle, high)
-    return high
-
-
-def _leaves(levels: Sequence[Level], least: float) -> int:
-    """How many nodes stay whole: every one that is split has 2^axes halves, and spread only falls inward."""
-    children = 2 ** levels[0].spread.ndim
-    split = sum(int((level.spread > least).sum()) for level in levels[:-1])
-    return levels[0].spread.size + (children - 1) * split
-
-
-def _text(levels: Sequence[Level], least: float) -> str:
+def _text(cells: CellTree, bound: float) -> str:
     """The tree, depth first."""
-    axes = levels[0].spread.ndim
-    bits = [tuple((k >> axis) & 1 for axis in range(axes)) for k in range(2**axes)]
+    axes = cells.levels[0].place.shape[1]
+    bits = (np.arange(2**axes)[:, None] >> np.arange(axes)) & 1
+    order = np.argsort(bits @ 2 ** np.arange(axes)[::-1]).tolist()  # of a block of values: last axis fastest
+    divided = [cells.divided(level, bound).tolist() for level in cells.levels]
+    first = [level.first.tolist() for level in cells.levels]
+    told = [[f"{mean:.5g}" for mean in level.mean.tolist()] for level in cells.levels]
     parts: list[str] = []
 
-    def walk(depth: int, place: tuple[int, ...]) -> None:
-        if depth == len(levels) - 1 or levels[depth].spread[place] <= least:
-            parts.append(f"{{ {levels[depth].mean[place]:.5g} }}")
+    def walk(depth: int, cell: int) -> None:
+        if not divided[depth][cell]:
+            parts.append(f"{{ {told[depth][cell]} }}")
+            return
+        start = first[depth][cell]
+        if not any(divided[depth + 1][start : start + 2**axes]):
+            below = told[depth + 1]
+            parts.append(f"{{ {' '.join([below[start + k] for k in order])} }}")
             return
         parts.append("{")
-        for bit in bits:
-            walk(depth + 1, tuple(2 * p + b for p, b in zip(place, bit, strict=True)))
+        for k in range(2**axes):
+            walk(depth + 1, start + k)
         parts.append("}")
 
-    whole = levels[0].spread.shape
-    if whole == (1,) * axes:
-        walk(0, (0,) * axes)
+    if axes == 4:
+        walk(0, 0)
         return "\n".join(parts)
     parts.append("{")
-    for bit in bits:
-        if bit[0] < whole[0]:
-            walk(0, bit)
-        else:
-            parts.append("{ 0 }")
+    for k in range(4):
+        walk(0, k)
+        parts.append("{ 0 }")
     parts.append("}")
     return "\n".join(parts)

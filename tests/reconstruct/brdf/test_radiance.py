@@ -52,7 +52,7 @@ def pairs(count: int, seed: int):
 @pytest.fixture
 def coarse(monkeypatch):
     monkeypatch.setattr(radiance_tree, "_DEEPEST", {3: 6, 4: 3})
-    monkeypatch.setattr(radiance_tree, "_LEAVES", 20_000)
+    monkeypatch.setattr(radiance_tree, "_LEAVES", {3: 20_000, 4: 20_000})
 
 
 @pytest.mark.parametrize("write", [write_radiance_tree, write_radiance_klems])

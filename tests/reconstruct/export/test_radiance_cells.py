@@ -1,0 +1,55 @@
+"""Cells of a tree: they cover everything once, keep to an albedo, and are small where it bends."""
+
+import numpy as np
+
+from photogonio.reconstruct.export.radiance_cells import CellTree, Level
+
+
+def _grown(values, leaves=200, deepest=8):
+    top = Level.of(np.zeros((1, 2), int), 0)
+    cells = CellTree.of(values, lambda place: np.ones(len(place)), 1, top, 3)
+    return cells, cells.grow(leaves, 1e-6, deepest)
+
+
+def _step(place):
+    return 1.0 + (place[:, 1] > 0.3)
+
+
+def _whole(cells, bound):
+    """Undivided cells: places, halvings and means."""
+    alive, found = np.ones(1, bool), []
+    for level in cells.levels:
+        divided = cells.divided(level, bound)
+        found += [(level.place[k], level.halvings, level.mean[k]) for k in np.flatnonzero(alive & ~divided)]
+        parents = np.flatnonzero(alive & divided)
+        alive = np.zeros(4 * (level.first >= 0).sum(), bool)
+        alive[(level.first[parents][:, None] + np.arange(4)).ravel()] = True
+    return found
+
+
+def test_cells_cover_everything_once_and_keep_to_their_number():
+    cells, bound = _grown(_step)
+    found = _whole(cells, bound)
+    assert len(found) == cells.count(bound) <= 200
+    assert sum(0.25**halvings for _, halvings, _ in found) == 1.0
+
+
+def test_cells_are_small_at_a_slope_alone():
+    cells, bound = _grown(lambda place: 1.0 + np.tanh((place[:, 1] - 0.3) / 0.03), 600)
+    found = _whole(cells, bound)
+    finest = max(halvings for _, halvings, _ in found)
+    at = np.array([(place[1] + 0.5) / 2.0**halvings for place, halvings, _ in found if halvings == finest])
+    assert finest > 4
+    assert np.abs(at - 0.3).max() < 0.1  # three times the slope's width
+
+
+def test_held_cells_send_out_no_more_than_they_may():
+    cells, bound = _grown(_step)
+    most = np.linspace(4.0, 6.0, 2**8)  # of up to 1.7 times pi
+    cells.hold(bound, most)
+    sent = np.zeros(2**8)
+    for place, halvings, mean in _whole(cells, bound):
+        width = 2 ** (8 - halvings)
+        sent[place[0] * width : (place[0] + 1) * width] += np.pi * mean * 0.5**halvings
+    assert (sent <= 1.0031 * most).all()
+    assert sent[-1] > 5.0  # what was allowed is as it was
