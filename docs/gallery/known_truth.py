@@ -55,9 +55,10 @@ print(f"Delta E ITP {comparison.appearance.to_dict()['delta_e_itp_mean']:.3f}")
 # ------------------
 # z is the error over the stated standard error, at pairs of directions spread evenly by projected solid angle. A
 # stated error that is honest lets some 95 % lie within 1.96 if the error were chance alone, and nearly all where it
-# allows for what could not be seen. Which ones lie outside tells more than how many: here those at grazing angles, near
-# the light's own direction and opposite it, where by the warnings above no photo looked. The p of a comparison looks
-# at the worst place too, and finds them.
+# allows for what could not be seen. Which ones lie outside tells more than how many: here 19 of 2000 pairs, all with
+# nearly equal angles beyond 55 degrees on the lamp's side, 13 to 60 degrees of azimuth apart, where rough clay is
+# brightest. Eight photos and smooth modes leave it too dark there, by up to 4.6 standard errors. The p of a comparison
+# looks at the worst place too, and finds them.
 
 rng = np.random.default_rng(1)
 theta_i, theta_r = np.arcsin(np.sin(np.radians(70.0)) * np.sqrt(rng.uniform(size=(2, 2000))))
