@@ -12,12 +12,15 @@ from photogonio.calib.adjust.lamps import Lamp
 from photogonio.calib.adjust.terms import (
     _expectations,
     _lamp_expectations,
+    _shared_lamp,
     fixed_blocks,
     shading_term,
     sightings,
 )
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.observation import FIXED_POSE
+from photogonio.calib.rig.gaussian import NOTHING
+from photogonio.calib.shading.correction import NO_FALLOFF
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
 from photogonio.capture.photoset import CameraEntry, LightEntry
 from tests.drawn.setups import BALLS, SAMPLE, photoset_of
@@ -117,7 +120,7 @@ def test_without_photos_balls_and_sample_are_where_the_manifest_has_them(drawn):
     photoset = photoset_of(world, fixed=True)
     values = {f"ball {k}": np.append(b.center, b.radius) + 0.3 for k, b in enumerate(BALLS)}
     values |= {"sample": np.append(SAMPLE.center, SAMPLE.radius) + 0.3, "limb offset": np.ones(1)}
-    done = adjust(values, _expectations(photoset, values))
+    done = adjust(values, _expectations(photoset, values, NOTHING))
     np.testing.assert_allclose(done.values["sample"], np.append(SAMPLE.center, SAMPLE.radius), atol=1e-6)
     np.testing.assert_allclose(done.values["ball 1"], np.append(BALLS[1].center, BALLS[1].radius), atol=1e-6)
     np.testing.assert_allclose(done.values["limb offset"], 0.0, atol=1e-9)
@@ -133,11 +136,16 @@ def test_without_photos_balls_and_sample_are_where_the_manifest_has_them(drawn):
 def test_a_lamps_beam_is_held_unless_it_is_known(beam):
     values = {"lamp": np.array([1.0, -3.0, 0.4, 0.0, 0.0]), "light a": np.array([0, 0, 400.0])}
     lonely = Lamp("a", None, "point", values["light a"], "probe", one_ray=True)
-    terms = _lamp_expectations({"a": lonely}, values, beam, False)
+    terms = expected_of_lamps({"a": lonely}, values, beam)
     done = adjust(values, terms)
     assert abs(done.values["lamp"][2]) < 1e-6
     spread = np.sqrt(np.diag(done.covariance["lamp"]))
     np.testing.assert_allclose(spread, [0.7, 0.3, 1.5 if beam else 0.02, 0.002, 0.002], rtol=1e-6)
     np.testing.assert_allclose(np.sqrt(np.diag(done.covariance["light a"])), 0.3 * 400, rtol=1e-6)
     held = Lamp("a", None, "point", values["light a"], "given", fixed=True)
-    assert len(_lamp_expectations({"a": held}, values, beam, False)) == 1
+    assert len(expected_of_lamps({"a": held}, values, beam)) == 1
+
+
+def expected_of_lamps(lamps, values, beam):
+    state = SimpleNamespace(rig=NOTHING, narrow=1.0 if beam else 0.0, falloff=NO_FALLOFF)
+    return _shared_lamp(state, values) + _lamp_expectations(lamps, values, NOTHING)

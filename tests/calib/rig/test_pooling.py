@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from photogonio.calib.rig.gaussian import RigTold, told_beside
+from photogonio.calib.rig.gaussian import RigTold
 from photogonio.calib.rig.pooling import FEWEST, expected_of, pooled
 
 BEFORE, USUAL = np.array([900.0, 0.0]), np.diag([1e-6, 1.0])
@@ -124,15 +124,3 @@ def test_directions_that_no_set_tells_keep_what_is_usual():
     assert np.isfinite(pool.value).all()
     # of the first value and five times the second only the sum is told: the second is as unsure as before
     assert np.sqrt(pool.covariance[1, 1]) == pytest.approx(1.0, rel=0.05)
-
-
-def test_what_photos_alone_say_is_found_beside_what_was_expected():
-    rng = np.random.default_rng(8)
-    root = rng.normal(size=(3, 3))
-    data, alone = root @ root.T, rng.normal(size=3)
-    mean, prior = rng.normal(size=3), np.diag([4.0, 0.0, 1e4])
-    covariance = np.linalg.inv(data + prior)
-    value = covariance @ (data @ alone + prior @ mean)
-    told = told_beside("a", value, covariance, mean, prior)
-    assert np.allclose(told.information, data, atol=1e-6 * 1e4)
-    assert np.allclose(told.information @ told.value, data @ alone, atol=1e-4)
