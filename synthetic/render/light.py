@@ -72,6 +72,18 @@ def lamp_from(lamps, k, x, y, z):
 
 
 @borrowing
+def through_shade(shades, k, lx, ly, lz):
+    """Part of lamp k's light that its shade lets go the way to a point that sees it in unit direction l: 1 within the
+    cone, half at its half angle, and a smooth step between."""
+    if k >= len(shades) or shades[k, 3] <= 0.0:
+        return 1.0
+    along = -(lx * shades[k, 0] + ly * shades[k, 1] + lz * shades[k, 2])
+    angle = math.acos(min(1.0, max(-1.0, along)))
+    t = min(1.0, max(0.0, (shades[k, 3] - angle) / shades[k, 4] + 0.5))
+    return t * t * (3.0 - 2.0 * t)
+
+
+@borrowing
 def visible(world: World, x, y, z, lx, ly, lz, distance, size, skip: int, on_sheet: int) -> float:
     """Fraction of a lamp that a point sees past balls (but ``skip``) and sheets (but ``on_sheet``)."""
     fraction = 1.0
@@ -96,16 +108,18 @@ def gather(world: World, x, y, z, on_sheet: int, gain: np.ndarray) -> float:
         if lz > 0.0:
             part = visible(world, x, y, z, lx, ly, lz, distance, size, -1, on_sheet)
             seen += part
-            gain[k] = falloff * lz * part
+            gain[k] = falloff * lz * part * through_shade(world.shades, k, lx, ly, lz)
     return seen
 
 
 @jit
 def see_lamp(world: World, k: int, points: np.ndarray, skip: int, on_sheet: int) -> np.ndarray:
-    """Visible fraction (n,) of lamp k from points (n, 3), past all balls but ``skip``, their own horizon apart."""
+    """Fraction (n,) of lamp k's light that reaches points (n, 3), out of its shade and past all balls but ``skip``,
+    their own horizon apart."""
     out = np.empty(len(points))
     for n in range(len(points)):
         x, y, z = points[n, 0], points[n, 1], points[n, 2]
         lx, ly, lz, _, distance, size = lamp_from(world.lamps, k, x, y, z)
-        out[n] = visible(world, x, y, z, lx, ly, lz, distance, size, skip, on_sheet)
+        part = visible(world, x, y, z, lx, ly, lz, distance, size, skip, on_sheet)
+        out[n] = part * through_shade(world.shades, k, lx, ly, lz)
     return out

@@ -11,6 +11,7 @@ from photogonio.synthetic.render.print import PrintedPage
 NOTHING, BOARD, TABLE, SHEET, SAMPLE, BALL, SIDE = range(7)  # what a ray meets
 INK, PAPER, TABLETOP, WALL, FIRST_SHEET = range(5)  # rows of World.colors
 FAR = 1e30
+NO_SHADES = np.zeros((0, 5))
 
 
 class World(NamedTuple):
@@ -30,3 +31,6 @@ class World(NamedTuple):
     )  # (k, 5) kind (0 point, 1 directional), place or direction, radius (angular if directional)
     intensity: np.ndarray  # (k, c) radiance units x length^2 (point) or irradiance (directional)
     ambient: np.ndarray  # (c,) radiance of the room itself, on all sides
+    shades: np.ndarray = (
+        NO_SHADES  # (k, 5) axis that the light leaves along, half angle and rim, radians; or none
+    )

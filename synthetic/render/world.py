@@ -13,7 +13,7 @@ from photogonio.synthetic.brdf.files import Foreign, read_brdf
 from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.brdf.reflectance import Reflectance
 from photogonio.synthetic.render.print import print_of
-from photogonio.synthetic.render.room import World
+from photogonio.synthetic.render.room import NO_SHADES, World
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import PatchScene
 from photogonio.synthetic.scene.plan import PlannedLamp, Shot, exposure_factor
@@ -75,7 +75,22 @@ def world_of(scene: Scene, shot: Shot) -> World:
         lamps=np.array([lamp_row(lamp) for lamp in shot.lamps]).reshape(-1, 5),
         intensity=np.array([lamp.intensity for lamp in shot.lamps]).reshape(-1, CHANNELS),
         ambient=ambient(scene) * np.ones(CHANNELS),
+        shades=shades(scene, shot),
     )
+
+
+def shades(scene: Scene, shot: Shot) -> np.ndarray:
+    """Cones (k, 5) that shades leave to the shot's lamps, zeros where a lamp is bare; (0, 5): none has any."""
+    shade = scene.lamp.shade
+    if shade is None:
+        return NO_SHADES
+    rows = np.zeros((len(shot.lamps), 5))
+    for row, lamp in zip(rows, shot.lamps, strict=True):
+        if lamp.shaded:
+            axis = np.array(shade.aim) - lamp.place
+            row[:3] = axis / np.linalg.norm(axis)
+            row[3:] = np.radians([shade.half_angle, shade.rim])
+    return rows
 
 
 def lamp_row(lamp: PlannedLamp) -> list[float]:

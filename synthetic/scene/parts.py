@@ -15,6 +15,7 @@ from photogonio.synthetic.scene.phone import (
     LensShading,
     LocalTone,
     NoiseFloor,
+    Shade,
     Sharpen,
     ToneCurve,
 )
@@ -124,6 +125,7 @@ class LampScene:
     attached_every: int = 1  # 2: every second photo is lit by it, the others by lamps elsewhere
     attached_given: bool = True  # the manifest gives its place
     given: bool = False  # the manifest gives places and intensities
+    shade: Shade | None = None  # of lamps that stand by themselves
 
 
 @dataclass(frozen=True, slots=True)

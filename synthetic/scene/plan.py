@@ -23,6 +23,7 @@ class PlannedLamp:
     place: np.ndarray  # (3,) position, or unit direction toward it
     radius: float  # length units, or radians
     intensity: np.ndarray  # (c,) radiance units x length^2, or irradiance
+    shaded: bool = False  # by the scene's lampshade
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +177,11 @@ def views(scene: Scene) -> list[list[Shot]]:
     radius = np.radians(scene.lamp.radius) if scene.lamp.kind == "directional" else scene.lamp.radius
     ids = [FLASH if by_attached(scene, k) else f"L{k:03d}" for k in range(len(poses))]
     strength = lamp_intensity(scene)
-    lamps = [PlannedLamp(i, scene.lamp.kind, p, radius, strength) for i, p in zip(ids, places, strict=True)]
+    kind, shade = scene.lamp.kind, scene.lamp.shade is not None
+    lamps = [
+        PlannedLamp(i, kind, p, radius, strength, shade and i != FLASH)
+        for i, p in zip(ids, places, strict=True)
+    ]
     named = list(ids)
     for view, claimed in scene.fault.mislabelled:
         named[view] = ids[claimed]

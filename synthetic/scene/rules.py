@@ -142,6 +142,11 @@ RULES: dict[str, dict[str, Rule]] = {
         "steps": one_of(0, 1, 2, 3),
     },
     "camera.shading": {"corner": ("more than 0, at most 1", lambda value: 0 < value <= 1)},
+    "lamp.shade": {
+        "half_angle": between(1, 90),
+        "rim": ("more than 0, at most 90", lambda value: 0 < value <= 90),
+        "aim": numbers(3),
+    },
     "camera.hand": {"shift": at_least(0), "aim": at_least(0), "roll": at_least(0)},
     "render": {"sample": at_least(1), "near": at_least(1), "edge": at_least(1)},
     "fault": {"moved_by": numbers(3)},
@@ -155,6 +160,7 @@ def check(scene: Scene, where: object) -> None:
             raise InputError(f"{where}: {key}", f"expected {expected}, got {_shown(value)}")
     _check_board(scene, where)
     _check_files(scene, where)
+    _check_shade(scene, where)
     _check_fault(scene, where)
 
 
@@ -177,7 +183,7 @@ def _check_board(scene: Scene, where: object) -> None:
 
 
 def _check_files(scene: Scene, where: object) -> None:
-    """What a kind of file, or a camera that stands still, cannot have."""
+    """What a kind of file, of lamp or of motion cannot have."""
     sensor = scene.sensor
     small = sensor.format in ("jpeg", "heic")
     if small and sensor.bits != 8:
@@ -186,6 +192,14 @@ def _check_files(scene: Scene, where: object) -> None:
         raise InputError(f"{where}: sensor.primaries", "only a jpeg or heic names them")
     if scene.camera.hand is not None and scene.camera.motion != "moving":
         raise InputError(f"{where}: camera.hand", 'a hand-held camera has motion = "moving"')
+
+
+def _check_shade(scene: Scene, where: object) -> None:
+    lamp, still = scene.lamp, scene.camera.motion != "turntable"
+    if lamp.shade is not None and not (lamp.kind == "point" and still):
+        raise InputError(
+            f"{where}: lamp.shade", 'only a lamp of kind "point" has one, and not over a turntable'
+        )
 
 
 def _check_fault(scene: Scene, where: object) -> None:

@@ -52,6 +52,7 @@ def photo_truth(scene: Scene, shot: Shot) -> dict[str, object]:
                 "direction" if lamp.kind == "directional" else "position": np.asarray(lamp.place).tolist(),
                 "radius": lamp.radius,
                 "strength": lamp.intensity.tolist(),
+                "shaded": lamp.shaded,
             }
             for lamp in shot.lamps
         ],
