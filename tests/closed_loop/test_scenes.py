@@ -52,6 +52,9 @@ WAS = {
 MORE, LEAST = 1.5, 0.4
 # times half the stated interval: of one set, whose errors go together in all directions, four standard errors
 STATED = 2.0
+# per cent of f: half of an interval in the middle, which may not be true by being wide. A flash alone shows no mirror
+# direction, and most of what is asked was not seen
+WIDEST, UNSEEN = 3.0, {"flash-ball"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +63,7 @@ class Missed:
 
     middle: float  # relative, of the worst channel
     of_stated: float  # root mean square over that of half the stated 95 % interval
+    stated: float  # half of that interval, relative, in the middle, of the worst channel
 
 
 def small(name: str) -> Scene:
@@ -89,6 +93,7 @@ def missed(scene: Scene, folder: Path) -> Missed:
     return Missed(
         float(np.median(np.abs(off) / truth, axis=0).max()),
         float(np.sqrt((off**2).mean(0) / (half**2).mean(0)).max()),
+        float(np.median(half / truth, axis=0).max()),
     )
 
 
@@ -97,6 +102,7 @@ def test_the_error_of_a_built_in_scene_is_as_small_as_it_was_and_near_what_is_sa
     found = missed(small(name), tmp_path / name)
     assert 100.0 * found.middle <= MORE * max(WAS[name], LEAST)
     assert found.of_stated <= STATED
+    assert name in UNSEEN or 100.0 * found.stated <= WIDEST
 
 
 def test_every_built_in_scene_is_held():
