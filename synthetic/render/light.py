@@ -13,6 +13,8 @@ import numpy as np
 from photogonio.capture.jit import borrowing, jit
 from photogonio.synthetic.render.room import FAR, World
 
+FLAT = 1e-6  # height, length units, up to which a page lies on the table
+
 
 @borrowing
 def inside(outlines: np.ndarray, p: int, x: float, y: float) -> bool:
@@ -99,16 +101,28 @@ def visible(world: World, x, y, z, lx, ly, lz, distance, size, skip: int, on_she
 
 
 @borrowing
+def slope_at(world: World, x, y, z) -> float:
+    """How steeply the page rises along x at a point of it that lies above the table; 0 elsewhere."""
+    extent = world.page.extent
+    if world.curl <= 0.0 or z < FLAT or y < extent[1] or y > extent[3]:
+        return 0.0
+    return 2.0 * world.curl * (x - 0.5 * (extent[0] + extent[2]))
+
+
+@borrowing
 def gather(world: World, x, y, z, on_sheet: int, gain: np.ndarray) -> float:
-    """Irradiance over intensity of each lamp (k,) at an upward-facing point; returns the visible fractions' sum."""
-    seen = 0.0
+    """Irradiance over intensity of each lamp (k,) at a point that faces up, or as the page does; returns the visible
+    fractions' sum."""
+    seen, slope = 0.0, (slope_at(world, x, y, z) if on_sheet < 0 else 0.0)
+    size_of_normal = math.sqrt(1.0 + slope * slope)
     for k in range(len(world.lamps)):
         lx, ly, lz, falloff, distance, size = lamp_from(world.lamps, k, x, y, z)
         gain[k] = 0.0
-        if lz > 0.0:
+        facing = (lz - slope * lx) / size_of_normal
+        if facing > 0.0:
             part = visible(world, x, y, z, lx, ly, lz, distance, size, -1, on_sheet)
             seen += part
-            gain[k] = falloff * lz * part * through_shade(world.shades, k, lx, ly, lz)
+            gain[k] = falloff * facing * part * through_shade(world.shades, k, lx, ly, lz)
     return seen
 
 

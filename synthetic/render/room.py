@@ -34,3 +34,4 @@ class World(NamedTuple):
     shades: np.ndarray = (
         NO_SHADES  # (k, 5) axis that the light leaves along, half angle and rim, radians; or none
     )
+    curl: float = 0.0  # the page's height is curl x^2 about its middle line, x across it, 1 / length units

@@ -45,15 +45,40 @@ def meet_ball(balls, k, ox, oy, oz, dx, dy, dz):
 
 
 @borrowing
+def meet_page(world: World, ox, oy, oz, dx, dy, dz):
+    """Distance along a ray that goes down to the page, flat or curled, or FAR."""
+    extent = world.page.extent
+    if extent[2] <= extent[0]:
+        return FAR
+    away = ox - 0.5 * (extent[0] + extent[2])
+    # the height of the page at x equals that of the ray: a t^2 + b t + c = 0, the root that stays for a = 0
+    a, b, c = world.curl * dx * dx, 2.0 * world.curl * dx * away - dz, world.curl * away * away - oz
+    root = b * b - 4.0 * a * c
+    if c >= 0.0 or root < 0.0 or b + math.sqrt(root) <= 0.0:
+        return FAR
+    t = -2.0 * c / (b + math.sqrt(root))
+    x, y = along_page(world, ox + t * dx), oy + t * dy
+    return t if extent[0] <= x <= extent[2] and extent[1] <= y <= extent[3] else FAR
+
+
+@borrowing
+def along_page(world: World, x: float) -> float:
+    """Where on the print a point of the page at ``x`` is: the length along the parabola, to the third order."""
+    middle = 0.5 * (world.page.extent[0] + world.page.extent[2])
+    u = x - middle
+    return x + 2.0 / 3.0 * world.curl * world.curl * u * u * u
+
+
+@borrowing
 def nearest(world: World, ox, oy, oz, dx, dy, dz, skip: int):
     """What a ray meets first: kind, index, distance. ``skip``: the ball it starts from, or -1."""
     kind, index, best = NOTHING, -1, FAR
     if dz < 0.0:
         t = -oz / dz
         x, y = ox + t * dx, oy + t * dy
-        extent = world.page.extent
-        if extent[0] <= x <= extent[2] and extent[1] <= y <= extent[3] and extent[2] > extent[0]:
-            kind, best = BOARD, t
+        met = meet_page(world, ox, oy, oz, dx, dy, dz)
+        if met < FAR:
+            kind, best = BOARD, met
         elif x * x + y * y < world.table_radius * world.table_radius:
             kind, best = TABLE, t
         for k in range(len(world.heights)):
@@ -74,7 +99,7 @@ def nearest(world: World, ox, oy, oz, dx, dy, dz, skip: int):
 def color_at(world: World, kind: int, index: int, x, y) -> int:
     """Row of World.colors that a point of board, table, sheet or its wall has."""
     if kind == BOARD:
-        return PAPER if paper_at(world.page, x, y) == 1 else INK
+        return PAPER if paper_at(world.page, along_page(world, x), y) == 1 else INK
     if kind == TABLE:
         return TABLETOP
     return WALL if kind == SIDE else FIRST_SHEET + index

@@ -64,8 +64,10 @@ def world_of(scene: Scene, shot: Shot) -> World:
     board = scene.board
     outlines, heights, sample_sheet, reflectance = sheets(scene, shot)
     plain = (board.ink, board.paper, board.table, board.ink) if board else (0.0, 0.0, 0.0, 0.0)
+    page = print_of(board.nominal() if board else None, scale=board.print_scale if board else 1.0)
+    half = 0.5 * float(page.extent[2] - page.extent[0])
     return World(
-        page=print_of(board.nominal() if board else None, scale=board.print_scale if board else 1.0),
+        page=page,
         colors=np.concatenate([np.outer(plain, np.ones(CHANNELS)), reflectance]),
         table_radius=board.table_radius if board else 0.0,
         balls=balls(scene, shot),
@@ -76,6 +78,7 @@ def world_of(scene: Scene, shot: Shot) -> World:
         intensity=np.array([lamp.intensity for lamp in shot.lamps]).reshape(-1, CHANNELS),
         ambient=ambient(scene) * np.ones(CHANNELS),
         shades=shades(scene, shot),
+        curl=board.curl / half**2 if board and half > 0 else 0.0,
     )
 
 

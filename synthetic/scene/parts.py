@@ -57,6 +57,7 @@ class BoardScene:
     first_id: int = 0
     legacy_pattern: bool = False
     print_scale: float = 1.0  # true lengths of the print over those that the manifest gives
+    curl: float = 0.0  # how far the page's left and right edges stand above its middle, length units
     paper: float = 0.82  # reflectances
     ink: float = 0.04
     table: float = 0.05

@@ -69,6 +69,7 @@ RULES: dict[str, dict[str, Rule]] = {
     "board": {
         "kind": one_of("charuco", "aruco-grid", "markers"),
         "print_scale": above(0),
+        "curl": between(0, 20),
         "paper": between(0, 1),
         "ink": between(0, 1),
         "table": between(0, 1),
