@@ -49,7 +49,8 @@ class _Nodes:
 
         Azimuths begin at -pi: the reader clamps those below its first node without a word.
         """
-        retro = any(lobe.model == "retro" for lobe in brdf.lobes)
+        lobes = getattr(brdf, "lobes", ())  # tables that are handed on have none
+        retro = any(lobe.model == "retro" for lobe in lobes)
         count, side = (_RETRO_INCIDENT, _RETRO_SLICE) if retro else (_INCIDENT, _SLICE)
         if brdf.turning:
             count, side = _TURNING_INCIDENT, _TURNING_SLICE
