@@ -2,18 +2,22 @@
 
     python -m benchmarks.cluster_growth [--quick] [--photos 60,240,960] [--workers 2] [--megapixels 0.3] [--send]
                                         [--kills 0]
+    python -m benchmarks.cluster_growth --scheduler 10000 [--workers 2] [--kilobytes 113]
 
 Drawn photos with the calibration known, reduced here and by workers that are processes of a local dask cluster, in
 turns. "there" over "here" is the ratio of their times, with the same number of workers; "sent" are the photos' bytes
 with --send, as if no folder were shared; "back" the tables'. "scheduler" is the largest resident memory of the process
 that holds the scheduler and nothing else. With --kills, so many times two workers are killed (-9) while photos are
-reduced; their nannies start others. Bytes of tables must be the same, else the exit status is 1. Last, the powers p of
-quantity ~ photos^p.
+reduced; their nannies start others. "cpu" are the seconds of processors on either side, all processes: where other work
+has the machine, their ratio tells more than the clock's. Bytes of tables must be the same, else the exit status is 1.
+Last, the powers p of quantity ~ photos^p. --scheduler sends back so many tables of chance, as large as those of photos
+here, as many under way as `process` has, and tells the scheduler's largest memory on the way.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import signal
 import subprocess
@@ -22,6 +26,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -34,7 +39,7 @@ from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.table.facet_table import SUMS, FacetTable
-from photogonio.run.cluster import Cluster, cluster_of
+from photogonio.run.cluster import ABREAST, Cluster, cluster_of
 from photogonio.run.reduce_photos import Plan, reduce_photos
 
 LEVEL, SHARE = 3, 0.06
@@ -48,6 +53,8 @@ class Row:
     photos: int
     here: float  # seconds
     there: float
+    cpu_here: float  # seconds of processors
+    cpu_there: float
     sent: float  # MB of photos
     back: float  # MB of tables
     scheduler: float  # MB
@@ -97,12 +104,50 @@ class Scheduler:
             return float("nan")
         return next(int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM"))
 
+    def busy(self) -> float:
+        """Seconds of processors so far, of processes that live."""
+        import psutil  # which distributed brings
+
+        first = [psutil.Process(one.pid) for one in (self.process, self.workers)]
+        times = [one.cpu_times() for one in (*first, *first[1].children(recursive=True))]
+        return sum(one.user + one.system for one in times)
+
+    def running(self) -> list[int]:
+        """Numbers of the workers' processes."""
+        import psutil
+
+        children = psutil.Process(self.workers.pid).children(recursive=True)
+        return [one.pid for one in children if "spawn_main" in " ".join(one.cmdline())]
+
     def close(self) -> None:
         for process in (self.workers, self.process):
             process.terminate()
         for process in (self.workers, self.process):
             process.wait()
         self.folder.cleanup()
+
+
+def chance(kilobytes: int) -> np.ndarray:
+    """On a worker: a table's bytes, that nothing makes smaller."""
+    return np.random.default_rng().random(kilobytes * 125)
+
+
+def tell_scheduler(cluster: Cluster, scheduler: Scheduler, options: argparse.Namespace) -> None:
+    """Memory of the scheduler's process while tables come back."""
+    pool, waiting = cluster.client.get_executor(pure=False), set[Future[np.ndarray]]()
+    start, sent, done = time.perf_counter(), 0, 0
+    print(f"     0 tables  scheduler {scheduler.peak():6.1f} MB", flush=True)
+    while done < options.scheduler:
+        while sent < options.scheduler and len(waiting) < ABREAST * options.workers:
+            waiting.add(pool.submit(chance, options.kilobytes))
+            sent += 1
+        came, waiting = wait(waiting, None, FIRST_COMPLETED)
+        for future in came:
+            assert future.result().nbytes == 1000 * options.kilobytes
+            done += 1
+            if done in (options.scheduler, *(10**k for k in range(2, 9)), *(3 * 10**k for k in range(2, 9))):
+                seconds = time.perf_counter() - start
+                print(f"{done:6} tables  scheduler {scheduler.peak():6.1f} MB  {seconds:7.1f} s", flush=True)
 
 
 def timed(reader: RadianceReader, setup: Setup, plan: Plan) -> tuple[float, FacetTable]:
@@ -119,18 +164,19 @@ def same(one: FacetTable, other: FacetTable) -> bool:
 class Killer(threading.Thread):
     """Kills two workers now and then until it is told to stop."""
 
-    def __init__(self, cluster: Cluster, kills: int):
+    def __init__(self, scheduler: Scheduler, kills: int):
         super().__init__(daemon=True)
-        self.cluster, self.left, self.done = cluster, kills, threading.Event()
+        self.scheduler, self.left, self.done = scheduler, kills, threading.Event()
         self.killed = 0
 
     def run(self) -> None:
         rng = np.random.default_rng(1)
         while self.left and not self.done.wait(rng.uniform(0.2, SECONDS)):
-            running = list(self.cluster.client.run(os.getpid, on_error="ignore").values())
-            for process in rng.permutation(running)[:2]:
-                os.kill(int(process), signal.SIGKILL)
-                self.killed += 1
+            # the system is asked: workers that are being started would let the cluster wait
+            for process in rng.permutation(self.scheduler.running())[:2]:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(int(process), signal.SIGKILL)
+                    self.killed += 1
             self.left -= 1
 
 
@@ -144,11 +190,15 @@ def measured(
     few = made_setup(min(photos, 2 * options.workers), ".png", SHARE, options.megapixels)
     for plan in (here, there):  # loads what is compiled
         timed(reader, few, plan)
+    start = time.process_time()
     seconds_here, table = timed(reader, setup, here)
-    killer = Killer(cluster, options.kills)
+    cpu_here = time.process_time() - start
+    killer = Killer(scheduler, options.kills)
     killer.start()
     cluster.sent = 0
+    start = time.process_time() + scheduler.busy()
     seconds_there, other = timed(reader, setup, there)
+    cpu_there = time.process_time() + scheduler.busy() - start if not options.kills else float("nan")
     killer.done.set()
     killer.join()
     if options.kills:
@@ -156,7 +206,8 @@ def measured(
     if not same(table, other):
         raise SystemExit(f"{photos} photos: other bytes than here")
     back = sum(getattr(table, name).nbytes for name in ("group", "facet_i", "facet_r", *SUMS))
-    return Row(photos, seconds_here, seconds_there, cluster.sent / 1e6, back / 1e6, scheduler.peak())
+    times = (seconds_here, seconds_there, cpu_here, cpu_there)
+    return Row(photos, *times, cluster.sent / 1e6, back / 1e6, scheduler.peak())
 
 
 def told(rows: Sequence[Row]) -> None:
@@ -164,7 +215,7 @@ def told(rows: Sequence[Row]) -> None:
     if len(rows) < 2:
         return
     photos = np.log([row.photos for row in rows])
-    for name in ("here", "there", "sent", "back", "scheduler"):
+    for name in ("here", "there", "cpu_here", "cpu_there", "sent", "back", "scheduler"):
         values = np.array([getattr(row, name) for row in rows])
         if (values > 0).all():
             print(f"{name:10} ~ photos^{np.polyfit(photos, np.log(values), 1)[0]:.2f}")
@@ -178,6 +229,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--megapixels", type=float, default=0.3)
     parser.add_argument("--send", action="store_true", help="photos are sent to the workers")
     parser.add_argument("--kills", type=int, default=0)
+    parser.add_argument("--scheduler", type=int, default=0, metavar="TABLES", help="only its memory")
+    parser.add_argument("--kilobytes", type=int, default=113, help="of a table of chance")
     options = parser.parse_args(arguments)
     if options.quick:
         options.photos, options.megapixels = "2,4", 0.05
@@ -186,15 +239,19 @@ def main(arguments: list[str] | None = None) -> int:
         with tempfile.TemporaryDirectory() as made, cluster_of(scheduler.address) as cluster:
             assert cluster is not None
             cluster.client.wait_for_workers(options.workers)
+            if options.scheduler:
+                tell_scheduler(cluster, scheduler, options)
+                return 0
             for photos in map(int, options.photos.split(",")):
                 folder = Path(made) / str(photos)
                 make_set(folder, made_setup(photos, ".png", SHARE, options.megapixels), ".png")
                 rows.append(row := measured(folder, photos, cluster, scheduler, options))
                 ratio = f"here {row.here:7.2f} s  there {row.there:7.2f} s  x {row.there / row.here:5.2f}"
+                cpu = f"cpu {row.cpu_here:6.2f} {row.cpu_there:6.2f} s  x {row.cpu_there / row.cpu_here:5.2f}"
                 volume = (
                     f"sent {row.sent:8.1f} MB  back {row.back:8.1f} MB  scheduler {row.scheduler:5.0f} MB"
                 )
-                print(f"{row.photos:6} photos  {ratio}  {volume}  same bytes", flush=True)
+                print(f"{row.photos:6} photos  {ratio}  {cpu}  {volume}  same bytes", flush=True)
     finally:
         scheduler.close()
     told(rows)
