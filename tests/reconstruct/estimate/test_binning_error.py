@@ -205,7 +205,7 @@ def test_the_binning_error_falls_as_the_square_of_the_facets_size():
     [
         ("plastic", {"albedo": [0.5]}),
         pytest.param("satin-paint", {}, marks=pytest.mark.long),
-        ("oren-nayar", {"albedo": [0.5]}),
+        pytest.param("oren-nayar", {"albedo": [0.5]}, marks=pytest.mark.long),
     ],
     ids=["plastic", "satin-paint", "oren-nayar"],
 )
