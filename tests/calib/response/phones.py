@@ -8,55 +8,19 @@ import numpy as np
 
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.response.paper_codes import PaperCodes
-from photogonio.capture.linear.encoding import linear_to_srgb
+from photogonio.synthetic.render import tones
 
 FLASH = np.array([13.0, -6.0, -3.0])  # in the camera's frame
 INK = 0.05
 Tone = Callable[[np.ndarray], np.ndarray]
 
 
-def s_curve(strength: float, pivot: float = 0.5) -> Tone:
-    """Steeper about the pivot, an odd cubic of the sRGB code."""
-
-    def coded(light: np.ndarray) -> np.ndarray:
-        code = linear_to_srgb(np.clip(light, 0.0, 1.0))
-        return code + strength * code * (1 - code) * (code - pivot) * 4
-
-    return coded
+def within_range(curve: Tone) -> Tone:
+    """The curve of light that full scale cuts off."""
+    return lambda light: curve(np.clip(light, 0.0, 1.0))
 
 
-def lifted(base: Tone, toe: float) -> Tone:
-    return lambda light: toe + (1 - toe) * base(light)
-
-
-def shoulder(amount: float) -> Tone:
-    """Light rolled off before full scale."""
-    return lambda light: linear_to_srgb(light * (1 + amount) / (1 + amount * light))
-
-
-def filmic(light: np.ndarray) -> np.ndarray:
-    """Hable's curve, which many programs take, coded as sRGB."""
-
-    def hable(x: np.ndarray) -> np.ndarray:
-        return (x * (0.22 * x + 0.03) + 0.002) / (x * (0.22 * x + 0.3) + 0.06) - 0.1 / 3
-
-    return linear_to_srgb(
-        np.clip((hable(4 * light) - hable(0.0 * light)) / (hable(4.0) - hable(0.0)), 0.0, 1.0)
-    )
-
-
-CURVES: dict[str, Tone] = {
-    "srgb": linear_to_srgb,
-    "gentle": s_curve(0.15),
-    "contrasty": s_curve(0.35),
-    "dark pivot": s_curve(0.3, 0.35),
-    "flat": s_curve(-0.2),
-    "lifted": lifted(s_curve(0.15), 0.02),
-    "shoulder": shoulder(0.6),
-    "strong shoulder": lambda light: s_curve(0.2)(light * 1.8 / (1 + 0.8 * light)),
-    "filmic": filmic,
-    "gamma 2.2": lambda light: np.clip(light, 0.0, 1.0) ** (1 / 2.2),
-}
+CURVES: dict[str, Tone] = {name: within_range(curve) for name, curve in tones.CURVES.items()}
 
 
 def looking(eye: np.ndarray, at: np.ndarray, roll: float) -> Pose:
