@@ -1,10 +1,8 @@
 """What plain paper reflects, by kind: a scale for those who have no patch, as unsure as papers differ.
 
-Office paper: 0.80 +- 0.05. The others by the papers of ISO 12647-2:2004, whose lightness L* is given on black and on
-white backing: gloss coated 93 and 95 (Y 0.83 and 0.88), matte coated 92 and 94 (0.81 and 0.85), white uncoated 92 and
-95 (0.81 and 0.88), yellowish uncoated 88 and 90 (0.72 and 0.76). Inkjet and photo papers are as white as the whitest
-of these; recycled ones are like the last or greyer. Optical brighteners and tints set one channel apart from the
-others by less than the errors.
+Estimates, no paper was measured for them: white papers have a lightness L* of 92 to 95 (Y 0.81 to 0.88), the less the
+darker what lies under the sheet; recycled ones are yellowish or grey. Optical brighteners and tints set one channel
+apart from the others by less than the errors.
 """
 
 from __future__ import annotations

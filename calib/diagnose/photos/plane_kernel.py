@@ -35,11 +35,8 @@ def planes_at(places, known, values, near, ridge, level, noise, scatter):
             xy += x[k] * y[k]
             yy += y[k] * y[k]
         ones, xx, yy = count * (1.0 + ridge), xx + ridge * count, yy + ridge * count
-        a, b, c = (
-            xx * yy - xy * xy,
-            xy * sy - sx * yy,
-            sx * xy - xx * sy,
-        )  # the inverse's first row, and so on
+        # the inverse's rows, times the determinant
+        a, b, c = xx * yy - xy * xy, xy * sy - sx * yy, sx * xy - xx * sy
         d, e, f = ones * yy - sy * sy, sx * sy - ones * xy, ones * xx - sx * sx
         det = ones * a + sx * b + sy * c
         size = 0.0
