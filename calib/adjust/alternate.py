@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from photogonio.calib.adjust.lamps import (
     as_distant,
     block_name,
     expected_pixel,
+    middle_of,
     place_in_world,
     sight_rays,
     start_lamps,
@@ -23,6 +25,7 @@ from photogonio.calib.adjust.terms import all_terms, first_values, fixed_blocks
 from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, pixels_near
 from photogonio.calib.detect.mirror_rays import meet
 from photogonio.calib.detect.observation import Observation
+from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.rig.values import LAMP
 from photogonio.calib.shading.correction import NO_FALLOFF
@@ -81,7 +84,9 @@ def settle(state: State, longer: bool = False) -> State:
             now.scene = replace(now.scene, error=pooled(fit.shown for fit in now.fits.values()))
         terms = all_terms(state, observations, now.lamps, now.values, now.fits, now.scale)
         done = adjust(now.values, terms, fixed)
-        now.values = done.values | _within_reach(now.values, done.values, now.lamps)
+        now.values = done.values | _within_reach(
+            now.values, done.values, now.lamps, middle_of(state.photoset)
+        )
         for observation in observations:
             observation.pose = block_pose(now.values[observation.pose_block])
         if now.fits:  # only where lamps are sure without the highlights
@@ -145,24 +150,26 @@ def _distant_lamps(now: _Round, covariance: dict[str, np.ndarray]) -> dict[str, 
     return found
 
 
-def _within_reach(before: Values, after: Values, lamps: dict[str, Lamp]) -> Values:
-    """Places of lamps that moved by more than a straight line holds for: a step along the ray that is as long as the
-    lamp is far turns it, and of lamps far away little tells the distance. They keep as much of it as is safe."""
+def _within_reach(before: Values, after: Values, lamps: dict[str, Lamp], middle: np.ndarray) -> Values:
+    """Places of lamps that moved by more than shadows hold for, as seen from the ``middle`` (3,) of what they light:
+    they turn and come nearer, or go away, by as much as is safe. Of lamps far away little tells the distance, and a
+    step may lead through the middle: it says that the lamp is nearer, and not where.
+    """
     moved = {}
     for name, lamp in lamps.items():
         block = block_name(name)
         if lamp.kind != "point" or lamp.fixed:
             continue
-        far = float(np.linalg.norm(before[block]))
-        toward, step = before[block] / far, after[block] - before[block]
-        along = float(step @ toward)
-        across = step - along * toward
-        aside = float(np.linalg.norm(across))
-        if abs(along) > _REACH * far or aside > _TURN * far:
-            across *= min(1.0, _TURN * far / max(aside, 1e-300))
-            moved[block] = (
-                before[block] + float(np.clip(along, -_REACH * far, _REACH * far)) * toward + across
-            )
+        old, new = before[block] - middle, after[block] - middle
+        far, reach = float(np.linalg.norm(old)), float(np.linalg.norm(new))
+        if old @ new <= 0:
+            new, reach = old, 0.0
+        turn = new / np.linalg.norm(new) - old / far
+        aside = float(np.linalg.norm(turn))
+        if abs(reach - far) > _REACH * far or aside > _TURN:
+            toward = old / far + turn * min(1.0, _TURN / max(aside, 1e-300))
+            reach = float(np.clip(reach, (1 - _REACH) * far, (1 + _REACH) * far))
+            moved[block] = middle + reach * toward / np.linalg.norm(toward)
     return moved
 
 
@@ -200,7 +207,8 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
     """Fit every near view's shading at the present values; the views that were tried from where the balls show it.
 
     Where the mirror balls show (``shown``) a lamp elsewhere the fit is tried from there too: robust weights can settle
-    on a place whose shadows fall beside those in the photo, and take the difference for dirt.
+    on a place whose shadows fall beside those in the photo, and take the difference for dirt. So it is from where the
+    round before had it, if that is not where the fit ends: the adjustment's step may have been too long for shadows.
     """
     scene, lamps, values = _present(scene, now.values), now.lamps, now.values
 
@@ -216,10 +224,11 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
             return None, False
         start = place if observation.shading is None else np.concatenate([place, observation.shading[3:]])
         found, other = fit_shading(reading, scene, start, steps), shown.get(observation.view.name)
-        if other is None or other[2] <= 0 or lamp.attached or not _apart(other, found.place):
-            return found, False
-        again = fit_shading(reading, scene, other, max(steps, _STEPS[0]))
-        return (again if fits_better(reading, scene, again, found) else found), True
+        asked = other is not None and other[2] > 0 and not lamp.attached and _apart(other, found.place)
+        others = [other] if asked else []
+        if observation.shading is not None and _turned(observation.shading[:3], found.place):
+            others.append(observation.shading[:3])
+        return _best(reading, scene, [found.local, *others], steps) if others else found, asked
 
     now.fits, tried = {}, []
     found = now.state.reader.abreast(fit, now.observations)
@@ -230,6 +239,19 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
         if again:
             tried.append(observation.view.name)
     return tried
+
+
+def _best(reading: PaperReading, scene: ShadingScene, starts: Sequence[np.ndarray], steps: int) -> ShadingFit:
+    """The best of fits that all have steps enough: one that is under way is no match for one that has ended."""
+    best, *others = (fit_shading(reading, scene, start, max(steps, _STEPS[0])) for start in starts)
+    for one in others:
+        best = one if fits_better(reading, scene, one, best) else best
+    return best
+
+
+def _turned(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two places lie in different directions; far away the distance means little."""
+    return _apart(one / np.linalg.norm(one), other / np.linalg.norm(other))
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> bool:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from benchmarks.coverage import deviations
 from photogonio.calib.adjust.alternate import _by_highlights, _Round, _shade, _within_reach
@@ -39,18 +40,23 @@ def test_directions_of_suns_are_found():
 
 def test_a_step_beyond_a_lamps_distance_is_cut_short():
     """Along the ray and across it; what is near enough, and lamps that are fixed, stay as they are."""
-    before = {f"light {n}": np.array([0.0, 0.0, 1000.0]) for n in "abcd"}
-    after = {
-        "light a": np.array([10.0, 0.0, -4000.0]),
-        "light b": np.array([800.0, 0.0, 1000.0]),
-        "light c": np.array([20.0, 30.0, 1200.0]),
-        "light d": np.array([900.0, 0.0, 50.0]),
+    start = np.array([0.0, 0.0, 1000.0])
+    steps = {
+        "light a": np.array([10.0, 0.0, -5000.0]),  # through the middle
+        "light b": np.array([800.0, 0.0, 0.0]),
+        "light c": np.array([20.0, 30.0, 200.0]),
+        "light d": np.array([900.0, 0.0, -950.0]),
+        "light e": np.array([1.0, 0.0, 5000.0]),
     }
-    lamps = {n: Lamp(n, None, "point", before["light a"], "board", fixed=n == "d") for n in "abcd"}
-    moved = _within_reach(before, after, lamps)
-    assert set(moved) == {"light a", "light b"}
-    np.testing.assert_allclose(moved["light a"], [10.0, 0.0, 500.0])
-    np.testing.assert_allclose(moved["light b"], [50.0, 0.0, 1000.0])
+    lamps = {n: Lamp(n, None, "point", MIDDLE + start, "board", fixed=n == "d") for n in "abcde"}
+    before = {name: MIDDLE + start for name in steps}
+    after = {name: MIDDLE + start + step for name, step in steps.items()}
+    moved = {n: place - MIDDLE for n, place in _within_reach(before, after, lamps, MIDDLE).items()}
+    assert set(moved) == {"light a", "light b", "light e"}
+    np.testing.assert_allclose(moved["light a"], [0.0, 0.0, 500.0])
+    assert np.hypot(*moved["light b"][:2]) / moved["light b"][2] == pytest.approx(0.05, rel=0.5)
+    assert np.linalg.norm(moved["light b"]) == pytest.approx(np.hypot(800.0, 1000.0))
+    np.testing.assert_allclose(moved["light e"], [0.25, 0.0, 1500.0], atol=0.01)
 
 
 def test_no_lamp_settles_beside_where_its_mirror_balls_show_it():
