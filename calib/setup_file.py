@@ -54,10 +54,37 @@ def setup_of(data: object, where: object) -> Setup:
         raise InputError(where, f'expected "format": "{_FORMAT}"')
     if data.get("version") != 1:
         raise InputError(where, f"version 1 is understood, not {data.get('version')!r:.40}")
+    asked: list[str] = []
     try:
-        return _setup(data)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
-        raise InputError(where, f"is not a whole setup ({type(error).__name__}: {error!s:.200})") from error
+        return _setup(_Part(data, "", asked))
+    except KeyError as error:
+        raise InputError(f"{where}: {asked[-1]}", "is missing") from error
+    except (TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
+        what = str(error) if isinstance(error, ValueError) else "is not what a setup has there"
+        raise InputError(f"{where}: {asked[-1]}", f"{what:.200}") from error
+
+
+class _Part(dict[str, Any]):
+    """Part of a file's document; which of its keys was asked for last is in ``asked``, by its path."""
+
+    def __init__(self, data: Mapping[str, Any], path: str, asked: list[str]):
+        self._path, self._asked = path, asked
+        super().__init__({key: self._within(key, value) for key, value in data.items()})
+
+    def _within(self, key: str, value: object) -> object:
+        if isinstance(value, dict):
+            return _Part(value, f"{self._path}{key}.", self._asked)
+        if isinstance(value, list) and any(isinstance(one, dict) for one in value):
+            return [self._within(f"{key}[{k}]", one) for k, one in enumerate(value)]
+        return value
+
+    def __getitem__(self, key: str) -> Any:
+        self._asked[:] = [self._path + key]
+        return super().__getitem__(key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        self._asked[:] = [self._path + key]
+        return super().get(key, default)
 
 
 def _plain(value: object) -> object:
@@ -118,13 +145,23 @@ def _rows(value: object) -> list[Any]:
     return value
 
 
+def _object(value: object) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError(f"expected an object, found {value!r:.40}")
+    return {key: _plain(one) for key, one in value.items()}
+
+
 def _setup(data: Mapping[str, Any]) -> Setup:
     camera, channels = data["camera"], tuple(_text(name) for name in _rows(data["channels"]))
     c = len(channels)
-    width, height = (int(_given(size)) for size in camera["size"])
+    if c < 1:
+        raise ValueError("expected at least one channel")
+    width, height = (int(size) for size in _array(camera["size"], 2))
+    if min(width, height) < 1:
+        raise ValueError("expected a picture's width and height")
     lens = _array(camera["distortion"], None)
-    if min(width, height) < 1 or c < 1 or len(lens) not in _LENSES:
-        raise ValueError("expected a picture's size, channels and a lens of OpenCV's models")
+    if len(lens) not in _LENSES:
+        raise ValueError("expected a lens of OpenCV's models")
     return Setup(
         camera=Camera(_array(camera["matrix"], 3, 3), lens, (width, height)),
         sample=_sample(data["sample"]),
@@ -133,8 +170,8 @@ def _setup(data: Mapping[str, Any]) -> Setup:
         channels=channels,
         left_out=tuple(LeftOut(_text(o["name"]), _text(o["reason"])) for o in _rows(data["left_out"])),
         warnings=tuple(_text(one) for one in _rows(data["warnings"])),
-        residuals=dict(data["residuals"]),
-        source=dict(data.get("source", {})),
+        residuals=_object(data["residuals"]),
+        source=_object(data.get("source", {})),
         mirror_balls=tuple(
             MirrorBall(_array(b["center"], 3), _given(b["radius"]))
             for b in _rows(data.get("mirror_balls", []))

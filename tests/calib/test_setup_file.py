@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, is_dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -138,3 +139,33 @@ def test_a_number_that_is_a_word_is_refused(tmp_path):
     path.write_text(json.dumps(data), encoding="utf-8")
     with pytest.raises(InputError, match="bright"):
         load_setup(path)
+
+
+def _without(data: dict[str, Any], key: str) -> None:
+    del data[key]
+
+
+@pytest.mark.parametrize(
+    "spoil, named",
+    [
+        (lambda data: _without(data["tone"], "table"), "tone.table: is missing"),
+        (lambda data: data.update(tone="curve"), "tone: is not what a setup has there"),
+        (lambda data: data["tone"]["table"].reverse(), "tone.table: a tone curve that does not rise"),
+        (
+            lambda data: data["views"][1]["light"].update(radius="3 mm"),
+            "views[1].light.radius: expected a number",
+        ),
+        (lambda data: data["camera"].update(size=[640]), "camera.size: expected numbers of shape (2,)"),
+        (lambda data: data["boards"][0].update(marks=3), "boards[0].marks: "),
+        (lambda data: data.update(source=["photogonio"]), "source: expected an object"),
+    ],
+)
+def test_the_key_that_cannot_be_used_is_named(tmp_path, spoil, named):
+    path = tmp_path / "setup.json"
+    save_setup(setup(SAMPLES[0]), path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    spoil(data)
+    path.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(InputError) as told:
+        load_setup(path)
+    assert str(told.value).startswith(f"{path}: {named}")
