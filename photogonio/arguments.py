@@ -131,7 +131,7 @@ def _plan(commands: argparse._SubParsersAction) -> None:
         "--material", choices=_MATERIALS, help="before a result: what the sample is like (default: satin)"
     )
     parser.add_argument(
-        "--shape", choices=("ball", "plane"), default="plane", help="before any photo (default: plane)"
+        "--shape", choices=("ball", "plane"), help="of the sample, before any photo (default: plane)"
     )
     parser.add_argument(
         "--lamp",

@@ -72,6 +72,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
 def _aim(args: argparse.Namespace, reporter: Reporter) -> Aim:
     if args.source is None:
         return aim_of_nothing(args.material or "satin", ball=args.shape == "ball")
+    if args.shape is not None:
+        raise InputError("--shape", "photos and results say themselves what shape the sample has")
     path = Path(args.source)
     if is_result(path):
         if args.material is not None:

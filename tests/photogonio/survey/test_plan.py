@@ -54,6 +54,7 @@ def test_of_a_result_that_knows_all_it_is_told_that_more_would_not_help(tmp_path
     [
         (["plan", "nowhere"], "no such folder"),
         (["plan", "--still"], "no photos"),
+        (["plan", "a-set", "--shape", "ball"], "--shape: photos and results say themselves"),
         (["plan", "-o", "plan.pdf"], "ends in .html"),
     ],
 )
