@@ -98,6 +98,7 @@ def test_the_whole_command_against_decoding(capsys, tmp_path):
     assert line.startswith("png") and all(float(number) > 0 for number in line.split()[1:])
 
 
+@pytest.mark.long
 def test_another_format_is_the_same_set(tmp_path):
     source = tmp_path / "png"
     whole.make_board_set(source, 3, 1, 0.03)

@@ -87,10 +87,10 @@ def test_every_name_of_the_package_is_in_its_stub():
 def test_draws_spread_as_the_covariance_says():
     b = plastic()
     where = np.radians([30.0, 50.0, 150.0])
-    spread = np.std([one.angles(*where) for one in b.sample(800, seed=2)], axis=0)
+    spread = np.std([one.angles(*where) for one in b.sample(400, seed=2)], axis=0)
     alone = replace(b, uncertainty=replace(b.uncertainty, scale=0.0, misfit=None))
-    # 800 draws know a standard deviation to 2.5 %
-    np.testing.assert_allclose(spread, alone.standard_error(*where), rtol=0.08)
+    # 400 draws know a standard deviation to 3.5 %
+    np.testing.assert_allclose(spread, alone.standard_error(*where), rtol=0.1)
     first, second = (b.sample(3, seed=4)[2].lobes[0] for _ in range(2))
     assert first.roughness == second.roughness and first.roughness != b.lobes[0].roughness
     with pytest.raises(InputError, match="how sure"):
@@ -100,7 +100,7 @@ def test_draws_spread_as_the_covariance_says():
 def test_the_albedos_error_is_that_of_draws_and_of_what_is_beyond():
     b = plastic()
     albedo = b.albedo()
-    drawn = np.std([one.albedo().value for one in b.sample(150, seed=1)], axis=0)
+    drawn = np.std([one.bihemispherical_albedo() for one in b.sample(150, seed=1)], axis=0)
     beyond = np.hypot(0.005, 0.002) * albedo.value
     # 150 draws know a standard deviation to 6 %
     np.testing.assert_allclose(albedo.error, np.hypot(drawn, beyond), rtol=0.12)
