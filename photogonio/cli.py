@@ -17,7 +17,7 @@ from typing import NoReturn
 from photogonio.arguments import build_parser
 from photogonio.capture.errors import InputError
 from photogonio.system.compiled import keep_fresh
-from photogonio.system.memory import keep_freed
+from photogonio.system.memory import collect_seldom, keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.stops import ask_again
@@ -117,6 +117,7 @@ def _interrupt(signum: int, frame: object) -> None:
 def program() -> NoReturn:
     """:func:`main` as a program of its own, which ends at once: the system frees a process's memory faster than the
     interpreter takes its objects apart one by one, a third of a second after photos were processed."""
+    collect_seldom()
     status = main()
     try:
         sys.stdout.flush()

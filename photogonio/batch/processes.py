@@ -21,7 +21,7 @@ from typing import Any
 
 from photogonio.batch.ledger import FAILED, SetEntry
 from photogonio.batch.work import Job, processed
-from photogonio.system.memory import keep_freed
+from photogonio.system.memory import collect_seldom, keep_freed
 
 STOP = 3.0  # seconds in which a process ends that is told to
 
@@ -131,6 +131,7 @@ def _on_its_own() -> None:
     """Stops are the parent's business, which ends its workers. They do not outlive it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     keep_freed()
+    collect_seldom()
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

@@ -36,3 +36,26 @@ def test_freed_memory_is_taken_again():
     # ten times 40 MB anew are at least 190 pages of 2 MB; kept, there are none to clear
     assert faults < 20
     assert told_and_faults("given back")[1] > 190
+
+
+SELDOM = """
+import gc, weakref
+from photogonio.system.memory import collect_seldom
+class Thing: pass
+def circle():
+    thing = Thing()
+    thing.itself = thing
+    return weakref.ref(thing)
+collect_seldom()
+looked = []
+gc.callbacks.append(lambda phase, told: looked.append(phase))
+alive = [[] for _ in range(100_000)]
+times, dead = len(looked), circle()
+more = [[] for _ in range(400_000)]
+print(times, dead() is None)
+"""
+
+
+def test_dead_circles_are_found_seldom_but_found():
+    done = subprocess.run([sys.executable, "-c", SELDOM], check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["0", "True"]
