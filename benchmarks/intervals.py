@@ -18,13 +18,13 @@ from __future__ import annotations
 import argparse
 import tempfile
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
 from photogonio.compare.known import Known
 from photogonio.compare.reflectances import find_brdf, load_known
+from photogonio.evaluate.scenes import spread_over_processes
 from photogonio.face.known import KnownBrdf
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.spread import albedo_error
@@ -211,11 +211,7 @@ def main(arguments: list[str] | None = None) -> None:
         print(table_of(scores, (*dict.fromkeys(one.kind for one in scores), "all")))
         return
     seeds = range(2 if asked.quick else asked.sets)
-    if asked.workers > 1:
-        with get_context("spawn").Pool(asked.workers) as pool:
-            scores = list(pool.imap(score, seeds))
-    else:
-        scores = [score(seed) for seed in seeds]
+    scores = list(spread_over_processes(score, seeds, asked.workers))
     print(table_of(scores, (*KINDS, "all")))
 
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TypeVar
 
@@ -32,6 +30,7 @@ from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.photoset import synthesize
 from photogonio.system.memory import peak_megabytes, reset_peak
+from photogonio.system.processes import ProcessDied, as_done
 from photogonio.system.progress import Reporter, Stopwatch
 
 SUITE = (
@@ -114,13 +113,27 @@ def evaluate_scenes(scenes: Sequence[Scene], sets: Path, *, workers: int, report
 
 def spread_over_processes(work: Callable[[Job], Done], jobs: Sequence[Job], workers: int) -> Iterator[Done]:
     """The results of ``work`` on each job in their order, ``workers`` jobs at a time, each in a process; one at a time
-    in this one."""
+    in this one.
+
+    Raises:
+        InputError: a process died.
+    """
     if min(workers, len(jobs)) <= 1:
         yield from map(work, jobs)
         return
-    # spawned, so that the libraries' threads are not copied in the midst of something
-    with get_context("spawn").Pool(min(workers, len(jobs)), _on_its_own) as pool:
-        yield from pool.imap(work, jobs)
+    early: dict[int, Done] = {}
+    next_one = 0
+    try:
+        for place, found in as_done(work, jobs, workers, _keep_nothing):
+            early[place] = found
+            while next_one in early:
+                yield early.pop(next_one)
+                next_one += 1
+    except ProcessDied as died:
+        of = ", ".join(str(1 + place) for place in died.under_way)
+        raise InputError(
+            "evaluate", f"a process died at number {of} of {len(jobs)}: is there memory enough?"
+        ) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +151,8 @@ def _score(job: tuple[Scene, Path]) -> Score | Refusal:
         return Refusal(error.where, error.what)
 
 
-def _on_its_own() -> None:
-    """Signals are the parent's business, and no result of an earlier run may make this one look fast."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _keep_nothing() -> None:
+    """No result of an earlier run may make this one look fast."""
     os.environ[VARIABLE] = ""
 
 

@@ -8,12 +8,12 @@ import time
 from multiprocessing import current_process
 from pathlib import Path
 
-from photogonio.batch import processes
 from photogonio.batch.ledger import SetEntry
 from photogonio.batch.processes import in_processes
 from photogonio.batch.sets import SetPlace
 from photogonio.batch.work import Job
 from photogonio.options import Options
+from photogonio.system import processes
 
 
 def tried(job: Job) -> bool:
