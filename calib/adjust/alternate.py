@@ -224,8 +224,10 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
             return None, False
         start = place if observation.shading is None else np.concatenate([place, observation.shading[3:]])
         found, other = fit_shading(reading, scene, start, steps), shown.get(observation.view.name)
-        asked = other is not None and other[2] > 0 and not lamp.attached and _apart(other, found.place)
-        others = [other] if asked else []
+        others = []
+        if other is not None and other[2] > 0 and not lamp.attached and _apart(other, found.place):
+            others.append(other)
+        asked = bool(others)
         if observation.shading is not None and _turned(observation.shading[:3], found.place):
             others.append(observation.shading[:3])
         return _best(reading, scene, [found.local, *others], steps) if others else found, asked

@@ -15,7 +15,7 @@ from photogonio.calib.geometry.visibility import direct
 from photogonio.calib.shading.derivatives import slopes
 from photogonio.calib.shading.model import LightOnPaper, LitPaper, ShadingScene, Weighing, lit, median_ratio
 from photogonio.calib.shading.model_error import ErrorShown, shown
-from photogonio.calib.shading.parameters import EVEN, LOCAL, THROWN
+from photogonio.calib.shading.parameters import EVEN, LOCAL, STRENGTH, THROWN
 from photogonio.capture import robust
 
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
@@ -84,7 +84,7 @@ def _weigh(
         prior[2] = _EVEN_PLANE
     beside = np.array(reading.beside) / (np.exp(values[3]) * light.even)
     expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
-    residual = (board.level - light.radiance(values, thrown)) / sigma
+    residual = (board.level - board.shown(light.radiance(values, thrown))[0]) / sigma
     bound = _TUKEY * max(float(robust.deviation(residual)), 1.0) * most
     return Weighing(sigma, bound, share, thrown, place, expected, prior), residual
 
@@ -216,7 +216,7 @@ def _normal(
     (LOCAL, n)."""
     design = slopes(now.board, now.values, now.scene, now.light, weighing.thrown, count)
     weight = robust.tukey_weight(residual, weighing.bound)
-    design *= weight / weighing.sigma
+    design *= now.board.shown(design[STRENGTH])[1] * weight / weighing.sigma
     normal, slope = design @ design.T, -design @ (weight * residual)
     score = design[:LOCAL] * weight
     for k in range(4, LOCAL):

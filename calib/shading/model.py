@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.special import ndtr
 
 from photogonio.calib.detect.paper_near_balls import INK, Close
 from photogonio.calib.detect.paper_reading import PaperReading
@@ -21,6 +22,7 @@ _CLOSE_LIT = 0.15  # the same in full light there: a polished ball throws light 
 # of how uneven a pixel's print is: a shadow's edge may leave its white side or its black one lit
 _UNEVEN = 0.6
 _GLARE = 0.002  # of white print's radiance: what reaches black print among it
+_DIM = 4.0  # of its noise: what is brighter loses none of it at a code of 0
 _MIDDLE = 2000  # samples, about, that tell a median
 _STRONGEST = 100.0  # logarithm of a strength: a trial beyond goes astray, and not over the range of numbers
 
@@ -112,6 +114,7 @@ class LitPaper:
     floor: np.ndarray  # (2, n) relative error of the model in full light and in shadow
     across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
     crowd: float  # samples of a square
+    cut: np.ndarray  # (n,) noise of a pixel, radiance, where codes end at 0 and cut it off; else 0
     known: dict[bytes, Thrown] = field(default_factory=dict)  # what balls throw, by their table
 
     @classmethod
@@ -123,15 +126,17 @@ class LitPaper:
         white = samples.white.astype(float)
         aside = np.zeros(len(samples)) if samples.aside is None else samples.aside
         own = [samples.points, white, reading.level, reading.noise, samples.square, spread, aside]
+        cut = np.sqrt(samples.variance.mean(axis=1)) * (samples.value.min(initial=1.0) == 0.0)
         floor = np.repeat([[_FLOOR], [_SHADOW_FLOOR]], len(reading.level), axis=1)
         if close is not None:
             more = [close.points, close.white, close.level, close.noise, close.square, close.spread]
             more.append(np.zeros(len(close.level)) if close.aside is None else close.aside)
             own = [np.concatenate(both) for both in zip(own, more, strict=True)]
             floor = np.concatenate([floor, _close_floor(close)], axis=1)
+            cut = np.concatenate([cut, np.zeros(len(close.level))])
         across = (2 * np.ascontiguousarray(own[0][:, :2].T) - low - high) / (high - low)
         points, white, level, noise, square, spread, aside = own
-        return cls(reading, points, white, level, noise, square, spread, aside, floor, across, crowd)
+        return cls(reading, points, white, level, noise, square, spread, aside, floor, across, crowd, cut)
 
     def light(self, values: np.ndarray, scene: ShadingScene) -> LightOnPaper:
         """At ``values`` (LOCAL + shared,)."""
@@ -175,7 +180,17 @@ class LitPaper:
 
     def residual(self, light: LightOnPaper, values: np.ndarray, weighing: Weighing) -> np.ndarray:
         """(n,) in standard errors."""
-        return (self.level - light.radiance(values, weighing.thrown)) / weighing.sigma
+        return (self.level - self.shown(light.radiance(values, weighing.thrown))[0]) / weighing.sigma
+
+    def shown(self, radiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What ``radiance`` (n,) shows as in the mean, and how much that changes with it: codes that end at 0 have no
+        noise below it, so that dark paper, as in shadows, shows more than there is."""
+        seen, slope = radiance.copy(), np.ones(len(radiance))
+        dim = (radiance < _DIM * self.cut) & (self.cut > 0)
+        size = radiance[dim] / self.cut[dim]
+        slope[dim] = ndtr(size)
+        seen[dim] = radiance[dim] * slope[dim] + self.cut[dim] * np.exp(-(size**2) / 2) / np.sqrt(2 * np.pi)
+        return seen, slope
 
 
 def _close_floor(close: Close) -> np.ndarray:

@@ -3,6 +3,7 @@
 # x, y, z, log strength of white, diffuse and glossy bounce, even light, slopes along x and y, reflectance of polished
 # balls
 LOCAL = 10
+STRENGTH = 3  # the logarithm of white's
 EVEN = 6  # which of them is light that comes from everywhere
 TILTS = slice(7, 9)
 THROWN = [4, 5, 9]  # those of light that balls throw

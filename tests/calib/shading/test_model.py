@@ -57,6 +57,22 @@ def test_radiance_is_print_times_lamp_times_what_is_seen_of_it(drawn):
     np.testing.assert_allclose(light.radiance(values, np.zeros((len(tone), 3))), light.shaded, rtol=1e-12)
 
 
+def test_dark_paper_shows_what_is_left_of_its_noise_where_codes_end_at_0(drawn):
+    reading, draws = drawn[1][0], 4000
+    samples = replace(reading.samples, variance=np.full_like(reading.samples.value, 0.04))
+    whole = replace(reading, samples=replace(samples, value=samples.value - samples.value.min()))
+    below = replace(reading, samples=replace(samples, value=samples.value - 1.1 * samples.value.min()))
+    board, radiance = LitPaper.of(whole), np.linspace(0.0, 1.2, len(reading.level))
+    assert not LitPaper.of(below).cut.any() and (board.cut == pytest.approx(0.2))
+    cut = np.maximum(RNG.normal(radiance, 0.2, (draws, len(radiance))), 0.0)
+    seen, slope = board.shown(radiance)
+    assert np.abs((cut.mean(0) - seen) / cut.std(0)).max() < 5.0 / np.sqrt(draws)
+    assert seen[0] == pytest.approx(0.2 / np.sqrt(2 * np.pi)) and seen[-1] == pytest.approx(1.2)
+    step = (board.shown(radiance + 1e-6)[0] - board.shown(radiance - 1e-6)[0]) / 2e-6
+    far = np.abs(radiance - 0.8) > 1e-5  # from there on nothing is cut off, to 1e-5 of the noise
+    np.testing.assert_allclose(slope[far], step[far], atol=1e-4)
+
+
 def test_a_lamp_of_any_strength_and_place_overflows_nothing(drawn):
     """A trial may go anywhere: it is to be beaten by others, and warnings are errors here."""
     world, (reading, *_) = drawn
