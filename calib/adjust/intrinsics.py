@@ -58,7 +58,7 @@ class CameraFit:
     standard_errors: (
         np.ndarray
     )  # (4 + k,) fx, fy, cx, cy, then distortion, photos taken as the independent units
-    scores: dict[str, float]  # held-out rms of each model tried, pixels
+    scores: dict[str, float]  # held-out rms of the model, and of those that it was compared with, pixels
     used: np.ndarray  # (photos,) bool
     square: bool  # fx = fy was held
     centred: bool  # so was the principal point, in the picture's middle
@@ -81,17 +81,24 @@ def fit_camera(views: list[Corners], size: tuple[int, int], workers: int = 1) ->
     judges = [good[k] for k in np.unique(np.linspace(0, len(good) - 1, _MOST).astype(int))]
     fitted = abreast(lambda n: _calibrate(good, size, MODELS[n] | extra), names, workers)
     fits = dict(zip(names, fitted, strict=True))
-    tried = abreast(lambda n: _held_out(judges, size, MODELS[n] | extra, fits[n][1]), names, workers)
-    held_out = dict(zip(names, tried, strict=True))
+    held_out: dict[str, float] = {}
+
+    def unseen(name: str) -> float:
+        """Of few models it is asked: the larger ones take longest."""
+        if name not in held_out:
+            held_out[name] = _held_out(judges, size, MODELS[name] | extra, fits[name][1], workers)
+        return held_out[name]
+
     count = 2 * sum(len(v) for v in good)
     model = names[-1]
     for k, name in enumerate(names):
         better = [
             n for n in names[k + 1 :] if _beats(fits[n][0], fits[name][0], count, _terms(n) - _terms(name))
         ]
-        if not any(held_out[n] < held_out[name] * _SAME for n in better):
+        if not any(unseen(n) < unseen(name) * _SAME for n in better):
             model = name
             break
+    unseen(model)
     rms, camera, errors = fits[model]
     flags = MODELS[model] | extra
     scatter = _jackknife(good, size, flags, camera, workers)
@@ -149,22 +156,28 @@ def _calibrate(
     return float(rms), Camera(matrix, distortion, size), np.asarray(errors, float).reshape(-1)
 
 
-def _held_out(views: list[Corners], size: tuple[int, int], flags: int, near: Camera) -> float:
+def _held_out(views: list[Corners], size: tuple[int, int], flags: int, near: Camera, workers: int) -> float:
     """Rms residual of photos left out one after the other, their pose fitted, pixels."""
     folds = np.array_split(np.arange(len(views)), min(_FOLDS, len(views)))
     if len(folds) < 2:
         return _calibrate(views, size, flags, near)[0]
-    squares: list[np.ndarray] = []
-    for fold in folds:
+
+    def left_out(fold: np.ndarray) -> list[np.ndarray] | None:
         rest = [v for k, v in enumerate(views) if k not in fold]
         _, camera, _ = _calibrate(rest, size, flags, near)
+        squares: list[np.ndarray] = []
         for k in fold:
             fit = fit_pose(camera, views[k])
             if fit is None:
-                return float("inf")
+                return None
             miss = camera.project(fit.pose, views[k].points) - views[k].pixels
             squares.append((miss[fit.inlier] ** 2).sum(1))
-    return float(np.sqrt(np.concatenate(squares).mean()))
+        return squares
+
+    found = list(abreast(left_out, folds, workers))
+    if any(one is None for one in found):
+        return float("inf")
+    return float(np.sqrt(np.concatenate([part for one in found if one for part in one]).mean()))
 
 
 @_one_thread()
