@@ -25,6 +25,7 @@ _OTHERS = ("#3d4f66", "#b3711f", "#7a4ea3", "#1f8a8c", "#9c3d5f", "#6b7a1f")
 _BANDS = np.radians(np.arange(0, 91, 15))  # of the incident angle, in the coverage
 _DISK = 2.2  # radii from one disk of the coverage to the next
 _LOBE_ANGLES = np.radians([0.0, 30.0, 60.0])
+_ABOVE = 1.0  # where titles stand, said: to find it, matplotlib makes all ticks, those of hidden axes too
 
 
 def channel_colour(channels: Sequence[str], k: int) -> str:
@@ -116,7 +117,8 @@ def scatter_figure(
         ax.set(xlim=(low, high), ylim=(low, high), aspect="equal")
         ax.set_xlabel(labels[0], fontsize=9)
         ax.set_ylabel(labels[1] if k == 0 else "", fontsize=9)
-        ax.set_title(f"{channels[k]}, correlation {correlation(x, y):.4f}", fontsize=9, color=_INK, pad=7)
+        said = f"{channels[k]}, correlation {correlation(x, y):.4f}"
+        ax.set_title(said, fontsize=9, color=_INK, pad=7, y=_ABOVE)
         _dress(ax)
     return figure
 
@@ -190,7 +192,7 @@ def _dress_half(ax: Axes, top: float, angle: float) -> None:
     ax.annotate("", xy=(0, 0), xytext=start, arrowprops={"arrowstyle": "-|>", "color": "#e8a33d", "lw": 1.6})
     ax.set(xlim=(-1.25, 1.25), ylim=(-0.14, 1.32), aspect="equal")
     ax.set_axis_off()
-    ax.set_title(f"light at {np.degrees(angle):.0f}°, f in 1/sr", fontsize=10, color=_INK)
+    ax.set_title(f"light at {np.degrees(angle):.0f}°, f in 1/sr", fontsize=10, color=_INK, y=_ABOVE)
 
 
 def plane_of_incidence(theta_i: float, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
