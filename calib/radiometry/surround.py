@@ -211,8 +211,8 @@ def backdrop(
     balls: list[Sphere | MirrorBall] = [setup.ball, *mirror_balls]
     for ball in balls:
         offset = ball.center - view.pose.center
-        passing = np.linalg.norm(np.cross(rays, offset), axis=1)
-        beside &= (passing > MARGIN * ball.radius) | (rays @ offset < 0.0)
+        along = rays @ offset
+        beside &= (offset @ offset - along * along > (MARGIN * ball.radius) ** 2) | (along < 0.0)
     if beside.sum() < FEWEST:
         return np.full(len(view.strength), np.nan)
     value, valid = read_at(pixels[beside])

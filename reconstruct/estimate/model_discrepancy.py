@@ -36,9 +36,12 @@ class Misfit:
     def at(self, cells: Cells, predicted: np.ndarray) -> np.ndarray:
         """(n, c) misfit, 1/sr, at the directions of ``cells``, where the model is ``predicted`` (n, c)."""
         tree = _tree(self.places.tobytes())
-        there, back = _both_ways(cells)
-        (far, first), (far_back, second) = tree.query(there), tree.query(back)
-        nearest = np.where(far <= far_back, first, second)
+        both = np.concatenate(_both_ways(cells))
+        # of a grid the ways there are those back in another order: as bytes, which sort ten times as fast as numbers
+        same = both.view(f"V{both.itemsize * both.shape[1]}").ravel()
+        _, first, which = np.unique(same, return_index=True, return_inverse=True)
+        far, near = (found[which].reshape(2, -1) for found in tree.query(both[first]))
+        nearest = np.where(far[0] <= far[1], near[0], near[1])
         return self.relative[nearest] * np.maximum(np.abs(predicted), self.floor)
 
 

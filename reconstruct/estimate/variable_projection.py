@@ -8,6 +8,7 @@ where two shapes can hardly be told apart.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -183,7 +184,16 @@ def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
 def _least_roughness(cells: Cells) -> tuple[float, float]:
     """Least roughness of a lobe about the mirror direction, and about the light's own, that ``cells`` can tell: by the
     slopes that each takes its density at, of the half vector and of half the angle between the directions."""
-    incident, exit = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
-    nearest = np.tan([one.min() for one in half_difference(incident, exit)[:2]])
+    angles = np.broadcast_arrays(cells.theta_i, cells.theta_r, cells.dphi)
+    nearest = _nearest_slopes(np.array(angles, float).tobytes())
     mirror, retro = np.clip(SEEN * nearest, ROUGHNESS_BOUNDS[0], MOST_LEAST)
     return float(mirror), float(retro)
+
+
+@lru_cache(maxsize=4)
+def _nearest_slopes(angles: bytes) -> np.ndarray:
+    """(2,) the least of both slopes at theta_i, theta_r and dphi (3, n): searches ask for the same cells again and
+    again."""
+    theta_i, theta_r, dphi = np.frombuffer(angles).reshape(3, -1)
+    incident, exit = unit_vectors(theta_i, 0.0), unit_vectors(theta_r, dphi)
+    return np.tan([one.min() for one in half_difference(incident, exit)[:2]])

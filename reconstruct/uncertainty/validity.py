@@ -79,5 +79,7 @@ def seen_at(cells: Cells, where: Cells) -> np.ndarray:
             ]
         )
     )
-    distance, _ = tree.query(pair_places(where.theta_i, where.theta_r, where.dphi))
+    # no farther than matters: of directions that nothing was seen near, all the tree would be searched
+    places = pair_places(where.theta_i, where.theta_r, where.dphi)
+    distance, _ = tree.query(places, distance_upper_bound=2 * NEAR)
     return distance <= NEAR
