@@ -53,6 +53,8 @@ class PhotoErrors:
     view_errors: np.ndarray | None = None  # (g,) relative standard errors of the views' scales
     scale_error: float = 0.0  # that of the scale which all share
     lamps: np.ndarray | None = None  # (g,) variances, radians^2, of the lamps' directions
+    # cosines (n,) of the angle between lamp and camera where cells are, if they turn together over a cell
+    phase: Callable[[Cells], np.ndarray] | None = None
     stray: StrayLightOn | None = None  # what stray light adds to cells, given a model of the surface
     # standard error (n, c), 1/sr, of cells' values by what of it is not known
     doubt: Callable[[Cells], np.ndarray] | None = None
@@ -72,7 +74,10 @@ def fit_table(
     if options.quantity != "brdf":
         progress("least squares of q")
         return fit_as_paper(replace(cells_of(table), robust=False), options, known.scale_error)
-    seen = with_noise(replace(_usable(cells_of(table).under(known.lamps), options), robust=options.robust))
+    cells = cells_of(table).under(known.lamps)
+    if known.phase is not None and cells.canonical and cells.binned:
+        cells = cells.with_phase(known.phase(cells))
+    seen = with_noise(replace(_usable(cells, options), robust=options.robust))
     if known.doubt is not None:
         seen = replace(seen, doubt=known.doubt(seen))
     stated = 0.0 if known.view_errors is None else known.view_errors

@@ -4,7 +4,7 @@ same fit."""
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from photogonio.capture.photoset import Plane
 from photogonio.options import Choice
 from photogonio.reconstruct.lighting.stray_limits import Spoilt
 from photogonio.reconstruct.lighting.veil_error import veil_error
+from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.table.table_file import PHOTOS
 from photogonio.run.surroundings import Shown
@@ -61,6 +62,25 @@ def lamp_variances(setup: Setup, table: FacetTable) -> np.ndarray:
     lights = [views[name].light for name in table.groups]
     near = [one.radius**2 * one.toward(middle[None])[1][0] if one.kind == "point" else 0.0 for one in lights]
     return 0.25 * np.array(near)
+
+
+def phase_of(setup: Setup) -> Callable[[Cells], np.ndarray] | None:
+    """Cosines (n,) of the angle between lamp and camera where cells of a ball are; None of a flat sample, on which no
+    normal turns."""
+    if isinstance(setup.sample, Plane):
+        return None
+    views = {view.name: view for view in setup.views}
+
+    def cosines(cells: Cells) -> np.ndarray:
+        found = np.empty(len(cells))
+        for group, name in enumerate(cells.groups):
+            rows, view = cells.group == group, views[name]
+            back = view.pose.center - cells.place[rows]
+            toward = view.light.toward(cells.place[rows])[0]
+            found[rows] = np.einsum("ij,ij->i", toward, back) / np.linalg.norm(back, axis=1)
+        return found
+
+    return cosines
 
 
 def scale_error(setup: Setup, table: FacetTable) -> float:

@@ -5,7 +5,13 @@ from __future__ import annotations
 from photogonio.options import Options
 from photogonio.reconstruct.fit import FitResult, PhotoErrors
 from photogonio.reconstruct.table.facet_table import FacetTable
-from photogonio.run.circumstances import Circumstances, lamp_variances, scale_error, view_errors
+from photogonio.run.circumstances import (
+    Circumstances,
+    lamp_variances,
+    phase_of,
+    scale_error,
+    view_errors,
+)
 from photogonio.run.fit_cells import fitted
 from photogonio.run.photo_choices import symmetry_of
 from photogonio.run.surroundings import LightAround, light_of
@@ -27,6 +33,7 @@ def fitted_photos(
             view_errors=view_errors(setup, table),
             scale_error=scale_error(setup, table),
             lamps=lamp_variances(setup, table),
+            phase=phase_of(setup),
             stray=beside.known,
             doubt=beside.unknown,
         ),

@@ -39,7 +39,10 @@ def binning(cells: Cells, model: Model) -> np.ndarray:
             turned = [unit_vectors(theta_i, 0.0), unit_vectors(theta_r, np.abs(dphi))]
         total = total + 0.25 * model.evaluate(_placed(cells, turned, model))
         means += turned
-    return total - model.evaluate(_placed(cells, means, model))
+    middle = _placed(cells, means, model)
+    if cells.rigid:
+        middle = middle.with_phase(np.einsum("ij,ij->i", incident, exit))
+    return total - model.evaluate(middle)
 
 
 def lamp_size(cells: Cells, model: Model) -> np.ndarray:

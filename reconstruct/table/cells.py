@@ -42,6 +42,7 @@ class Cells:
     canonical: bool = (
         False  # directions were turned to one incident azimuth, and folded, before they were averaged
     )
+    rigid: bool = False  # dphi is that of pairs whose angle is known, and no mean over the cell
 
     def __len__(self) -> int:
         return len(self.theta_i)
@@ -58,6 +59,19 @@ class Cells:
     def under(self, lamps: np.ndarray | None) -> Cells:
         """The same under lamps of such variances (g,), radians^2, as ``lamp`` has them; None: small ones."""
         return self if lamps is None else replace(self, lamp=lamps[self.group])
+
+    def with_phase(self, cos_phase: np.ndarray) -> Cells:
+        """Pairs whose directions stand apart by the angles whose cosines (n,) are given, at the same polar angles.
+
+        The normal of a ball turns from sample to sample, and the angle between lamp and camera hardly changes; that
+        between means of directions that were turned to one incident azimuth does, by a degree in wide cells.
+        """
+        sines = np.sin(self.theta_i) * np.sin(self.theta_r)
+        cosine = (cos_phase - np.cos(self.theta_i) * np.cos(self.theta_r)) / np.maximum(sines, LEAST_ANGLE)
+        dphi = np.where(sines > LEAST_ANGLE, np.arccos(np.clip(cosine, -1.0, 1.0)), self.dphi)
+        signed = (self.phi_r - self.phi_i + np.pi) % (2.0 * np.pi) - np.pi
+        phi_r = self.phi_i + np.where(signed < 0, -dphi, dphi)
+        return replace(self, dphi=dphi, phi_r=phi_r, rigid=True)
 
     @classmethod
     def of_angles(cls, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray) -> Cells:

@@ -68,6 +68,21 @@ def test_means_of_cells_of_a_brushed_plane_are_explained():
     assert np.sqrt(np.mean((rest / true) ** 2)) < 0.85 * np.sqrt(np.mean((excess / true) ** 2))
 
 
+def test_a_mean_over_pairs_that_turn_together_keeps_the_angle_between_them():
+    """A surface whose f is the angle between lamp and camera alone shows the same all over a cell."""
+    cells = replace(Cells.of_angles(*np.array([[0.9, 0.7], [0.8, 1.1], [0.4, 0.2]])), canonical=True)
+    cells = replace(cells, turn=np.array([[0.01, 0.02], [0.0, 0.02]])).with_phase(np.array([0.93, 0.9]))
+
+    class Phased:
+        turning, coefficients = False, np.zeros((1, 1))
+
+        def evaluate(self, at):
+            return np.sum(unit_vectors(at.theta_i, 0.0) * unit_vectors(at.theta_r, at.dphi), 1)[:, None]
+
+    np.testing.assert_allclose(binning(cells, Phased()), 0.0, atol=1e-12)
+    assert np.abs(binning(replace(cells, rigid=False), Phased())).max() > 1e-4
+
+
 def test_a_uniform_surface_has_no_binning_error():
     cells = cells_of(simulate(make_brdf("lambert"), Plan(level=2, **CLEAR)))
     flat = Model(Basis("isotropic", 0), np.ones((1, 3)), LobeSet(), np.empty((0, 3)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.modes.angles import unit_vectors
-from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH
+from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH, canonical
 from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable, accumulate
 from photogonio.reconstruct.table.facets import facet_index
@@ -118,8 +118,33 @@ def test_the_spread_is_found_as_well_where_the_incident_azimuth_was_taken_out():
     assert (np.abs(found / expected - 1.0) < 5.0 * np.sqrt(2.0 / n) + 10.0 * SPREAD**2).all()
 
 
+def beside_the_lamp(spread: float = 0.14, n: int = 201) -> tuple[np.ndarray, np.ndarray]:
+    """Canonical pairs of a ball whose normal moves from lamp to camera, 20 degrees apart, about 50 degrees off both."""
+    off, turn, half = np.radians(50.0), np.linspace(-1.7, 1.7, n) * spread, np.radians(10.0)
+    normal = np.column_stack(
+        [np.full(n, np.sin(off)), np.cos(off) * np.sin(turn), np.cos(off) * np.cos(turn)]
+    )
+    lamp, camera = (np.tile([0.0, side * np.sin(half), np.cos(half)], (n, 1)) for side in (-1.0, 1.0))
+    return canonical(lamp, camera, normal)
+
+
+def test_lamp_and_camera_stand_apart_by_their_angle_however_wide_a_cell_is():
+    cells = cells_of(one_cell(*beside_the_lamp(), canonical=True))
+    known = cells.with_phase(np.full(1, np.cos(np.radians(20.0))))
+
+    def apart(cells: Cells) -> float:
+        pair = unit_vectors(cells.theta_i, cells.phi_i), unit_vectors(cells.theta_r, cells.phi_r)
+        return float(np.degrees(np.arccos(np.sum(pair[0] * pair[1]))))
+
+    assert apart(cells) < 19.9 and apart(known) == pytest.approx(20.0, abs=1e-9)
+    assert known.dphi[0] == pytest.approx(abs(known.phi_r - known.phi_i)[0], abs=1e-12) and known.rigid
+    np.testing.assert_array_equal([known.theta_i, known.theta_r], [cells.theta_i, cells.theta_r])
+    upright = Cells.of_angles(np.zeros(1), np.full(1, 0.3), np.full(1, 0.7)).with_phase(np.full(1, 0.9))
+    assert upright.dphi[0] == 0.7  # means nothing, and stays
+
+
 def test_what_is_read_at_one_pair_has_no_spread():
     towards, back = (unit_vectors(np.full(9, t), np.full(9, p)) for t, p in ((0.6, 0.3), (0.9, 2.2)))
-    for canonical in (False, True):
-        turn = cells_of(one_cell(towards, back, canonical=canonical)).turn
+    for folded in (False, True):
+        turn = cells_of(one_cell(towards, back, canonical=folded)).turn
         np.testing.assert_allclose(turn, 0.0, atol=1e-12)
