@@ -17,6 +17,7 @@ from typing import NoReturn
 from photogonio.arguments import build_parser
 from photogonio.capture.errors import InputError
 from photogonio.system.compiled import keep_fresh
+from photogonio.system.drawing import without_docstrings
 from photogonio.system.memory import collect_seldom, keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter
@@ -27,6 +28,7 @@ _DONE, _FAILED, _BAD_INPUT, _DISTRUSTED, _INTERRUPTED = 0, 1, 2, 3, 130
 # what only the names and rights of files that were given can lead to
 _OF_PATHS = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM, errno.ELOOP}
 _OF_PATHS |= {errno.ENAMETOOLONG, errno.EROFS, errno.EXDEV, errno.ENXIO, errno.EINVAL}
+_DRAWING = ("process", "fit")  # commands whose reports have pictures
 AGAIN = 0.2  # seconds after which a stop that somebody swallowed is asked for again
 
 
@@ -57,6 +59,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     keep_freed()
+    if args.command in _DRAWING:
+        without_docstrings()
     command = import_module(f"photogonio.commands.{args.command}")
     keep_fresh()
     try:
