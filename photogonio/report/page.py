@@ -29,6 +29,8 @@ from photogonio.report.summary import (
 )
 from photogonio.report.verdict import verdict_of
 from photogonio.report.viewer.ball_table import ball_table
+from photogonio.report.viewer.mode_map import mode_map
+from photogonio.report.viewer.photo_fit import photo_fit
 from photogonio.system.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -128,6 +130,8 @@ def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
             coverage=coverage.said,
             pictures=[Picture(p.title, p.caption, embed(p.png)) for p in pictures],
             coefficients_text=_coefficients_text(brdf),
+            modes=mode_map(brdf),
+            tables=[one for one in (_by_photo(result),) if one is not None],
             leading_modes=_modes(brdf, _LEADING),
             all_modes=_modes(brdf, None),
             budget=budget_sections(brdf),
@@ -139,6 +143,11 @@ def report_html(result: Result, pictures: Sequence[Drawn]) -> str:
             provenance=provenance_table(result.provenance),
         )
     )
+
+
+def _by_photo(result: Result) -> Section | None:
+    fit = result.fit
+    return photo_fit(fit.cells, fit.predicted, fit.weight) if result.setup is not None else None
 
 
 def _other_warnings(result: Result) -> list[tuple[str, str]]:

@@ -6,6 +6,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from photogonio.report.viewer.mode_map import ModeMap
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,7 @@ class Report:
     coverage: Sequence[str] = ()  # sentences
     pictures: Sequence[Picture] = ()
     coefficients_text: str = ""
+    modes: ModeMap | None = None
     leading_modes: Table = Table((), ())
     all_modes: Table = Table((), ())
     budget: Sequence[Section] = ()  # of uncertainty; empty where no errors are known
