@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Mapping
 from importlib import resources
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, StrictUndefined
@@ -42,14 +43,13 @@ def picture_bytes(figure: Figure, *, kind: str = "png", source: str = "") -> byt
     ``source`` says where it came from; the file keeps it among its metadata.
     """
     stream = io.BytesIO()
-    metadata: dict[str, str | None]
+    told: dict[str, Any]
     if kind == "svg":
-        metadata = {"Date": None, "Description": source}
+        told = {"metadata": {"Date": None, "Description": source}}
     else:
-        metadata = {"Software": None, "Comment": source}
+        told = {"metadata": {"Software": None, "Comment": source}, "pil_kwargs": _COMPRESSION}
     with rc_context({"svg.hashsalt": "photogonio"}):
-        packing = {} if kind == "svg" else {"pil_kwargs": _COMPRESSION}
-        figure.savefig(stream, format=kind, dpi=_DPI, metadata=metadata, **packing)
+        figure.savefig(stream, format=kind, dpi=_DPI, **told)
     return stream.getvalue()
 
 

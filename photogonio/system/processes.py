@@ -21,7 +21,8 @@ from typing import Any, TypeVar
 
 STOP = 3.0  # seconds in which a process ends that is told to
 
-Job, Done = TypeVar("Job"), TypeVar("Done")
+Job = TypeVar("Job")
+Done = TypeVar("Done")
 
 
 class ProcessDied(RuntimeError):
