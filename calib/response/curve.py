@@ -13,19 +13,22 @@ from functools import cache
 import numpy as np
 from scipy.interpolate import BSpline
 
+from photogonio.calib.response.family import moved_by_them
 from photogonio.capture.containers.tone import srgb
 
 KNOTS = 12
 BENDS = KNOTS + 2
 ANCHOR = 0.8  # code against which the light of others is quoted
 LEAST = 1e-3  # of the code that sRGB would have: its light is nothing
-# how far codes are moved, and over which part of the codes that changes: by what an artist draws, and by finer things;
-# a channel beside the others
-_DRAWN, _FINE, _OWN = (0.12, 0.45), (0.012, 0.18), (0.003, 0.4)
+# how far codes are moved otherwise than by the curves of a family, and over which part of the codes that changes: by
+# what an artist draws, and by finer things; a channel beside the others
+_DRAWN, _FINE, _OWN = (0.03, 0.45), (0.006, 0.18), (0.003, 0.4)
 # turns at either end, a toe or a shoulder: how far, over which part of the codes, and which end
-_TURNS = ((0.08, 0.06, 1.0), (0.08, 0.15, 1.0), (0.03, 0.06, 0.0))
+_TURNS = ((0.02, 0.06, 1.0), (0.02, 0.15, 1.0), (0.02, 0.06, 0.0))
+_FAMILY = 1.0  # how strong a curve of the family may be, over those that are there
 _ENDS = 0.06  # by how much the ends of the codes are moved
 _BEYOND = 0.5  # of the logarithm of light beyond codes that were seen: how wrong it may be
+_HELD = 1e-2  # by how much bends of the family are smooth where no code asks for them
 _LOOSE = 1e-3  # of these, by which each coefficient is free
 
 
@@ -61,10 +64,20 @@ def prior(channels: int, drawn: float = 1.0) -> np.ndarray:
     for size, reach, end in _TURNS:
         turn = size * np.exp(-np.abs(places - end) / reach)
         common = common + turn[:, None] * turn
+    common = common + _FAMILY**2 * _of_family()
     own = _OWN[0] ** 2 * np.exp(-0.5 * (apart / _OWN[1]) ** 2)
     blocks = [drawn**2 * common, *[own] * channels]
     rows = [_placed(_whitened(one), block, channels) for block, one in enumerate(blocks)]
     return np.vstack(rows)
+
+
+@cache
+def _of_family() -> np.ndarray:
+    """Second moments (BENDS, BENDS) of the bends that make sRGB's codes of those of curves that are known."""
+    codes, moved = moved_by_them()
+    held = np.vstack([basis(codes), _HELD * np.diff(np.eye(BENDS), 2, axis=0)])
+    bends = np.linalg.lstsq(held, np.vstack([moved, np.zeros((BENDS - 2, moved.shape[1]))]), rcond=None)[0]
+    return bends @ bends.T / bends.shape[1]
 
 
 def _whitened(covariance: np.ndarray) -> np.ndarray:

@@ -227,13 +227,15 @@ def _normal(
 def _scores(
     layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
-    """Sum of the squares of what each square of each photo pulls at the unknowns, all its channels together."""
+    """Sum of the squares of what each square of each photo pulls at the unknowns, all channels together, and of what
+    each photo's white, and its black, does: squares err alone, and with their neighbours."""
     pulls = [np.zeros((len(one.code), layout.size)) for one in photos]
     for number, one in _weighed(layout, photos, values, scale):
         pulls[number][:, one.asked] += one.design * one.miss[:, None]
     total = np.zeros((layout.size, layout.size))
-    for each in pulls:
-        total += each.T @ each
+    for each, photo in zip(pulls, photos, strict=True):
+        kinds = np.stack([each[photo.white].sum(0), each[~photo.white].sum(0)])
+        total += each.T @ each + kinds.T @ kinds
     return total
 
 

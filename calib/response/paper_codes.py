@@ -8,14 +8,15 @@ from functools import partial
 
 import numpy as np
 
-from photogonio.calib.detect.paper import PaperPlaces, PaperSamples, paper_places, sample_paper
+from photogonio.calib.detect.paper import PaperPlaces, PaperSamples, covered, paper_places, sample_paper
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Pose
+from photogonio.calib.geometry.print_map import square_pitch
 from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.calib.setup import Setup, ViewSetup
 from photogonio.capture.linear.encoding import Coded
 from photogonio.capture.linear.signal import Windows
-from photogonio.capture.photoset import PhotoSet, Plane, View
+from photogonio.capture.photoset import GreyPatch, PhotoSet, Plane, View, WhitePatch
 from photogonio.capture.radiance import RadianceImage
 
 ReadWindows = Callable[[View, Windows], RadianceImage]
@@ -35,6 +36,8 @@ _PHOTOS = 16  # that are asked
 _SAMPLE_POINTS = 16  # along the sample
 # number of the first grey among squares; samples along each, and what of its side is left at the edges
 _GREYS, _GREY_SAMPLES, _INNER = 1_000_000, 12, 0.2
+_OF_ONE = 1000  # squares of one grey, at most
+_WHITES = 4  # squares of white print that a photo needs, where white patches help
 _STEEPEST = 0.5  # of a ball: cosine to the camera
 _GRID = np.linspace(0.0, 1.0, 4096)
 
@@ -117,31 +120,53 @@ def with_greys(
     one: ViewSetup,
     near: Callable[[np.ndarray], RadianceImage | None],
 ) -> PaperSamples:
-    """The samples, and those of grey print, each in a square of its own from _GREYS on."""
-    side = np.linspace(_INNER, 1 - _INNER, _GREY_SAMPLES)
-    u, v = (part.reshape(-1, 1) for part in np.meshgrid(side, side))
+    """The samples, and those of grey print and white patches, each in squares of its own from _GREYS on."""
     width, height = setup.camera.size
     parts = [samples]
-    for number, grey in enumerate(photoset.grey_patches):
-        low, high = grey.outline.min(0), grey.outline.max(0)
-        flat = low + np.hstack([u, v]) * (high - low)
-        points = np.column_stack([flat, np.full(len(flat), grey.height)])
+    for square, corner, sides, level in _parts_of_greys(photoset):
+        flat = corner + _inner_grid() * sides
+        points = np.column_stack([flat, np.full(len(flat), level)])
         pixels = setup.camera.project(one.pose, points)
         inside = (pixels > 2).all(1) & (pixels[:, 0] < width - 3) & (pixels[:, 1] < height - 3)
+        inside &= ~covered(points, one.pose, setup.sample, photoset.mirror_balls, (), float(sides.max()) / 20)
         if not inside.any():
             continue
         points, pixels = points[inside], pixels[inside]
-        square = np.full(len(points), _GREYS + number)
         aside = setup.camera.aside(pixels)
-        places = PaperPlaces(
-            points, np.zeros(len(points), bool), pixels, square, np.zeros((len(points), 3)), aside
-        )
+        own = np.full(len(points), square)
+        none = np.zeros(len(points), bool)
+        places = PaperPlaces(points, none, pixels, own, np.zeros((len(points), 3)), aside)
         found = sample_paper(places, near)
         parts += [] if found is None else [found]
     names = ("points", "white", "value", "variance", "square", "spread", "aside")
     if len(parts) == 1 or samples.spread is None or samples.aside is None:
         return samples
     return PaperSamples(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def _inner_grid() -> np.ndarray:
+    """Places (n, 2) on the unit square, clear of its sides."""
+    side = np.linspace(_INNER, 1 - _INNER, _GREY_SAMPLES)
+    return np.column_stack([part.ravel() for part in np.meshgrid(side, side)])
+
+
+def _parts_of_greys(photoset: PhotoSet) -> list[tuple[int, np.ndarray, np.ndarray, float]]:
+    """Number, lowest corner (2,), sides (2,) and height of each square of them: long ones are many, which their lamp
+    lights unevenly."""
+    found = []
+    pitch = 0.0 if photoset.board is None else float(square_pitch(photoset.board))
+    patches: list[GreyPatch | WhitePatch] = [*photoset.grey_patches, *photoset.white_patches]
+    for tone, patch in enumerate(patches):
+        low, high = patch.outline.min(0), patch.outline.max(0)
+        corners = (patch.outline == low) | (patch.outline == high)
+        if len(patch.outline) != 4 or not corners.all():
+            continue  # turned, or no rectangle: its middle is not that of the box around it
+        count = np.maximum(np.round((high - low) / max(pitch, 1e-9)).astype(int), 1)
+        sides = (high - low) / count
+        for k in range(min(int(count.prod()), _OF_ONE)):
+            at = np.array([k % count[0], k // count[0]])
+            found.append((_GREYS + _OF_ONE * tone + k, low + at * sides, sides, float(patch.height)))
+    return found
 
 
 def _by_its_lamp_alone(samples: PaperSamples, setup: Setup, one: ViewSetup) -> np.ndarray:
@@ -183,7 +208,9 @@ def _means(
     variance = np.maximum(mean(code**2) - middle**2, 0.0) / count[:, None]
     aside = np.zeros(len(code)) if samples.aside is None else samples.aside
     good, white = count >= _FEWEST, kinds % 2 == 1
-    if min((good & white).sum(), (good & ~white).sum()) < _CELLS:
+    grey = kinds // 2 >= _GREYS
+    enough = (good & (white | grey)).sum() >= _CELLS and (good & white).sum() >= _WHITES
+    if not enough or (good & ~white & ~grey).sum() < _CELLS:
         return None
     name, attached, exposure, sure = lamp
     return PaperCodes(
@@ -192,7 +219,7 @@ def _means(
         code=middle[good],
         noise=np.sqrt(variance + (_FLOOR / steps) ** 2)[good],
         square=(kinds // 2)[good],
-        tone=np.maximum(kinds // 2 - _GREYS + 1, 0)[good],
+        tone=np.maximum((kinds // 2 - _GREYS) // _OF_ONE + 1, 0)[good],
         aside=mean(aside[:, None])[good, 0],
         pose=one.pose,
         light=name,

@@ -9,7 +9,7 @@ from photogonio.calib.response.paper_codes import PaperCodes
 from photogonio.calib.response.unknowns import Unknowns
 
 _MODEL = 0.0015  # relative error of the light on one square of white print
-_INK_MODEL = 0.006  # of black print: the lens's glare, and shine
+_INK_MODEL = 0.015  # of black print: the lens's glare, shine, and what a phone's sharpening makes of it
 _GRID = np.linspace(0.002, 1.0, 1500)
 _SHAPES, _STEEP = basis(_GRID), steepness(_GRID)
 _LEAST_RISE, _LEAST_STEEP = 1e-6, 0.2
