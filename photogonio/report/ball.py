@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from photogonio.capture.linear.encoding import linear_to_srgb
+
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> f (n, c)
 
 
@@ -63,6 +65,6 @@ def to_display(radiance: np.ndarray, *, white: float | None = None, background: 
     if white is None:
         white = max(float(np.nanquantile(rgb, 0.995)), 1e-12)
     linear = np.clip(np.nan_to_num(rgb) / white, 0.0, 1.0)
-    display = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    display = linear_to_srgb(linear)
     display[outside] = background
     return display
