@@ -29,7 +29,7 @@ from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.rig.values import LAMP
 from photogonio.calib.shading.correction import NO_FALLOFF
-from photogonio.calib.shading.fit import ShadingFit, fit_shading, fits_better
+from photogonio.calib.shading.fit import ShadingFit, Stand, fits_better, shading_of, stepped
 from photogonio.calib.shading.model import ShadingScene
 from photogonio.calib.shading.model_error import pooled
 from photogonio.capture import robust
@@ -223,14 +223,15 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
         if place[2] <= 0:
             return None, False
         start = place if observation.shading is None else np.concatenate([place, observation.shading[3:]])
-        found, other = fit_shading(reading, scene, start, steps), shown.get(observation.view.name)
+        found, other = stepped(reading, scene, start, steps), shown.get(observation.view.name)
         others = []
-        if other is not None and other[2] > 0 and not lamp.attached and _apart(other, found.place):
+        if other is not None and other[2] > 0 and not lamp.attached and _apart(other, found.local[:3]):
             others.append(other)
         asked = bool(others)
-        if observation.shading is not None and _turned(observation.shading[:3], found.place):
+        if observation.shading is not None and _turned(observation.shading[:3], found.local[:3]):
             others.append(observation.shading[:3])
-        return _best(reading, scene, [found.local, *others], steps) if others else found, asked
+        found = _best(reading, scene, [found.local, *others], steps) if others else found
+        return shading_of(found), asked
 
     now.fits, tried = {}, []
     found = now.state.reader.abreast(fit, now.observations)
@@ -243,11 +244,11 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
     return tried
 
 
-def _best(reading: PaperReading, scene: ShadingScene, starts: Sequence[np.ndarray], steps: int) -> ShadingFit:
+def _best(reading: PaperReading, scene: ShadingScene, starts: Sequence[np.ndarray], steps: int) -> Stand:
     """The best of fits that all have steps enough: one that is under way is no match for one that has ended."""
-    best, *others = (fit_shading(reading, scene, start, max(steps, _STEPS[0])) for start in starts)
+    best, *others = (stepped(reading, scene, start, max(steps, _STEPS[0])) for start in starts)
     for one in others:
-        best = one if fits_better(reading, scene, one, best) else best
+        best = one if fits_better(one, best) else best
     return best
 
 

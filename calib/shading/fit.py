@@ -112,13 +112,17 @@ def _cost(residual: np.ndarray, values: np.ndarray, weighing: Weighing) -> float
 
 
 @dataclass(frozen=True, slots=True)
-class _Now:
+class Stand:
     """Where a fit stands."""
 
     board: LitPaper
     values: np.ndarray  # (LOCAL + shared,)
     scene: ShadingScene
     light: LightOnPaper  # at these values
+
+    @property
+    def local(self) -> np.ndarray:
+        return self.values[:LOCAL]
 
 
 def fit_shading(
@@ -128,27 +132,24 @@ def fit_shading(
 
     Levenberg-Marquardt with Tukey's weights on the local values; the shared ones stay and get derivatives.
     """
-    board = LitPaper.of(reading)
-    values, light = _fitted(board, scene, start, steps)
-    return _finish(board, values, scene, light)
+    return shading_of(stepped(reading, scene, start, steps))
 
 
 def fit_local(reading: PaperReading, scene: ShadingScene, start: np.ndarray) -> np.ndarray:
     """The local values (LOCAL,) of :func:`fit_shading` alone."""
-    return _fitted(LitPaper.of(reading), scene, start, _STEPS)[0][:LOCAL]
+    return stepped(reading, scene, start, _STEPS).local
 
 
-def _fitted(
-    board: LitPaper, scene: ShadingScene, start: np.ndarray, steps: int
-) -> tuple[np.ndarray, LightOnPaper]:
-    """All values where the fit ends, and the light there."""
-    local = start if len(start) == LOCAL else start_values(board.reading, scene, start)
+def stepped(reading: PaperReading, scene: ShadingScene, start: np.ndarray, steps: int) -> Stand:
+    """Where :func:`fit_shading` ends; :func:`shading_of` makes the fit of it, which costs as much as two steps."""
+    board = LitPaper.of(reading)
+    local = start if len(start) == LOCAL else start_values(reading, scene, start)
     values = np.concatenate([local, scene.shared])
     damping, weighing = 1e-3, None
     light = board.light(values, scene)
     for _ in range(steps):
         weighing, residual = _weigh(board, values, scene, light, weighing)
-        now = _Now(board, values, scene, light)
+        now = Stand(board, values, scene, light)
         normal, slope, _ = _normal(now, weighing, residual, LOCAL)
         moved = _step(now, weighing, normal, slope, residual, damping)
         if moved is None:
@@ -157,27 +158,24 @@ def _fitted(
         values[:LOCAL] += step
         if step @ normal @ step < 1e-3:
             break
-    return values, light
+    return Stand(board, values, scene, light)
 
 
-def fits_better(reading: PaperReading, scene: ShadingScene, one: ShadingFit, other: ShadingFit) -> bool:
-    """Whether ``one`` explains the reading better than ``other``, under errors that are the same for both: each fit's
-    own grow with the bounce that it supposes, which makes a wrong place with much of it look good."""
-    values = [np.concatenate([fit.local, scene.shared]) for fit in (one, other)]
-    board = LitPaper.of(reading)
-    lights = [board.light(each, scene) for each in values]
-    own = [_weigh(board, each, scene, light)[0] for each, light in zip(values, lights, strict=True)]
+def fits_better(one: Stand, other: Stand) -> bool:
+    """Whether ``one`` explains the reading of both better than ``other``, under errors that are the same for both: each
+    fit's own grow with the bounce that it supposes, which makes a wrong place with much of it look good."""
+    own = [_weigh(at.board, at.values, at.scene, at.light)[0] for at in (one, other)]
     sigma, bound = np.sqrt(own[0].sigma * own[1].sigma), np.maximum(own[0].bound, own[1].bound)
     alike = [replace(weighing, sigma=sigma, bound=bound) for weighing in own]
     first, second = (
-        _cost(board.residual(light, each, weighing), each, weighing)
-        for each, light, weighing in zip(values, lights, alike, strict=True)
+        _cost(at.board.residual(at.light, at.values, weighing), at.values, weighing)
+        for at, weighing in zip((one, other), alike, strict=True)
     )
     return first < second
 
 
 def _step(
-    now: _Now,
+    now: Stand,
     weighing: Weighing,
     normal: np.ndarray,
     slope: np.ndarray,
@@ -210,7 +208,7 @@ def start_values(reading: PaperReading, scene: ShadingScene, place: np.ndarray) 
 
 
 def _normal(
-    now: _Now, weighing: Weighing, residual: np.ndarray, count: int
+    now: Stand, weighing: Weighing, residual: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Normal matrix and slope of the first ``count`` values, and the samples' weighted scores by the local ones,
     (LOCAL, n)."""
@@ -225,9 +223,11 @@ def _normal(
     return normal, slope, score
 
 
-def _finish(board: LitPaper, values: np.ndarray, scene: ShadingScene, light: LightOnPaper) -> ShadingFit:
+def shading_of(at: Stand) -> ShadingFit:
+    """A fit that ends where it stands."""
+    board, values, scene, light = at.board, at.values, at.scene, at.light
     weighing, residual = _weigh(board, values, scene, light)
-    normal, slope, score = _normal(_Now(board, values, scene, light), weighing, residual, len(values))
+    normal, slope, score = _normal(at, weighing, residual, len(values))
     inflation = _inflation(normal[:4, :4], score[:4] * residual, board.square)
     own = slice(len(board.reading.level))
     inlier = (np.abs(residual) < 0.7 * weighing.bound)[own]
