@@ -17,6 +17,7 @@ from photogonio.reconstruct.estimate.lobe_search import search_lobes
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.model_selection import Candidate
+from photogonio.reconstruct.estimate.narrow_gloss import fewer, half_angles
 from photogonio.reconstruct.estimate.pilot import Cleaned, Progress, StrayLightOn, clean
 from photogonio.reconstruct.fit_result import FitResult, result_of
 from photogonio.reconstruct.model_choice import (
@@ -36,6 +37,7 @@ from photogonio.reconstruct.symmetry.row_turns import judge_rows
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.refinement import NEAR, coarsened
 from photogonio.reconstruct.uncertainty.blur_left import with_blur_left
 from photogonio.reconstruct.uncertainty.budget import uncertainty_of
 
@@ -58,6 +60,8 @@ class PhotoErrors:
     stray: StrayLightOn | None = None  # what stray light adds to cells, given a model of the surface
     # standard error (n, c), 1/sr, of cells' values by what of it is not known
     doubt: Callable[[Cells], np.ndarray] | None = None
+    # variances (n, 2), radians^2, of turns as ``Cells.turn`` has them, by what a pixel sees of the sample
+    footprint: Callable[[Cells], np.ndarray] | None = None
 
 
 def fit_table(
@@ -74,10 +78,7 @@ def fit_table(
     if options.quantity != "brdf":
         progress("least squares of q")
         return fit_as_paper(replace(cells_of(table), robust=False), options, known.scale_error)
-    cells = cells_of(table).under(known.lamps)
-    if known.phase is not None and cells.canonical and cells.binned:
-        cells = cells.with_phase(known.phase(cells))
-    seen = with_noise(replace(_usable(cells, options), robust=options.robust))
+    seen = with_noise(replace(_cells(table, options, known), robust=options.robust))
     if known.doubt is not None:
         seen = replace(seen, doubt=known.doubt(seen))
     stated = 0.0 if known.view_errors is None else known.view_errors
@@ -166,6 +167,32 @@ def _cleaned(
     return cleaned(turning_kinds(options.lobes, options.absolute)), verdict
 
 
+def _cells(table: FacetTable, options: FitOptions, known: PhotoErrors) -> Cells:
+    """The cells to fit: facets finer toward the mirror direction only where a narrow gloss asks for them."""
+
+    def usable(some: FacetTable) -> Cells:
+        cells = cells_of(some).under(known.lamps)
+        if known.phase is not None and cells.canonical and cells.binned:
+            turned = cells.with_phase(known.phase(cells))
+            cells = _unturned(cells, turned) if some.finer else turned
+        return _usable(cells, options)
+
+    cells = usable(table)
+    if table.finer and not cells.peaked:
+        cells = usable(coarsened(table))
+    if cells.peaked and known.footprint is not None:
+        cells = replace(cells, turn=cells.turn + known.footprint(cells))
+    return cells
+
+
+def _unturned(cells: Cells, turned: Cells) -> Cells:
+    """``turned`` with the azimuths of ``cells`` near the mirror direction: there facets are as fine as pixels, and
+    small errors of the polar angles would be large ones of an azimuth near half a turn."""
+    near = half_angles(cells) < NEAR
+    dphi, phi_r = np.where(near, cells.dphi, turned.dphi), np.where(near, cells.phi_r, turned.phi_r)
+    return replace(turned, dphi=dphi, phi_r=phi_r)
+
+
 def _usable(cells: Cells, options: FitOptions) -> Cells:
     keep = (cells.theta_i <= options.theta_max) & (cells.theta_r <= options.theta_max)
     keep |= not cells.binned
@@ -174,7 +201,4 @@ def _usable(cells: Cells, options: FitOptions) -> Cells:
         raise InputError("table", "no cell with samples is left to fit")
     for name in np.array(cells.channels)[~cells.value[keep].any(0)]:
         raise InputError(f"table: channel {name}", "is 0 in every cell; leave it out with --channels")
-    if cells.binned and keep.sum() > MOST_CELLS:
-        evenly = np.linspace(0, keep.sum(), MOST_CELLS, endpoint=False).astype(int)
-        return cells.take(np.flatnonzero(keep)[evenly])
-    return cells.take(keep)
+    return fewer(cells.take(keep), MOST_CELLS) if cells.binned else cells.take(keep)

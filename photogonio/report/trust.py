@@ -15,9 +15,9 @@ import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import HALF_OF_95
 from photogonio.reconstruct.brdf.spread import albedo_error
+from photogonio.reconstruct.estimate.narrow_gloss import half_angles
 from photogonio.reconstruct.paper_fit import UNTOLD
 from photogonio.reconstruct.rows.resolved import resolved_by
-from photogonio.reconstruct.uncertainty.blur_left import half_angles
 from photogonio.report.misfit import relative_misfit, shared_misfit
 from photogonio.result import Fault
 

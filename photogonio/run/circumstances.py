@@ -15,7 +15,7 @@ from photogonio.calib.setup import Setup
 from photogonio.calib.setup_file import setup_document, setup_of
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import Plane
+from photogonio.capture.photoset import Plane, Sphere
 from photogonio.options import Choice
 from photogonio.reconstruct.lighting.stray_limits import Spoilt
 from photogonio.reconstruct.lighting.veil_error import veil_error
@@ -27,6 +27,9 @@ from photogonio.run.surroundings import Shown
 # relative, of the scale that all photos share: light on the white patch that no model of the set holds. Rendered sets
 # of balls and planes come out 0.0 to 0.3 % off, with two of three within this
 SCALE_ERROR = 0.002
+# standard deviation, in pixels, of what a pixel sees: its own width, and a lens in focus
+PIXEL_BLUR = 0.58
+LEAST_COSINE = 0.1  # toward the limb, where a pixel sees less and less of the surface alike
 VERSION = 1
 AROUND, IS_AROUND = "around", "is_around"  # arrays of the table's file
 SYMMETRIES = ("auto", "isotropic", "reciprocal", "general")
@@ -81,6 +84,25 @@ def phase_of(setup: Setup) -> Callable[[Cells], np.ndarray] | None:
         return found
 
     return cosines
+
+
+def footprints(setup: Setup, table: FacetTable) -> Callable[[Cells], np.ndarray]:
+    """Variances (n, 2), radians^2, of the turns by which a pixel of a ball, softened by the lens, sees several normals;
+    those of a flat piece are seen alike."""
+    views = {view.name: view for view in setup.views}
+    eyes = np.array([views[name].pose.center for name in table.groups])
+    focal = float(np.sqrt(setup.camera.matrix[0, 0] * setup.camera.matrix[1, 1]))
+    radius = setup.sample.radius if isinstance(setup.sample, Sphere) else np.inf
+
+    def turns(cells: Cells) -> np.ndarray:
+        distance = np.linalg.norm(cells.place - eyes[cells.group], axis=1)
+        across = (PIXEL_BLUR * distance / (focal * radius)) ** 2
+        along = across / np.maximum(np.cos(cells.theta_r), LEAST_COSINE) ** 2  # of the plane of exit
+        turned = np.sin(cells.phi_r - cells.phi_i) ** 2
+        x, y = turned * across + (1.0 - turned) * along, turned * along + (1.0 - turned) * across
+        return np.column_stack([y, x])
+
+    return turns
 
 
 def scale_error(setup: Setup, table: FacetTable) -> float:

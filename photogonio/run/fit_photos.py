@@ -7,6 +7,7 @@ from photogonio.reconstruct.fit import FitResult, PhotoErrors
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.run.circumstances import (
     Circumstances,
+    footprints,
     lamp_variances,
     phase_of,
     scale_error,
@@ -36,6 +37,7 @@ def fitted_photos(
             phase=phase_of(setup),
             stray=beside.known,
             doubt=beside.unknown,
+            footprint=footprints(setup, table),
         ),
     )
     return found, beside

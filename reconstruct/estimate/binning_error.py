@@ -11,15 +11,27 @@ cosine, so that a gloss looks wider and lower than it is.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 
+from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.narrow_gloss import half_angles
 from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles, unit_vectors
 from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.refinement import NEAR
 
 LEAST_LAMP = (
     1e-5  # radians^2: a smaller lamp, of half a degree in radius, blurs nothing that cells could show
 )
+DISPLACED = float(np.radians(0.03))
+NORMAL_RULE = (
+    (-np.sqrt(3.0), 1.0 / 6.0),
+    (0.0, 2.0 / 3.0),
+    (np.sqrt(3.0), 1.0 / 6.0),
+)  # of Gauss and Hermite
 LEAST_COSINE = 1e-3  # a turn does not take a direction below the horizon
 
 
@@ -62,6 +74,74 @@ def lamp_size(cells: Cells, model: Model) -> np.ndarray:
         total += cosine * model.evaluate(_placed(cells, [moved, exit], model))
         weight = weight + cosine
     return total / np.maximum(weight, LEAST_COSINE) - model.evaluate(_placed(cells, [incident, exit], model))
+
+
+def blur(cells: Cells, model: Model) -> np.ndarray:
+    """(n, c) what the cells' width and the lamps' size add to ``model`` together, 1/sr. Of a narrow peak to the fifth
+    order, and of both at once: they widen it by a good part of its own width."""
+    added = binning(cells, model) + lamp_size(cells, model)
+    if not cells.peaked or cells.turn is None or not model.lobes.families or model.turning:
+        return added
+    near = np.flatnonzero(half_angles(cells) < NEAR)
+    added[near] = _peak_blur(cells.take(near), model)
+    return added
+
+
+def _peak_blur(cells: Cells, model: Model) -> np.ndarray:
+    """The same of the lobes alone: modes change little over a cell."""
+    lobes = replace(model, coefficients=np.zeros_like(model.coefficients[:1]), basis=Basis("isotropic", 0))
+    start = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    total, means = np.zeros((len(cells), model.coefficients.shape[1])), np.zeros((2, len(cells), 3))
+    for (a, first), (b, second) in product(NORMAL_RULE, NORMAL_RULE):
+        turned = [
+            _turned(_turned(one, 0, a * np.sqrt(cells.turn[:, 0])), 1, b * np.sqrt(cells.turn[:, 1]))
+            for one in start
+        ]
+        theta_i, theta_r, dphi = pair_angles(*turned)
+        turned = [unit_vectors(theta_i, 0.0), unit_vectors(theta_r, dphi)]  # both sides of the plane alike
+        total += first * second * _over_lamp(cells, turned, lobes)
+        means += first * second * np.array(turned)
+    return total - lobes.evaluate(_placed(cells, means, lobes))
+
+
+def _over_lamp(cells: Cells, directions: list[np.ndarray], model: Model) -> np.ndarray:
+    """(n, c) mean of ``model`` over a glowing disc about the first of ``directions``, weighted by the cosine: Radon's
+    seven points."""
+    incident, exit = directions
+    if cells.lamp is None or not (cells.lamp > LEAST_LAMP).any():
+        return model.evaluate(_placed(cells, directions, model))
+    along = np.stack([incident[:, 2], np.zeros(len(cells)), -incident[:, 0]], axis=-1)
+    aside = np.broadcast_to([0.0, 1.0, 0.0], along.shape)
+    step = (
+        2.0 * np.sqrt(2.0 / 3.0 * cells.lamp)[:, None]
+    )  # a disc's variance is a fourth of its squared radius
+    total, weight = np.zeros((len(cells), model.coefficients.shape[1])), np.zeros((len(cells), 1))
+    for share, turn in ((0.25, None), *((0.125, k * np.pi / 3.0) for k in range(6))):
+        moved = incident
+        if turn is not None:
+            moved = np.cos(step) * incident + np.sin(step) * (np.cos(turn) * along + np.sin(turn) * aside)
+        cosine = share * np.maximum(moved[:, 2:], LEAST_COSINE)
+        moved = np.column_stack([moved[:, :2], np.maximum(moved[:, 2], LEAST_COSINE)])
+        total += cosine * model.evaluate(_placed(cells, [moved, exit], model))
+        weight += cosine
+    return total / weight
+
+
+def displaced(cells: Cells, model: Model) -> np.ndarray:
+    """(n, c) standard error, 1/sr, of a narrow peak's flanks by errors of :data:`DISPLACED` in where the normal points:
+    the sample's place and the lamp's are known to some hundredths of a degree."""
+    lobes = replace(model, coefficients=np.zeros_like(model.coefficients[:1]), basis=Basis("isotropic", 0))
+    start = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
+    square = np.zeros((len(cells), model.coefficients.shape[1]))
+    for axis in (0, 1):
+        ends = [
+            lobes.evaluate(
+                _placed(cells, [_turned(one, axis, np.full(len(cells), t)) for one in start], lobes)
+            )
+            for t in (-DISPLACED, DISPLACED)
+        ]
+        square += (0.5 * (ends[1] - ends[0])) ** 2
+    return np.sqrt(square)
 
 
 def _placed(cells: Cells, directions, model: Model) -> Cells:

@@ -13,6 +13,7 @@ from photogonio.reconstruct.estimate.folded_design import Common
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior
+from photogonio.reconstruct.estimate.narrow_gloss import evenly
 from photogonio.reconstruct.estimate.variable_projection import TOLERANCE, Profile, descend
 from photogonio.reconstruct.estimate.weights import (
     freedom_of,
@@ -26,6 +27,7 @@ from photogonio.reconstruct.lobes.families import TYPICAL_F0, Family
 from photogonio.reconstruct.table.cells import Cells
 
 STARTS = (0.06, 0.12, 0.25, 0.5)  # roughness
+NARROW_STARTS = (0.03, *STARTS)  # where a narrow peak is seen
 TURNS = ((1.0, 1.0), (1.6, 1.0), (1.0, 1.6), (0.625, 1.0), (1.0, 0.625))  # stretch and skew
 ROUNDS = 4  # of reweighting
 ROUNDS_OF_ROWS = 2  # whose weights are known: only the size of their noise is found
@@ -73,7 +75,7 @@ def search_lobes(
         precision = counts * weight / (deviation * scale) ** 2
         profile = Profile(cells, design, precision, penalty, common)
         if turn == 0 and free:
-            best = _best_start(profile, start, free)
+            best = _best_start(profile, start, free, cells.peaked)
         if refine:
             best = descend(profile, best, COARSE if turn == 0 and free else FINE, tolerance)
         fitted = Model(basis, *profile.model_parts(best))
@@ -108,9 +110,9 @@ def common_error(cells: Cells, predicted: np.ndarray, view_errors: np.ndarray | 
 
 
 def thinned(cells: Cells, deviation: np.ndarray) -> tuple[Cells, np.ndarray]:
-    """At most about :data:`SEARCH_CELLS` cells, evenly taken."""
-    step = -(-len(cells) // SEARCH_CELLS)
-    return cells.take(np.arange(0, len(cells), step)), deviation[::step]
+    """At most about :data:`SEARCH_CELLS` cells, evenly taken but of a narrow peak."""
+    kept = evenly(cells, SEARCH_CELLS)
+    return cells.take(kept), deviation[kept]
 
 
 def starting_shape(family: Family, roughness: float, turn: tuple[float, float] = TURNS[0]) -> np.ndarray:
@@ -118,12 +120,12 @@ def starting_shape(family: Family, roughness: float, turn: tuple[float, float] =
     return np.array([start[name] for name in family.shape_names])
 
 
-def _best_start(profile: Profile, start: LobeSet, free: int) -> LobeSet:
+def _best_start(profile: Profile, start: LobeSet, free: int, peaked: bool) -> LobeSet:
     kept = start.shapes[: len(start.shapes) - free]
     anew = start.families[len(kept) :]
     trials = []
     for turn in TURNS if any(family.turning for family in anew) else TURNS[:1]:
-        for roughness in STARTS:
+        for roughness in NARROW_STARTS if peaked else STARTS:
             new = tuple(starting_shape(family, roughness, turn) for family in anew)
             trials.append(LobeSet(start.families, kept + new))
     return min(trials, key=profile.cost)

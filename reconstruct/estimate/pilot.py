@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from photogonio.reconstruct.estimate.binning_error import binning, lamp_size
+from photogonio.reconstruct.estimate.binning_error import blur, displaced
 from photogonio.reconstruct.estimate.lobe_search import (
     SEARCH_CELLS,
     Fitted,
@@ -18,6 +18,7 @@ from photogonio.reconstruct.estimate.lobe_search import (
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior
+from photogonio.reconstruct.estimate.narrow_gloss import evenly
 from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
 from photogonio.reconstruct.estimate.weights import FREE, ViewScales, error_model, view_scales
 from photogonio.reconstruct.lobes.families import (
@@ -27,6 +28,7 @@ from photogonio.reconstruct.lobes.families import (
     retro_lobe,
     round_lobe,
     second_lobe,
+    tail_lobe,
 )
 from photogonio.reconstruct.table.cells import Cells
 
@@ -34,6 +36,7 @@ PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
 PILOT_TOLERANCE = 3e-3  # of the logarithms of lobe shapes
 ROUNDS = 3  # stray light from a model of the surface, and the model without it
+ROUNDS_OF_PEAKS = 8  # likewise, of what blurs a narrow peak
 SETTLED = 0.05  # rms over the cells, of their errors
 SETTLED_SCALE = 1e-3  # of a view's scale
 START = 0.25  # roughness
@@ -91,19 +94,24 @@ def clean(
     """
     progress("pilot fits")
     kinds = _kinds(lobes, absolute, binned=seen.binned, free_peaks=free_peaks) if kinds is None else kinds
-    left_out = np.zeros(len(seen.groups), bool)
+    left_out, doubt = np.zeros(len(seen.groups), bool), seen.doubt
     scales = ViewScales.none(view_errors)
     light = added = np.zeros_like(seen.value)
     work = _piloted(seen, added, scales, kinds)
     many_views = len(np.unique(seen.group)) > 1
     turns = rounds if many_views or stray is not None or seen.binned else 0
+    if seen.peaked:  # what blurs a peak depends on its core and its tails
+        work = _with_second_lobe(work, lobes, absolute)
     if stray is not None:
         progress("stray light")
-    for _ in range(turns):
+    for _ in range(max(turns, ROUNDS_OF_PEAKS) if seen.peaked else turns):
         reference = work.reference.model
         if stray is not None:
             light = stray(work.cells, reference)
-        blurred = binning(work.cells, reference) + lamp_size(work.cells, reference)
+        blurred = blur(seen, reference)
+        if seen.peaked and not reference.turning:
+            told = 0.0 if doubt is None else doubt
+            seen = replace(seen, doubt=np.hypot(told, displaced(seen, reference)))
         added, before = light + blurred, (added, scales.factor)
         if many_views:
             believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
@@ -120,6 +128,9 @@ def clean(
     if turns:
         work = _piloted(seen, added, scales, kinds)
     work = _with_second_lobe(work, lobes, absolute)
+    for _ in range(turns if seen.peaked else 0):
+        added = light + blur(seen, work.reference.model)
+        work = _piloted(seen, added, scales, [one.model.lobes for one in work.pilots], anew=False)
     return replace(
         work,
         stray=light,
@@ -137,7 +148,7 @@ def _settled(added: np.ndarray, factor: np.ndarray, deviation: np.ndarray) -> bo
 def _few(work: Cleaned) -> tuple[Cells, np.ndarray]:
     """Some of the cells, and what the likeliest pilot says of them: of those that are surer than :data:`TELLING`, if
     there are enough, since what is all but black agrees with nothing."""
-    chosen = np.arange(0, len(work.cells), -(-len(work.cells) // SEARCH_CELLS))
+    chosen = evenly(work.cells, SEARCH_CELLS)
     few, deviation = work.cells.take(chosen), work.deviation[chosen]
     predicted = work.reference.model.evaluate(few)
     sure = deviation.mean(1) <= TELLING * np.abs(predicted).mean(1)
@@ -242,7 +253,15 @@ def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Clean
         for family in _seconds(first.families[0], absolute):
             both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
             pilots.append(_pilot(work, both, 1))
+        if work.cells.peaked and first.families[0].has_ground and not first.turning:
+            pilots.append(_pilot(work, _core_and_tails(first, absolute), 1))
     return replace(work, pilots=tuple(pilots))
+
+
+def _core_and_tails(lobes: LobeSet, absolute: bool) -> LobeSet:
+    """A gloss of one interface whose slopes are of two kinds, each a part of the surface."""
+    core, tail = replace(lobes.families[0], absolute=False), tail_lobe(absolute=absolute)
+    return LobeSet((core, tail), (lobes.shapes[0][:1], starting_shape(tail, START)))
 
 
 def _seconds(first: Family, absolute: bool) -> tuple[Family, ...]:

@@ -47,6 +47,7 @@ class Family:
     # of a peak: what lies about what; "light": the exit direction about the light's own, "mirror": about the mirror
     # direction, "normal": the half vector about the normal
     about: str = "light"
+    bare: bool = False  # a dielectric lobe of a free weight without a ground of its own
 
     @property
     def in_file(self) -> bool:
@@ -82,12 +83,14 @@ class Family:
             return ("weight",)
         if self.fresnel == "schlick":
             return ("f0",) if self.absolute else ("weight f0", "weight (1 - f0)")
+        if self.bare:
+            return ("weight",)
         return ("ground",) if self.absolute else ("weight", "ground")
 
     @property
     def has_ground(self) -> bool:
         """Whether the last coefficient is that of a diffuse ground under the coat."""
-        return self.fresnel == "dielectric"
+        return self.fresnel == "dielectric" and not self.bare
 
     def upper_bounds(self) -> np.ndarray:
         """Of the coefficients, (q,); all lower bounds are 0."""
@@ -135,6 +138,12 @@ def second_lobe(*, absolute: bool) -> Family:
     return Family("second", "schlick", "correlated", False, limit=1.0 if absolute else np.inf)
 
 
+def tail_lobe(*, absolute: bool) -> Family:
+    """The tails of a gloss whose core is another lobe: of the same interface, so that Fresnel's term is the same."""
+    limit = 1.0 if absolute else np.inf
+    return Family("tail", "dielectric", "correlated", False, limit=limit, bare=True)
+
+
 def lobe_columns(
     family: Family,
     shape: np.ndarray,
@@ -161,6 +170,8 @@ def lobe_columns(
         return second, (first - second)[:, None]
     if family.absolute:
         return first, second[:, None]
+    if family.bare:
+        return np.zeros_like(first), first[:, None]
     return np.zeros_like(first), np.column_stack([first, second])
 
 

@@ -15,6 +15,7 @@ from photogonio.reconstruct.reduce.ray_grid import ORDER
 from photogonio.reconstruct.reduce.sums_kernel import gather
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
 from photogonio.reconstruct.table.facets import facet_of
+from photogonio.reconstruct.table.refinement import FINEST_NEAR, NEAR_SLOPE2
 
 INSIDE = 1e-12  # sine of the distance from a facet's edges at which a direction is surely inside
 _OUTLINE, _COVERED, _UNLIT, _GRAZING, _SHADOWED, _SATURATED, _INVALID, _ = range(len(LEFT_OUT))
@@ -248,9 +249,11 @@ def _screen(valid, saturated, shift, reason, start, stop):
 
 @jit
 def _find(row, start, stop, edges, level):
-    """Keys of the pixels' facet pairs."""
+    """Keys of the pixels' facet pairs, finer toward the mirror direction."""
     incident, exit_, reason, key = row.incident, row.exit, row.reason, row.key
-    facets = len(edges)
+    finer = max(FINEST_NEAR - level, 0)
+    shift = 2 * finer
+    facets = len(edges) << shift
     facet_i = facet_r = np.int64(-1)
     for x in range(start, stop):
         key[x] = -1
@@ -258,11 +261,15 @@ def _find(row, start, stop, edges, level):
             continue
         ix, iy, iz = incident[0, x], incident[1, x], incident[2, x]
         rx, ry, rz = exit_[0, x], exit_[1, x], exit_[2, x]
+        if (ix + rx) ** 2 + (iy + ry) ** 2 < NEAR_SLOPE2 * (iz + rz) ** 2:
+            fine_i, fine_r = facet_of(ix, iy, iz, level + finer), facet_of(rx, ry, rz, level + finer)
+            key[x] = np.int64(fine_i) * facets + fine_r
+            continue
         if facet_i < 0 or not _inside(edges, facet_i, ix, iy, iz):
             facet_i = facet_of(ix, iy, iz, level)
         if facet_r < 0 or not _inside(edges, facet_r, rx, ry, rz):
             facet_r = facet_of(rx, ry, rz, level)
-        key[x] = facet_i * facets + facet_r
+        key[x] = (facet_i << shift) * facets + (facet_r << shift)
 
 
 @jit

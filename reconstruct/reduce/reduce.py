@@ -22,7 +22,7 @@ from photogonio.reconstruct.reduce.directions import (
 from photogonio.reconstruct.reduce.fused import Frame, reduce_region, rig_of
 from photogonio.reconstruct.reduce.ray_grid import Lens, lens_of
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, FacetTable, accumulate, table_of_sums
-from photogonio.reconstruct.table.facets import facet_index
+from photogonio.reconstruct.table.refinement import finer_of, refined_facets
 
 SAMPLED = 1024  # pixels of the region, about, that a view's typical variance is taken from
 Region = tuple[int, int, int, int]
@@ -56,6 +56,7 @@ def reduce_view(
         keys=keys,
         sums=sums,
         left_out=left_out[None],
+        finer=finer_of(level),
     )
 
 
@@ -70,13 +71,14 @@ def reduce_view_plainly(
     samples = samples_of(scene, pairs, _cut(radiance, region), omega=omega)
     kept = samples.reason == USED
     incident, exit_ = pairs.incident[kept], pairs.exit[kept]
+    facet_i, facet_r = refined_facets(incident, exit_, level, finer_of(level))
     return accumulate(
         level=level,
         channels=setup.channels,
         name=view.name,
         isotropic=scene.isotropic,
-        facet_i=facet_index(incident, level),
-        facet_r=facet_index(exit_, level),
+        facet_i=facet_i,
+        facet_r=facet_r,
         incident=incident,
         exit=exit_,
         place=pairs.point[kept],
@@ -84,6 +86,7 @@ def reduce_view_plainly(
         value=samples.value[kept],
         variance=samples.variance[kept],
         left_out=np.bincount(samples.reason[samples.reason >= 0], minlength=len(LEFT_OUT)),
+        finer=finer_of(level),
     )
 
 

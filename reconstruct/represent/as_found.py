@@ -40,6 +40,8 @@ def lobe_of(family: Family, shape: np.ndarray, own: np.ndarray, cover: float = 1
     if family.has_ground:
         f0, weight = (float(shape[1]), cover * one) if family.absolute else (TYPICAL_F0, own[0].copy())
         return Lobe(roughness, f0 * one, weight, "coat", ground=own[-1].copy(), **kind)
+    if family.bare:
+        return Lobe(roughness, TYPICAL_F0 * one, own[0].copy(), **kind)
     if family.absolute:
         return Lobe(roughness, own[0].copy(), cover * one, **kind)
     weight = own.sum(0)
@@ -93,7 +95,7 @@ def _is_azimuth(model: Model) -> np.ndarray:
 
 
 def _free(family: Family, lobe: Lobe) -> list[str]:
-    assumed = family.has_ground and not family.absolute
+    assumed = family.fresnel == "dielectric" and not family.absolute
     return [what for what in lobe_numbers(lobe) if not (assumed and what == "f0")]
 
 

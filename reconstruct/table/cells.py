@@ -8,6 +8,7 @@ import numpy as np
 
 from photogonio.reconstruct.modes.angles import pair_angles, spherical_angles
 from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.refinement import near_mirror
 
 LEAST_SAMPLES = 3  # a cell of fewer pixels is mostly edge
 LEAST_ANGLE = 1e-3  # radians: nearer to the normal an azimuth means nothing
@@ -38,6 +39,7 @@ class Cells:
     doubt: np.ndarray | None = (
         None  # (n, c) standard error, 1/sr, of the value by stray light that is not known
     )
+    peaked: bool = False  # a narrow gloss is seen: cells near the mirror direction are kept first
     robust: bool = True  # single cells that contradict the others lose their say
     canonical: bool = (
         False  # directions were turned to one incident azimuth, and folded, before they were averaged
@@ -113,8 +115,11 @@ _ROWS = (
 
 
 def cells_of(table: FacetTable) -> Cells:
-    """Means of a table's cells; of a binned table only cells of at least :data:`LEAST_SAMPLES` samples."""
+    """Means of a table's cells; of a binned table only cells of at least :data:`LEAST_SAMPLES` samples, but toward the
+    mirror direction, where facets are as fine as pixels."""
     keep = (table.weight > 0) & ((table.count >= LEAST_SAMPLES) | (table.level < 0))
+    if table.finer:
+        keep |= (table.weight > 0) & near_mirror(table.incident, table.exit)
     weight = table.weight[keep, None]
     incident, exit = table.incident[keep], table.exit[keep]
     theta_i, phi_i = spherical_angles(incident)

@@ -63,6 +63,9 @@ class FacetTable:
     left_out: np.ndarray = field(
         default_factory=_no_pixels
     )  # (g, len(LEFT_OUT)) pixels of each group by reason
+    # levels by which facets toward the mirror direction are finer; all are numbered at level + finer
+    # (photogonio.reconstruct.table.refinement)
+    finer: int = 0
 
     def __len__(self) -> int:
         return len(self.group)
@@ -93,12 +96,14 @@ def accumulate(
     value: np.ndarray,
     variance: np.ndarray,
     left_out: np.ndarray | None = None,
+    finer: int = 0,
 ) -> FacetTable:
     """One group's table from n samples.
 
     ``incident`` and ``exit`` are unit vectors (n, 3) in the tangent frame, already turned if ``isotropic``,
-    and lie in ``facet_i`` and ``facet_r`` (n,); ``place`` (n, 3); ``omega`` (n,); ``value`` and ``variance``
-    (n, c), 1/sr and its square; ``left_out`` counts by reason.
+    and lie in ``facet_i`` and ``facet_r`` (n,), numbered at ``level + finer``;
+    ``place`` (n, 3); ``omega`` (n,); ``value`` and ``variance`` (n, c), 1/sr and its square;
+    ``left_out`` counts by reason.
     """
     omega = omega[:, None]
     sums = np.hstack(
@@ -119,9 +124,10 @@ def accumulate(
         channels=channels,
         groups=(name,),
         isotropic=isotropic,
-        keys=pair_keys(np.zeros(len(omega), np.int64), facet_i, facet_r, level),
+        keys=pair_keys(np.zeros(len(omega), np.int64), facet_i, facet_r, level + finer),
         sums=sums,
         left_out=counts[None],
+        finer=finer,
     )
 
 
@@ -148,6 +154,7 @@ def table_of_sums(
     keys: np.ndarray,
     sums: np.ndarray,
     left_out: np.ndarray,
+    finer: int = 0,
 ) -> FacetTable:
     """The table of rows of sums (n, 11 + 3 c), those of one key added in the order in which they come."""
     order = np.argsort(keys, kind="stable")
@@ -155,13 +162,14 @@ def table_of_sums(
     starts = np.flatnonzero(np.diff(keys, prepend=-1))
     if len(starts):
         sums = np.add.reduceat(sums, starts, axis=0)
-    group, facet_i, facet_r = split_keys(keys[starts], level)
+    group, facet_i, facet_r = split_keys(keys[starts], level + finer)
     c = len(channels)
     parts = np.split(sums, np.cumsum([1, 1, c, c, c, 3, 3]), axis=1)
     columns = {n: np.ascontiguousarray(p) for n, p in zip(SUMS, parts, strict=True)}
     columns["count"], columns["weight"] = columns["count"][:, 0], columns["weight"][:, 0]
+    sorted_by = (group, facet_i, facet_r)
     return FacetTable(
-        level, channels, groups, isotropic, group, facet_i, facet_r, **columns, left_out=left_out
+        level, channels, groups, isotropic, *sorted_by, **columns, left_out=left_out, finer=finer
     )
 
 
@@ -174,7 +182,7 @@ def add_tables(tables: Sequence[FacetTable]) -> FacetTable:
         raise ValueError("add_tables: no table was given")
     first = tables[0]
     for table in tables[1:]:
-        for key in ("level", "channels", "isotropic"):
+        for key in ("level", "finer", "channels", "isotropic"):
             if getattr(table, key) != getattr(first, key):
                 raise ValueError(
                     f"add_tables: {key} {getattr(table, key)} differs from {getattr(first, key)}"
@@ -187,15 +195,19 @@ def add_tables(tables: Sequence[FacetTable]) -> FacetTable:
         np.add.at(left_out, place[: len(table.left_out)], table.left_out)
     if len(groups) == sum(len(table.groups) for table in tables):
         return _one_after_another(tables, places, groups, left_out)
-    keys = [pair_keys(p[t.group], t.facet_i, t.facet_r, t.level) for t, p in zip(tables, places, strict=True)]
+    numbered = first.level + first.finer
+    keys = [
+        pair_keys(p[t.group], t.facet_i, t.facet_r, numbered) for t, p in zip(tables, places, strict=True)
+    ]
     return table_of_sums(
         level=first.level,
         channels=first.channels,
         groups=groups,
         isotropic=first.isotropic,
         keys=np.concatenate(keys),
-        sums=np.concatenate([_stacked(table) for table in tables]),
+        sums=np.concatenate([stacked(table) for table in tables]),
         left_out=left_out,
+        finer=first.finer,
     )
 
 
@@ -222,7 +234,7 @@ def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:
     return replace(part, groups=groups, group=place[part.group], left_out=left_out)
 
 
-def _stacked(table: FacetTable) -> np.ndarray:
+def stacked(table: FacetTable) -> np.ndarray:
     """The table's sums as rows (n, 11 + 3 c). Inverse of the split in :func:`table_of_sums`."""
     columns = [getattr(table, name) for name in SUMS]
     return np.hstack([c[:, None] if c.ndim == 1 else c for c in columns])

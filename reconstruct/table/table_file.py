@@ -85,6 +85,7 @@ def table_in(content: bytes, where: object) -> FacetTable:
 
 
 def _with(arrays: dict[str, np.ndarray], path: object) -> tuple[FacetTable, dict[str, np.ndarray]]:
+    arrays = {"finer": np.array(0)} | arrays  # older files have one level of facets
     names = [f.name for f in fields(FacetTable)]
     missing = [name for name in ("format", *names) if name not in arrays]
     if missing:
@@ -98,16 +99,18 @@ def _with(arrays: dict[str, np.ndarray], path: object) -> tuple[FacetTable, dict
 def _table(path: object, arrays: Mapping[str, np.ndarray]) -> FacetTable:
     level, isotropic = _whole(path, arrays, "level"), bool(_whole(path, arrays, "isotropic"))
     channels, groups = _names(path, arrays, "channels"), _names(path, arrays, "groups")
-    if not -1 <= level <= FINEST or not 1 <= len(channels) <= MOST_CHANNELS:
+    finer = _whole(path, arrays, "finer")
+    fits = -1 <= level <= FINEST - finer and finer >= 0 and (level >= 0 or not finer)
+    if not fits or not 1 <= len(channels) <= MOST_CHANNELS:
         raise InputError(path, f"has facets of level {level} and {len(channels)} channels")
     n = arrays["group"].shape[0] if arrays["group"].ndim else 0
-    facets = facet_count(level) if level >= 0 else max(n, 1)
+    facets = facet_count(level + finer) if level >= 0 else max(n, 1)
     numbers = {"group": len(groups), "facet_i": facets, "facet_r": facets}
     indices = {name: _indices(path, arrays, name, n, below) for name, below in numbers.items()}
     sums = {name: _sums(path, arrays, name, n, _WIDTHS.get(name, len(channels))) for name in SUMS}
     _check_directions(path, sums)
     left_out = _left_out(path, arrays["left_out"], len(groups))
-    return FacetTable(level, channels, groups, isotropic, **indices, **sums, left_out=left_out)
+    return FacetTable(level, channels, groups, isotropic, **indices, **sums, left_out=left_out, finer=finer)
 
 
 def _whole(path: object, arrays: Mapping[str, np.ndarray], name: str) -> int:

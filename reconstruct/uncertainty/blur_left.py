@@ -12,16 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from photogonio.reconstruct.estimate.model import Model
-from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
+from photogonio.reconstruct.estimate.narrow_gloss import half_angles
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 
 MOST = 0.5  # of a roughness
-
-
-def half_angles(cells: Cells) -> np.ndarray:
-    """(n,) angle of the half vector from the normal, radians."""
-    return half_difference(unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi))[0]
 
 
 def blur_left(model: Model, cells: Cells) -> np.ndarray:

@@ -201,7 +201,7 @@ def test_the_binning_error_is_what_they_would_differ_by(direct, monkeypatch):
         seen = simulate(GLOSS, Plan(level=level, **CLEAR))
         corrected = fit_table(seen, ONE_LOBE)
         with monkeypatch.context() as patch:
-            patch.setattr(clean, "binning", lambda cells, model: np.zeros_like(cells.value))
+            patch.setattr(clean, "blur", lambda cells, model: np.zeros_like(cells.value))
             plain = fit_table(seen, ONE_LOBE)
         assert (reported(plain) == 0.0).all()
         assert (apart(plain, direct) > reported(corrected)).all()

@@ -1,0 +1,64 @@
+"""Narrow gloss: whether cells show one, and how cells are thinned without losing it.
+
+A peak of roughness 0.03 fills a thousandth of the pairs of directions: of cells taken evenly a search would see one or
+none. Where cells show such a peak, those near the mirror direction are kept first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
+from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.refinement import NEAR
+
+TOP = np.radians(2.0)  # of the half vector from the normal: what holds the top of a narrow peak
+FLANK = np.radians([6.0, 9.0])  # what lies beside it
+NARROW = 2.5  # times as high as beside it: roughness up to about 0.1 over a dark ground
+FEWEST = 3  # cells of each
+LARGEST_PART = 0.5  # of the cells that are kept
+STEEPEST = np.radians(72.0)  # nearer to grazing the top is not told from the flank
+
+
+def half_angles(cells: Cells) -> np.ndarray:
+    """(n,) angle of the half vector from the normal, radians."""
+    return half_difference(unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi))[0]
+
+
+def is_narrow(cells: Cells) -> bool:
+    """Whether ``cells`` of photos show a peak about the mirror direction that is hardly wider than some facets."""
+    if not cells.binned:
+        return False
+    half, value = half_angles(cells), cells.value.max(1)
+    steep = np.maximum(cells.theta_i, cells.theta_r) < STEEPEST
+    top = value[steep & (half < TOP)]
+    beside = value[steep & (half > FLANK[0]) & (half < FLANK[1])]
+    if min(len(top), len(beside)) < FEWEST:
+        return False
+    return bool(np.median(top) > NARROW * max(float(np.median(beside)), 0.0))
+
+
+def evenly(cells: Cells, most: int) -> np.ndarray:
+    """Indices, ascending, of at most about ``most`` cells: evenly taken, but of a narrow peak as many as there are."""
+    if len(cells) <= most:
+        return np.arange(len(cells))
+    if not cells.peaked:
+        return np.arange(0, len(cells), -(-len(cells) // most))
+    near = half_angles(cells) < NEAR
+    part = _some(np.flatnonzero(near), int(LARGEST_PART * most))
+    rest = _some(np.flatnonzero(~near), most - len(part))
+    return np.sort(np.concatenate([part, rest]))
+
+
+def _some(rows: np.ndarray, most: int) -> np.ndarray:
+    return rows[np.linspace(0, len(rows), min(most, len(rows)), endpoint=False).astype(int)]
+
+
+def fewer(cells: Cells, most: int) -> Cells:
+    """``cells``, of which at most ``most``, with what they show of a narrow peak told."""
+    cells = replace(cells, peaked=is_narrow(cells))
+    if len(cells) <= most:
+        return cells
+    return cells.take(evenly(cells, most) if cells.peaked else _some(np.arange(len(cells)), most))
