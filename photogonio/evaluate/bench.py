@@ -107,6 +107,7 @@ def direct_table(bench: Bench, count: int) -> FacetTable:
         facet_i=rows,
         facet_r=rows.copy(),
         count=np.ones(len(rows)),
+        finer=0,
         **joined,
     )
     return bench.usable(table)

@@ -83,20 +83,17 @@ def blur(cells: Cells, model: Model) -> np.ndarray:
     if not cells.peaked or cells.turn is None or not model.lobes.families or model.turning:
         return added
     near = np.flatnonzero(half_angles(cells) < NEAR)
-    added[near] = _peak_blur(cells.take(near), model)
+    added[near] = _peak_blur(cells.take(near), np.sqrt(cells.turn[near]), model)
     return added
 
 
-def _peak_blur(cells: Cells, model: Model) -> np.ndarray:
-    """The same of the lobes alone: modes change little over a cell."""
+def _peak_blur(cells: Cells, turn: np.ndarray, model: Model) -> np.ndarray:
+    """The same of the lobes alone, ``turn`` (n, 2) being deviations: modes change little over a cell."""
     lobes = replace(model, coefficients=np.zeros_like(model.coefficients[:1]), basis=Basis("isotropic", 0))
     start = unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi)
     total, means = np.zeros((len(cells), model.coefficients.shape[1])), np.zeros((2, len(cells), 3))
     for (a, first), (b, second) in product(NORMAL_RULE, NORMAL_RULE):
-        turned = [
-            _turned(_turned(one, 0, a * np.sqrt(cells.turn[:, 0])), 1, b * np.sqrt(cells.turn[:, 1]))
-            for one in start
-        ]
+        turned = [_turned(_turned(one, 0, a * turn[:, 0]), 1, b * turn[:, 1]) for one in start]
         theta_i, theta_r, dphi = pair_angles(*turned)
         turned = [unit_vectors(theta_i, 0.0), unit_vectors(theta_r, dphi)]  # both sides of the plane alike
         total += first * second * _over_lamp(cells, turned, lobes)
