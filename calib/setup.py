@@ -105,6 +105,9 @@ class PrintTone:
     misfit: float  # relative, of white print's light
     photos: int  # that told it
     scale_error: float  # relative, of the sample's light over the paper's
+    surround: float = (
+        0.0  # by how much white print is dimmer where it is bright round about, slope of logarithms
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -233,6 +233,7 @@ def _tone(data: Mapping[str, Any], c: int) -> PrintTone:
         misfit=_given(data["misfit"]),
         photos=int(_given(data["photos"])),
         scale_error=_given(data["scale_error"]),
+        surround=_given(data.get("surround", 0.0)),
     )
 
 

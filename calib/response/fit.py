@@ -16,6 +16,7 @@ import numpy as np
 from photogonio.calib.response.curve import BENDS, Curves, steepness
 from photogonio.calib.response.paper_codes import PaperCodes
 from photogonio.calib.response.paper_light import design_of, direct_light, light_of
+from photogonio.calib.response.surround_tone import by_surroundings
 from photogonio.calib.response.unknowns import NO_SCATTER, Unknowns, expectations, raised, scatter_of
 from photogonio.capture import robust
 from photogonio.capture.containers.tone import srgb
@@ -42,6 +43,7 @@ class FittedResponse:
     black_misfit: float  # of black
     veil: float  # light over whole pictures, a share of white
     lens: np.ndarray  # (2,) terms of what it darkens
+    surround: float = 0.0  # slope of white print's miss by the light round about: see surround_tone
 
 
 def fit_response(photos: Sequence[PaperCodes]) -> FittedResponse:
@@ -96,7 +98,8 @@ def _finished(
     places = {n: values[layout.places + 3 * k :][:3] for k, n in enumerate(layout.lights)}
     misfit, black = _misfits(layout, photos, values)
     ink, lens = np.exp(values[layout.ink :][: layout.channels]), values[layout.lens : layout.veil]
-    return FittedResponse(curves, places, ink, misfit, black, float(values[layout.veil]), lens)
+    around = by_surroundings(layout, photos, values)
+    return FittedResponse(curves, places, ink, misfit, black, float(values[layout.veil]), lens, around)
 
 
 def _approached(

@@ -19,6 +19,8 @@ _SIZE = 511  # of its table: codes of 8 bits are among them
 _UNKNOWN = 0.05  # relative error where the sample's codes cannot be read
 
 _UNSURE = 0.02  # relative: of that, what is told
+# of codes that hang on what lies round about: what white print misses, and its slope by that, at least
+_MISFIT, _LOCAL = 0.006, 0.005
 
 
 def tone_of_print(photoset: PhotoSet, setup: Setup, read: CodeReader) -> PrintTone:
@@ -45,6 +47,7 @@ def tone_of_print(photoset: PhotoSet, setup: Setup, read: CodeReader) -> PrintTo
         misfit=fitted.misfit,
         photos=len(photos),
         scale_error=_scale_error(fitted, photos, samples),
+        surround=fitted.surround,
     )
 
 
@@ -67,7 +70,7 @@ def _scale_error(
 
 def with_tone(setup: Setup, tone: PrintTone) -> Setup:
     """A setup that was found with it: what it leaves unsure all strengths share."""
-    found = tuple(one for one in (tone_doubt(tone),) if one is not None)
+    found = tuple(one for one in (tone_doubt(tone), tone_local(tone)) if one is not None)
     error = float(np.hypot(setup.scale_error, tone.scale_error))
     return replace(setup, tone=tone, scale_error=error, diagnoses=setup.diagnoses + found)
 
@@ -81,6 +84,18 @@ def tone_doubt(tone: PrintTone) -> Diagnosis | None:
         f"{tone.scale_error:.1%}, which the stated errors hold; RAW photos or brackets would not"
     )
     return Diagnosis("tone-curve-unsure", message, tone.scale_error, least=_UNSURE, allowed=True)
+
+
+def tone_local(tone: PrintTone) -> Diagnosis | None:
+    """What there is to say where codes hang on what lies round about."""
+    if tone.misfit <= _MISFIT or tone.surround >= -_LOCAL:
+        return None
+    message = (
+        f"the photos were toned locally: white paper misses its lamp's light by {tone.misfit:.1%}, and is the dimmer "
+        f"the brighter it is round about (to the power {tone.surround:.2f}); no one curve undoes that, and the result "
+        "may be off by more than is stated; take RAW photos, or turn HDR and scene optimisation off"
+    )
+    return Diagnosis("tone-not-global", message, -tone.surround, least=_LOCAL)
 
 
 def tone_note(tone: PrintTone) -> str:
