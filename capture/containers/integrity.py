@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 
 import deflate
@@ -10,6 +11,7 @@ PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 JPEG_START = b"\xff\xd8"
 JPEG_BARE = {0x01, *range(0xD0, 0xD9)}  # markers without a length
 JPEG_SCAN, JPEG_END = 0xDA, 0xD9
+AFTER_SCAN = re.compile(rb"\xff[^\x00\xd0-\xd7]", re.DOTALL)
 
 
 def fault(data: bytes) -> str | None:
@@ -65,10 +67,5 @@ def jpeg_fault(data: bytes) -> str | None:
 
 def scan_end(data: bytes, place: int) -> int:
     """The next marker after entropy-coded data, in which 0xFF is followed by 0 or a restart marker."""
-    while True:
-        place = data.find(b"\xff", place)
-        if place < 0 or place + 1 >= len(data):
-            return len(data)
-        if data[place + 1] != 0 and not 0xD0 <= data[place + 1] <= 0xD7:
-            return place
-        place += 2
+    found = AFTER_SCAN.search(data, place)
+    return len(data) if found is None else found.start()

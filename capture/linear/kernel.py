@@ -103,15 +103,26 @@ def line_level(pixels, scale, offset, clip, level, usable):
 @jit
 def table_level(pixels, values, clip, level, usable):
     """The same of a curve: ``values`` (codes, c), already over the number of channels."""
+    channels, curve = np.uint64(pixels.shape[2]), values.copy().reshape(-1)
+    one, two = np.uint64(1), np.uint64(2)
     for y in range(len(pixels)):
-        for x in range(pixels.shape[1]):
-            total, free = np.float32(0.0), True
-            for c in range(pixels.shape[2]):
-                code = pixels[y, x, c]
-                total += values[code, c]
-                free &= code < clip
-            level[y, x] = total
-            usable[y, x] = free
+        codes, light, below = pixels[y].reshape(-1), level[y], usable[y]
+        if channels == 3:
+            for x in range(np.uint64(len(light))):
+                a, b, c = codes[3 * x], codes[3 * x + one], codes[3 * x + two]
+                light[x] = (
+                    curve[3 * np.uint64(a)] + curve[3 * np.uint64(b) + one] + curve[3 * np.uint64(c) + two]
+                )
+                below[x] = (a < clip) & (b < clip) & (c < clip)
+        else:
+            for x in range(np.uint64(len(light))):
+                total, free = np.float32(0.0), True
+                for k in range(channels):
+                    code = codes[channels * x + k]
+                    total += curve[channels * np.uint64(code) + k]
+                    free &= code < clip
+                light[x] = total
+                below[x] = free
 
 
 @jit
