@@ -49,6 +49,22 @@ class Tree:
             place = np.where(inner[:, None], 2 * place - bits, place)
         return np.where((incident[:, 2] > 0) & (exit[:, 2] > 0), self.value[node], 0.0)[:, None]
 
+    def albedo(self, incident: np.ndarray) -> np.ndarray:
+        """(n, 1) directional albedo of light from unit vectors (n, 3): cells' areas are projected solid angles."""
+        exit = np.broadcast_to([0.0, 0.0, 1.0], incident.shape)
+        place = self._places(np.asarray(incident, float), exit)[:, : self.axes - 2]
+        whose, node = np.arange(len(place)), np.zeros(len(place), int)
+        sent, area = np.zeros(len(place)), np.pi
+        steps = (1 << (self.axes - 2)) * np.arange(4)  # of a cell's parts, those of the two exit axes
+        while len(node):
+            leaf = self.child[node] < 0
+            np.add.at(sent, whose[leaf], area * self.value[node[leaf]])
+            bits = (place >= 0.5).astype(int)
+            place, step = 2 * place - bits, bits @ (1 << np.arange(self.axes - 2))
+            below = self.child[node[~leaf]] + step[whose[~leaf]]
+            node, whose, area = (below[:, None] + steps).ravel(), np.repeat(whose[~leaf], 4), 0.25 * area
+        return sent[:, None]
+
     def _places(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         (theta_i, phi_i), (theta_r, phi_r) = spherical_angles(incident), spherical_angles(exit)
         if self.axes == 4:

@@ -47,6 +47,11 @@ class AngleBasis:
     def __len__(self) -> int:
         return int(self.patches.sum())
 
+    def areas(self) -> np.ndarray:
+        """(patches,) projected solid angles."""
+        rings = np.pi * np.diff(np.sin(np.append(self.lower, 0.5 * np.pi)) ** 2) / self.patches
+        return np.repeat(rings, self.patches)
+
     def index(self, directions: np.ndarray) -> np.ndarray:
         """(n,) patch of each of the directions (n, 3)."""
         theta, phi = spherical_angles(directions)
@@ -85,6 +90,11 @@ class PatchMatrix:
         """f (n, 1), 1/sr, of unit vectors (n, 3): the patches', as in Radiance."""
         f = self.value[self.exit.index(exit), self.incident.index(incident * [-1.0, -1.0, 1.0])]
         return np.where((incident[:, 2] > 0) & (exit[:, 2] > 0), f, 0.0)[:, None]
+
+    def albedo(self, incident: np.ndarray) -> np.ndarray:
+        """(n, 1) directional albedo of light from unit vectors (n, 3)."""
+        sent = self.exit.areas() @ self.value
+        return sent[self.incident.index(incident * [-1.0, -1.0, 1.0])][:, None]
 
 
 def matrix_of(block: ElementTree.Element, structure: str, bases: dict[str, AngleBasis]) -> PatchMatrix:

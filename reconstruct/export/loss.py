@@ -12,6 +12,7 @@ from photogonio.reconstruct.modes.angles import unit_vectors
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3) -> (n, c), 1/sr
 ANGLES = (0.0, 30.0, 60.0, 75.0, 85.0, 88.0)  # degrees of incidence at which albedos are compared
+TURNS = (0.0, 70.0)  # incident azimuths, of a surface that changes as it turns
 MASKS = (60.0, 80.0)  # degrees
 _PAIRS = 60_000
 _POLAR, _AZIMUTHS = 48, 96  # nodes of an albedo's quadrature
@@ -53,7 +54,8 @@ def loss_of(
     """Compare ``exported`` with the BRDF; ``convert`` takes the source's channels (n, c) to the file's.
 
     With ``gathered`` albedos are of even light that is sent toward a viewer at each angle, what a renderer that starts
-    at the camera adds up; of a reciprocal BRDF that is the same.
+    at the camera adds up; of a reciprocal BRDF that is the same. Cells' edges are no work for a quadrature: of an
+    ``exported`` that has an ``albedo`` of its own, of incident unit vectors (n, 3), it is asked.
     """
 
     def source(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
@@ -64,14 +66,20 @@ def loss_of(
     isotropic = not brdf.turning
     rms = tuple(_rms(source, exported, np.radians(mask), rng, isotropic=isotropic) for mask in MASKS)
     ratios, brightest = [], 0.0
-    for angle in ANGLES:
+    for angle in np.radians(ANGLES):
         there, here = (
-            _albedo(_exchanged(f) if gathered else f, np.radians(angle)) for f in (exported, source)
+            np.array([_albedo(_exchanged(f) if gathered else f, angle, turn) for turn in _turns(isotropic)])
+            for f in (exported, source)
         )
-        ratio = there / np.maximum(here, 1e-12)
+        ratio = (there / np.maximum(here, 1e-12)).ravel()
         ratios.append(float(ratio[np.argmax(np.abs(ratio - 1))]))
         brightest = max(brightest, float(there.max()))
     return Loss(rms, tuple(ratios), brightest)
+
+
+def _turns(isotropic: bool) -> np.ndarray:
+    """Incident azimuths, radians, at which albedos are compared."""
+    return np.zeros(1) if isotropic else np.radians(TURNS)
 
 
 def _exchanged(f: Evaluate) -> Evaluate:
@@ -112,11 +120,16 @@ def _lifted(disk: np.ndarray) -> np.ndarray:
     return np.column_stack([disk, np.sqrt(np.maximum(1 - (disk**2).sum(1), 0.0))])
 
 
-def _albedo(f: Evaluate, theta_i: float) -> np.ndarray:
+def _albedo(f: Evaluate, theta_i: float, phi_i: float) -> np.ndarray:
     """(c,) directional albedo."""
+    toward = unit_vectors(theta_i, phi_i)[None]
+    known = getattr(f, "albedo", None)
+    if known is not None:
+        return known(toward)[0]
     exit, weight = around(theta_i)
-    incident = np.broadcast_to(unit_vectors(theta_i, 0.0), exit.shape)
-    return np.atleast_1d(weight @ np.nan_to_num(f(incident, exit)))
+    cos, sin = np.cos(phi_i), np.sin(phi_i)
+    exit = exit @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.atleast_1d(weight @ np.nan_to_num(f(np.broadcast_to(toward, exit.shape), exit)))
 
 
 def around(theta_i: float, polar: int = _POLAR, azimuths: int = _AZIMUTHS) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.radiance_matrix import KLEMS
+from photogonio.reconstruct.brdf.radiance_matrix import KLEMS, AngleBasis
 from photogonio.reconstruct.export import radiance_xml as xml
 from photogonio.reconstruct.export.loss import ANGLES, PLACE
 from photogonio.reconstruct.export.table_grid import title
@@ -121,8 +121,7 @@ def _least_albedo(brdf: Brdf) -> np.ndarray:
 
 def _projected_solid_angles() -> np.ndarray:
     """(145,) sr, of the patches."""
-    rings = [np.pi * np.diff(np.sin(np.radians([low, high])) ** 2)[0] / count for low, high, count in KLEMS]
-    return np.repeat(rings, [count for _, _, count in KLEMS])
+    return AngleBasis.of(tuple((low, count) for low, _, count in KLEMS)).areas()
 
 
 def patch_samples(side: int = _INTO) -> tuple[np.ndarray, np.ndarray]:

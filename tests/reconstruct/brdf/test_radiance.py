@@ -139,3 +139,26 @@ def test_other_files_are_refused_by_name(tmp_path, coarse, change, said):
 def test_no_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_radiance(tmp_path / "none.xml")
+
+
+@pytest.mark.parametrize("axes", [3, 4])
+def test_albedos_are_the_sums_of_cells(tmp_path, axes):
+    """Of an even block: its numbers, times the projected solid angle of a cell, over the exit axes."""
+    numbers = np.random.default_rng(axes).uniform(size=(4,) * axes)
+    tree = parse_tree(tmp_path, "{" + " ".join(map(str, numbers.ravel())) + "}", axes)
+    theta, phi = np.radians([10.0, 40.0, 80.0]), np.array([0.3, 2.0, -2.0])
+    incident = unit_vectors(theta, phi)
+    place = (4 * tree._places(incident, incident)[:, : axes - 2]).astype(int)
+    expected = [np.pi / 16 * numbers[tuple(one)].sum() for one in place]
+    np.testing.assert_allclose(tree.albedo(incident)[:, 0], expected, rtol=1e-12)
+
+
+def test_albedos_of_a_matrix_are_its_columns_sums(tmp_path):
+    write_radiance_klems(satin(), tmp_path / "a.xml")
+    matrix = read_radiance(tmp_path / "a.xml").evaluate
+    incident = unit_vectors(np.radians([7.0, 52.0]), np.array([0.1, 1.0]))
+    rng = np.random.default_rng(0)
+    theta, phi = np.arcsin(np.sqrt(rng.uniform(size=20_000))), rng.uniform(0, 2 * np.pi, 20_000)
+    for one, albedo in zip(incident, matrix.albedo(incident)[:, 0], strict=True):
+        f = matrix(np.broadcast_to(one, (len(theta), 3)), unit_vectors(theta, phi))[:, 0]
+        assert np.pi * f.mean() == pytest.approx(albedo, abs=4 * np.pi * f.std() / np.sqrt(len(f)))
