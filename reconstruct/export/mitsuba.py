@@ -14,24 +14,30 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.mitsuba import read_tensors
+from photogonio.reconstruct.brdf.mitsuba import Mitsuba, read_tensors
+from photogonio.reconstruct.export.loss import around
 from photogonio.reconstruct.export.rgb import rgb_order
 from photogonio.reconstruct.export.table_grid import scale_in_words
 from photogonio.reconstruct.modes.angles import unit_vectors
 
 _SLICE, _INCIDENT = 96, 56  # nodes a side of a slice; incident angles
-_RETRO_SLICE, _RETRO_INCIDENT = 128, 80  # the same of a peak that stands wherever the light comes from
+# the same of a peak that stands wherever the light comes from, for a width of it
+_RETRO_SLICE, _RETRO_INCIDENT, _RETRO_WIDTH = 128, 80, 0.15
 _TURNING_SLICE, _TURNING_INCIDENT, _TURNS = (
     48,
     24,
-    25,
+    43,
 )  # the same where the sample's turn counts, and its azimuths
 _TYPES = {np.dtype("uint8"): 1, np.dtype("float32"): 10}
 _LEAST = 1e-4  # of a slice's mean: keeps every direction within reach of sampling
 _LAST = np.radians(89.5)  # incidence
+_LOOKS, _QUADRATURE = 12, (24, 64)  # angles of incidence at which light is counted, and nodes of that
+_BRIGHT = np.radians(86.0)  # the last of them
+_ADDED = 1.002  # light that slices may add
 _WAVELENGTH = re.compile(r"([0-9]+(?:\.[0-9]+)?) ?(?:nm)?")
 
 
@@ -50,8 +56,11 @@ class _Nodes:
         Azimuths begin at -pi: the reader clamps those below its first node without a word.
         """
         lobes = getattr(brdf, "lobes", ())  # tables that are handed on have none
-        retro = any(lobe.model == "retro" for lobe in lobes)
-        count, side = (_RETRO_INCIDENT, _RETRO_SLICE) if retro else (_INCIDENT, _SLICE)
+        retro = [lobe.finest for lobe in lobes if lobe.model == "retro"]
+        count, side = _INCIDENT, _SLICE
+        if retro:  # up to a file of 41 MB
+            finer = np.clip(_RETRO_WIDTH / min(retro), 1.0, 1.25)
+            count, side = int(finer * _RETRO_INCIDENT), int(finer * _RETRO_SLICE)
         if brdf.turning:
             count, side = _TURNING_INCIDENT, _TURNING_SLICE
         theta_i = _LAST * (1 - (1 - np.linspace(0.0, 1.0, count)) ** (1.5 if retro else 2.0))
@@ -78,6 +87,7 @@ def write_mitsuba(brdf: Brdf, path: Path) -> None:
     nodes = _Nodes.of(brdf)
     slices = [[_slice(brdf, nodes.slice, t, p) for t in nodes.theta_i] for p in nodes.phi_i]
     value = _between(np.stack([[v[order] for v, _ in row] for row in slices]), nodes)
+    value *= _held(brdf, value, nodes, order)[:, None, None, None]
     area = np.stack([[a for _, a in row] for row in slices])
     sampled = value.mean(axis=2) * area
     text = f"photogonio, {scale_in_words(brdf)}"
@@ -118,6 +128,34 @@ def _between(value: np.ndarray, nodes: _Nodes) -> np.ndarray:
     places = ((0, nodes.phi_i), (1, nodes.theta_i), (3, sides), (4, sides))
     less = sum(_bend(value, axis, at, around=axis in (0, 3)) for axis, at in places if len(at) > 2)
     return np.clip(value - less / 12.0, 0.5 * value, 1.5 * value)
+
+
+def _held(brdf: Brdf, value: np.ndarray, nodes: _Nodes, order: list[int]) -> np.ndarray:
+    """(theta_i,) factors that take off what light the slices add, between nodes of incidence too."""
+    table = _table(nodes, value)
+    every = nodes.theta_i[1 :: max(len(nodes.theta_i) // _LOOKS, 1)]
+    looks = np.append(0.5 * (every[1:] + every[:-1]), _BRIGHT)
+    more = np.ones(len(looks))
+    for k, theta in enumerate(looks):
+        exit, weight = around(theta, *_QUADRATURE)
+        for phi in nodes.phi_i[:: _TURNS // 4 + 1] if brdf.turning else (0.0,):
+            cos, sin = np.cos(phi), np.sin(phi)
+            toward = exit @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+            incident = np.broadcast_to(unit_vectors(theta, phi), exit.shape)
+            source = weight @ np.maximum(brdf(incident, toward), 0.0)[:, order]
+            sent = weight @ table.evaluate(incident, toward)
+            more[k] = max(more[k], (sent / np.maximum(source, 1e-300)).max() / _ADDED)
+    return 1.0 / np.interp(nodes.theta_i, looks, more)
+
+
+def _table(nodes: _Nodes, value: np.ndarray) -> Mitsuba:
+    """The values (phi_i, theta_i, c, s, s) as the reader has them."""
+    sides = np.linspace(0.0, 1.0, nodes.slice)
+    isotropic, grid = len(nodes.phi_i) == 1, np.moveaxis(value, 2, -1)
+    axes = (nodes.theta_i, sides, sides) if isotropic else (nodes.phi_i, nodes.theta_i, sides, sides)
+    table = RegularGridInterpolator(axes, grid[0] if isotropic else grid, bounds_error=False, fill_value=None)
+    names = tuple(str(k) for k in range(value.shape[2]))
+    return Mitsuba(names, isotropic, table, (float(nodes.theta_i[-1]), float(nodes.phi_i[0])))
 
 
 def _bend(value: np.ndarray, axis: int, at: np.ndarray, *, around: bool) -> np.ndarray:
