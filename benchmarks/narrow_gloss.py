@@ -29,7 +29,7 @@ from photogonio.pipeline import process
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.synthetic.scene.hard_cases import changed
 from photogonio.synthetic.scene.model import Scene
-from photogonio.synthetic.scene.plan import spiral
+from photogonio.synthetic.scene.plan import camera_places, sample_center, spiral
 from photogonio.synthetic.scene.scene import load_scene
 from photogonio.synthetic.write.photoset import synthesize
 
@@ -70,9 +70,8 @@ def drawn(shape: str, roughness: float, seed: int, folder: Path, width: int) -> 
     )
     if shape == "plane":
         moving = {"motion": "moving", "elevation": ELEVATION, "distance": (560.0, 660.0)}
-        scene = changed(
-            scene, sample={"shape": "plane"}, camera=moving, lamp={"places": _mirrored(count, rng)}
-        )
+        scene = changed(replace(scene, seed=seed), sample={"shape": "plane"}, camera=moving)
+        scene = changed(scene, lamp={"places": _mirrored(scene, rng)})
     brdf: dict[str, object] = {"model": "plastic", "albedo": ground, "roughness": roughness}
     if slopes != "ggx":
         name = f"{shape}-{roughness}-{seed}.json"
@@ -83,15 +82,18 @@ def drawn(shape: str, roughness: float, seed: int, folder: Path, width: int) -> 
     return Drawn(scene, slopes, roughness, lamp, exposures)
 
 
-def _mirrored(count: int, rng: np.random.Generator) -> tuple[tuple[float, ...], ...]:
-    """Lamps (count) of a plane, every second about where the camera of its photo sees it mirrored."""
-    camera = spiral(count, ELEVATION, start=-0.5 * np.pi)
+def _mirrored(scene: Scene, rng: np.random.Generator) -> tuple[tuple[float, ...], ...]:
+    """Lamps of a plane, every second about where the camera of its photo sees it mirrored."""
+    middle = sample_center(scene)
+    camera = camera_places(scene) - middle
+    count = len(camera)
+    camera /= np.linalg.norm(camera, axis=1, keepdims=True)
     elsewhere = spiral(count, (12.0, 85.0))
     toward = np.where(np.arange(count)[:, None] % 2, elsewhere, camera * [-1.0, -1.0, 1.0])
     toward = toward + MISSED * rng.normal(size=toward.shape)
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
     distance = rng.uniform(350.0, 500.0, count)[:, None]
-    return tuple(tuple(one) for one in (np.array([90.0, 70.0, 0.0]) + distance * toward).tolist())
+    return tuple(tuple(one) for one in (middle + distance * toward).tolist())
 
 
 def _file(slopes: str, roughness: float, ground: list[float]) -> dict[str, object]:

@@ -22,6 +22,7 @@ MOST_CELLS = 40_000  # evenly taken of more
 FLOOR = 1e-3  # of the channel's level: below it residuals are not relative to the model
 # of what binning adds: what its second order leaves. Fits of tables and of single pixels differ by 0.03 to 0.17 of it
 DOUBT = 0.15
+PEAK_DOUBT = 0.015  # likewise, of a narrow peak's blur, which is removed to the fifth order
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +60,7 @@ def misfit_of(cells: Cells, predicted: np.ndarray, added: np.ndarray | None = No
     floor = FLOOR * level(cells)
     size = np.maximum(np.abs(predicted), floor)
     relative = (cells.value - predicted) / size
-    doubt = 0.0 if added is None else DOUBT * added[::step] / size
+    doubt = 0.0 if added is None else _doubt(cells, predicted, added[::step], size)
     there, back = _both_ways(cells)
     tree = cKDTree(np.concatenate([there, back]))
     count = min(NEIGHBOURS, len(cells))
@@ -67,6 +68,14 @@ def misfit_of(cells: Cells, predicted: np.ndarray, added: np.ndarray | None = No
     mean = np.stack([column[near].mean(1) for column in relative.T], axis=1)
     chance = np.stack([column[near].var(1) for column in relative.T], axis=1) / _independent(cells, near)
     return Misfit(there, np.sqrt(np.maximum(mean**2 - chance, 0.0) + doubt**2), floor)
+
+
+def _doubt(cells: Cells, predicted: np.ndarray, added: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """What of the blur is not known, over the model's ``size`` (n, c); of a narrow peak, over what is seen if that is
+    more: a blurred peak's flank may be many times the sharp one's, which says nothing of its top."""
+    if not cells.peaked:
+        return DOUBT * added / size
+    return PEAK_DOUBT * added / np.maximum(size, np.abs(predicted + added))
 
 
 def _independent(cells: Cells, near: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior
 from photogonio.reconstruct.estimate.narrow_gloss import evenly
 from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
-from photogonio.reconstruct.estimate.weights import FREE, ViewScales, error_model, view_scales
+from photogonio.reconstruct.estimate.weights import FREE, STRAY_DOUBT, ViewScales, error_model, view_scales
 from photogonio.reconstruct.lobes.families import (
     Family,
     blinn_phong_lobe,
@@ -43,6 +43,7 @@ START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further
 TELLING = 0.1  # relative error of a cell that can contradict others
 ENOUGH = 0.05  # share of the cells
+BLUR_DOUBT = 0.05  # of what was removed as a narrow peak's blur, which is known better than to second order
 MOST_DISCORDANT = 0.3  # of the views; more cannot be the odd ones out
 
 NARROWEST = 0.045  # roughness of a peak said in modes; modes of the highest order leave a twentieth of it out
@@ -96,8 +97,8 @@ def clean(
     kinds = _kinds(lobes, absolute, binned=seen.binned, free_peaks=free_peaks) if kinds is None else kinds
     left_out, doubt = np.zeros(len(seen.groups), bool), seen.doubt
     scales = ViewScales.none(view_errors)
-    light = added = np.zeros_like(seen.value)
-    work = _piloted(seen, added, scales, kinds)
+    light = added = doubted = np.zeros_like(seen.value)
+    work = _piloted(seen, added, doubted, scales, kinds)
     many_views = len(np.unique(seen.group)) > 1
     turns = rounds if many_views or stray is not None or seen.binned else 0
     if seen.peaked:  # what blurs a peak depends on its core and its tails
@@ -113,24 +114,31 @@ def clean(
             told = 0.0 if doubt is None else doubt
             seen = replace(seen, doubt=np.hypot(told, displaced(seen, reference)))
         added, before = light + blurred, (added, scales.factor)
+        doubted = light + _doubted(seen, blurred)
         if many_views:
             believed = np.where(scales.freed, FREE, view_errors)  # a view found wrong pulls no more
-            scales = _scales(seen.with_value(seen.value - added), added, reference, view_errors, believed)
+            scales = _scales(seen.with_value(seen.value - added), doubted, reference, view_errors, believed)
         if _settled(added - before[0], scales.factor - before[1], work.deviation):
             break
-        work = _piloted(seen, added, scales, [reference.lobes], anew=False)
+        work = _piloted(seen, added, doubted, scales, [reference.lobes], anew=False)
         odd = discordant(*_few(work))
         if (left_out | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
             left_out |= odd
             keep = ~odd[seen.group]
-            seen, light, added = seen.take(keep), light[keep], added[keep]
-            work = _piloted(seen, added, scales, kinds)
+            seen, light, added, doubted = (
+                seen.take(keep),
+                light[keep],
+                added[keep],
+                doubted[keep],
+            )
+            work = _piloted(seen, added, doubted, scales, kinds)
     if turns:
-        work = _piloted(seen, added, scales, kinds)
+        work = _piloted(seen, added, doubted, scales, kinds)
     work = _with_second_lobe(work, lobes, absolute)
     for _ in range(turns if seen.peaked else 0):
-        added = light + blur(seen, work.reference.model)
-        work = _piloted(seen, added, scales, [one.model.lobes for one in work.pilots], anew=False)
+        blurred = blur(seen, work.reference.model)
+        added, doubted = light + blurred, light + _doubted(seen, blurred)
+        work = _piloted(seen, added, doubted, scales, [one.model.lobes for one in work.pilots], anew=False)
     return replace(
         work,
         stray=light,
@@ -138,6 +146,11 @@ def clean(
         contradiction=contradiction(*_few(work)),
         discordant=tuple(np.array(seen.groups)[left_out]),
     )
+
+
+def _doubted(cells: Cells, blurred: np.ndarray) -> np.ndarray:
+    """(n, c) stray light that would be as little known as the blur removed."""
+    return BLUR_DOUBT / STRAY_DOUBT * blurred if cells.peaked else blurred
 
 
 def _settled(added: np.ndarray, factor: np.ndarray, deviation: np.ndarray) -> bool:
@@ -200,9 +213,9 @@ def _without_tails(work: Cleaned, pilots: Sequence[Fitted]) -> list[Fitted]:
 
 
 def _scales(
-    cells: Cells, added: np.ndarray, reference: Model, view_errors: np.ndarray, believed: np.ndarray
+    cells: Cells, doubted: np.ndarray, reference: Model, view_errors: np.ndarray, believed: np.ndarray
 ) -> ViewScales:
-    deviation = error_model(cells, added)
+    deviation = error_model(cells, doubted)
     fitted = search_lobes(
         cells,
         deviation,
@@ -218,10 +231,16 @@ def _scales(
 
 
 def _piloted(
-    seen: Cells, added: np.ndarray, scales: ViewScales, starts: Sequence[LobeSet], *, anew: bool = True
+    seen: Cells,
+    added: np.ndarray,
+    doubted: np.ndarray,
+    scales: ViewScales,
+    starts: Sequence[LobeSet],
+    *,
+    anew: bool = True,
 ) -> Cleaned:
     cells = seen.with_value((seen.value - added) / scales.factor[seen.group, None])
-    deviation = error_model(cells, added)
+    deviation = error_model(cells, doubted)
     work = Cleaned(cells, deviation, added, scales, ())
     pilots = [_pilot(work, lobes, None if anew else 0) for lobes in starts]
     if anew:
@@ -253,9 +272,19 @@ def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Clean
         for family in _seconds(first.families[0], absolute):
             both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
             pilots.append(_pilot(work, both, 1))
-        if work.cells.peaked and first.families[0].has_ground and not first.turning:
-            pilots.append(_pilot(work, _core_and_tails(first, absolute), 1))
+        coats = [one.model.lobes for one in _by_cost(work.pilots) if _is_coat(one.model.lobes)]
+        if work.cells.peaked and coats:  # though Fresnel's term be another's, which a few views hardly tell
+            pilots.append(_pilot(work, _core_and_tails(coats[0], absolute), 1))
     return replace(work, pilots=tuple(pilots))
+
+
+def _by_cost(pilots: Sequence[Fitted]) -> list[Fitted]:
+    return sorted(pilots, key=lambda one: one.cost)
+
+
+def _is_coat(lobes: LobeSet) -> bool:
+    """Whether it is one lobe of a dielectric over a ground, alike along all axes."""
+    return len(lobes.families) == 1 and lobes.families[0].has_ground and not lobes.turning
 
 
 def _core_and_tails(lobes: LobeSet, absolute: bool) -> LobeSet:

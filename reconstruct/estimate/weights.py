@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from photogonio.capture import robust
+from photogonio.reconstruct.estimate.narrow_gloss import half_angles
 from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.refinement import NEAR
 
 PHOTO_FREEDOM = (
     4.0  # of Student's t, the loss of residuals (Lange, Little and Taylor 1989): dust, glints, penumbra
@@ -68,10 +70,12 @@ def scale_of(scaled: np.ndarray, cells: Cells) -> float:
 
 def independence(cells: Cells) -> np.ndarray:
     """(n, 1) what one cell counts for: residuals of a view hang together (geometry, stray light, texture), so that a
-    view is worth at most :data:`INDEPENDENT` cells however finely it is cut."""
+    view is worth at most :data:`INDEPENDENT` cells however finely it is cut; what it shows of a narrow peak, as many
+    again."""
     if not cells.binned:
         return np.ones((len(cells), 1))
-    return np.minimum(INDEPENDENT / np.bincount(cells.group)[cells.group], 1.0)[:, None]
+    part = 2 * cells.group + (half_angles(cells) < NEAR) if cells.peaked else cells.group
+    return np.minimum(INDEPENDENT / np.bincount(part)[part], 1.0)[:, None]
 
 
 def freedom_of(cells: Cells) -> float:

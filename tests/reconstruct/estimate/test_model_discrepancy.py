@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from photogonio.reconstruct.estimate.model_discrepancy import DOUBT, misfit_of
+from photogonio.reconstruct.estimate.model_discrepancy import DOUBT, PEAK_DOUBT, misfit_of
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
@@ -52,3 +52,13 @@ def test_a_share_of_what_binning_added_is_not_known():
     with_it = misfit_of(cells, truth, added).at(cells, truth)
     without = misfit_of(cells, truth).at(cells, truth)
     np.testing.assert_allclose(np.sqrt(with_it**2 - without**2), DOUBT * added, atol=1e-12)
+
+
+def test_of_a_narrow_peak_s_blur_less_is_unknown_and_never_more_than_a_share_of_what_is_seen():
+    cells, truth = cells_and_truth()
+    cells = replace(cells, peaked=True)
+    for times in (0.2, 30.0):  # of the sharp value, as on a steep flank
+        relative = misfit_of(cells, truth, times * truth).relative
+        without = misfit_of(cells, truth).relative
+        expected = PEAK_DOUBT * times / (1.0 + times)
+        np.testing.assert_allclose(np.sqrt(relative**2 - without**2), expected, rtol=1e-6)

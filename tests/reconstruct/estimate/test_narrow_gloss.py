@@ -9,6 +9,7 @@ from photogonio.reconstruct.estimate.binning_error import blur
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.narrow_gloss import evenly, fewer, half_angles, is_narrow
+from photogonio.reconstruct.estimate.weights import INDEPENDENT, independence
 from photogonio.reconstruct.lobes.families import families, tail_lobe
 from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
 from photogonio.reconstruct.represent.as_found import lobes_of
@@ -85,3 +86,11 @@ def test_tails_are_written_as_they_are_fitted():
     angles = (cells.theta_i, cells.theta_r, cells.dphi)
     said = sum(one.evaluate(*angles) for one in lobes_of(model))
     np.testing.assert_allclose(said, model.evaluate(cells), rtol=1e-4)  # a coat's albedo is interpolated
+
+
+def test_what_a_view_shows_of_a_narrow_peak_counts_beside_all_else():
+    cells = replace(seen(0.04), binned=True, peaked=True)
+    counts, near = independence(cells)[:, 0], half_angles(cells) < NEAR
+    assert counts[near].sum() == pytest.approx(INDEPENDENT)
+    assert counts[~near].sum() == pytest.approx(INDEPENDENT)
+    assert independence(replace(cells, peaked=False)).sum() == pytest.approx(INDEPENDENT)

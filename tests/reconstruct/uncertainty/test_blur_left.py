@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from photogonio.reconstruct.estimate.binning_error import binning
+from photogonio.reconstruct.estimate.binning_error import binning, blur
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import blinn_phong_lobe, retro_lobe
@@ -52,7 +52,8 @@ def found(cells: Cells) -> float:
 
     def missed(roughness: float) -> float:
         model = peak_of(roughness)
-        said = (model.evaluate(cells) + binning(cells, model))[:, 0]
+        added = blur(cells, model) if cells.peaked else binning(cells, model)
+        said = (model.evaluate(cells) + added)[:, 0]
         value = cells.value[:, 0]
         return float(np.sum((value - said * (said @ value) / (said @ said)) ** 2))
 
@@ -67,6 +68,14 @@ def test_what_the_second_order_leaves_lies_within_the_interval(spread):
     cells = seen(spread * PEAK)
     error = blur_left(peak_of(PEAK), cells)[0]
     assert error == pytest.approx(2 * spread**4, rel=1e-9)
+    assert abs(np.log(found(cells) / PEAK)) < 2 * error + 2e-4
+
+
+@pytest.mark.parametrize("spread", [0.2, 0.3, 0.45, 0.6])
+def test_what_the_fifth_order_leaves_of_a_narrow_peak_lies_within_the_interval(spread):
+    cells = replace(seen(spread * PEAK), peaked=True, binned=True)
+    error = blur_left(peak_of(PEAK), cells)[0]
+    assert error < blur_left(peak_of(PEAK), replace(cells, peaked=False))[0]
     assert abs(np.log(found(cells) / PEAK)) < 2 * error + 2e-4
 
 
