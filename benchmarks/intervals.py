@@ -28,12 +28,12 @@ from photogonio.evaluate.scenes import spread_over_processes
 from photogonio.face.known import KnownBrdf
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.spread import albedo_error
-from photogonio.reconstruct.fit import fit_table
+from photogonio.reconstruct.fit import PhotoErrors, fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import seen_at
 from photogonio.synthetic.brdf.library import angle_grid, make_brdf, on_grid
 from photogonio.synthetic.brdf.reflectance import Reflectance
-from tests.drawn.tables import Plan, simulate
+from tests.drawn.tables import Plan, phase_of, simulate
 
 LIMIT = np.radians(70.0)
 WIDE = 1.959964  # standard errors on either side
@@ -94,7 +94,8 @@ def drawn(seed: int) -> tuple[str, Reflectance, Plan]:
 def score(seed: int) -> Score:
     """Simulate, fit and judge one set."""
     kind, truth, plan = drawn(seed)
-    fit = fit_table(simulate(truth, plan, seed=seed))
+    known = PhotoErrors(phase=phase_of(plan, seed))  # as of photos, whose lamps and camera are known
+    fit = fit_table(simulate(truth, plan, seed=seed), known=known)
     angles = angle_grid()
     angles = angles[(angles[:, :2] < LIMIT).all(1)]
     grid = Cells.of_angles(*angles.T)

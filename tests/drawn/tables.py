@@ -6,11 +6,13 @@ scale a view, and a few pixels that are spoiled.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from photogonio.reconstruct.reduce.directions import canonical
+from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.facet_table import FacetTable, accumulate, add_tables
 from photogonio.reconstruct.table.facets import facet_index
 from photogonio.reconstruct.table.goniometer_csv import UNBINNED
@@ -72,6 +74,21 @@ def simulate(brdf: Reflectance, plan: Plan = Plan(), *, seed: int = 0) -> FacetT
             for k in range(plan.views)
         ]
     )
+
+
+def phase_of(plan: Plan, seed: int) -> Callable[[Cells], np.ndarray] | None:
+    """Cosines of the angle between lamp and camera where cells of the ball of :func:`simulate` are, as calibration
+    knows them; None of a plane."""
+    if plan.shape == "plane":
+        return None
+    cameras, lamps = _places(plan, np.random.default_rng(seed))
+
+    def cosines(cells: Cells) -> np.ndarray:
+        view = np.array([int(name[1:]) for name in cells.groups])[cells.group]
+        toward, back = (_unit(places[view] - cells.place) for places in (lamps, cameras))
+        return np.einsum("ij,ij->i", toward, back)
+
+    return cosines
 
 
 def _places(plan: Plan, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
