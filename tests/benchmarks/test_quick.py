@@ -54,6 +54,7 @@ def test_png_files_are_decoded_to_the_same_pixels(capsys):
     assert all(len(row) == 8 and min(row) > 0 for row in rows)
 
 
+@pytest.mark.long
 def test_a_measurement_apart(tmp_path, capsys):
     end_to_end.make_set(tmp_path / "set", end_to_end.made_setup(2, ".png", 0.06, 0.05), ".png")
     growth.main(["--child", str(tmp_path / "set"), "2", "0.05", "3"])

@@ -195,13 +195,13 @@ def test_a_lens_that_darkens_the_corners_untold_is_allowed_for(name, lamps, most
     assert found.calibration.light < 0.5
 
 
-def test_no_falloff_is_found_where_the_lens_has_none(ball: Score, plane: Score):
-    for found in (ball, plane):
-        falloff = found.result.setup.falloff
-        assert not falloff.allowed
-        darker, error = falloff.corner
-        assert abs(darker) < 4 * error
-        assert error < 0.02
+@pytest.mark.parametrize("name", ["ball", pytest.param("plane", marks=pytest.mark.long)])
+def test_no_falloff_is_found_where_the_lens_has_none(name: str, request: pytest.FixtureRequest):
+    falloff = request.getfixturevalue(name).result.setup.falloff
+    assert not falloff.allowed
+    darker, error = falloff.corner
+    assert abs(darker) < 4 * error
+    assert error < 0.02
 
 
 def test_codes_that_are_read_by_another_curve_are_told_by_a_print_of_few_pixels(ball_set: Path, tmp_path):
@@ -215,6 +215,7 @@ def test_codes_that_are_read_by_another_curve_are_told_by_a_print_of_few_pixels(
     assert told["print-contradicts-encoding"].detail["curve"] == "linear"
 
 
+@pytest.mark.long
 def test_an_oren_nayar_plane(plane: Score):
     # with twice the photos of twice the size the figure is 3 %; error goes with the angles that are seen
     assert plane.error <= 0.05
