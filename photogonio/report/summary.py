@@ -81,6 +81,8 @@ def rescaled_photos(fit: FitResult) -> list[Diagnosis]:
 
 def contradicted_photos(fit: FitResult) -> tuple[LeftOut, ...]:
     """Photos that were reduced, and that the fit left out."""
+    from photogonio.calib.remarks import LeftOut  # fits of tables do without calibration
+
     names = fit.diagnostics["views left out"]
     return tuple(LeftOut(name, "the other photos contradict it at the same directions") for name in names)
 

@@ -9,7 +9,7 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.symmetry.verdict import Verdict
-from photogonio.report.summary import fit_choices, physics_warnings
+from photogonio.report.summary import contradicted_photos, fit_choices, physics_warnings
 
 
 def brushed(roughness, stretch=1.5):
@@ -46,3 +46,8 @@ def test_what_physics_took_is_told(found, said):
     warnings = physics_warnings(SimpleNamespace(diagnostics={"physics": found}))
     assert len(warnings) == bool(said)
     assert all(words in warnings[0].message for words in said)
+
+
+def test_photos_that_the_fit_left_out_are_named_with_the_reason():
+    (left,) = contradicted_photos(SimpleNamespace(diagnostics={"views left out": ["sample/s003"]}))
+    assert left.name == "sample/s003" and "contradict" in left.reason
