@@ -19,6 +19,7 @@ from benchmarks import (
     lamps,
     left_out_rows,
     modes_alone,
+    narrow_gloss,
     png,
     row_symmetry,
     spoilt_tables,
@@ -90,6 +91,15 @@ def test_fit_against_lstsq(capsys):
     out = capsys.readouterr().out
     assert float(re.search(r"solutions within (\S+)", out)[1]) < 1e-6  # of the largest value
     assert re.search(r"orders 0 to 2: \d+ cells, \d+ views", out)
+
+
+@pytest.mark.long
+def test_a_narrow_gloss_is_found(capsys):
+    narrow_gloss.main(["--quick"])
+    error, near, roughness, stated, asked = map(float, capsys.readouterr().out.split()[-5:])
+    assert asked == 1.2
+    assert error < 4.0 and near < 5.0  # %: a small set is less sure than those of which 1.2 is asked
+    assert abs(roughness - 1.0) < 0.05 and 0.0 < stated < 1.5
 
 
 @pytest.mark.long
