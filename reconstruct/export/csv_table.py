@@ -9,7 +9,7 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE, Evaluate
-from photogonio.reconstruct.export.table_grid import TURN, polar_nodes, scale_in_words, turns
+from photogonio.reconstruct.export.table_grid import Steps, scale_in_words, turns
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.gridded import between
 
@@ -18,12 +18,14 @@ def write_csv(brdf: Brdf, path: Path) -> None:
     """theta_i, phi_i, theta_r, phi_r in degrees and f, 1/sr, one column a channel; where it is known one standard error
     of f, in a column ``sigma`` a channel. Remarks, which say the units, are below the line of headers.
 
-    Isotropic: phi_i is 0 and phi_r goes half a turn, since the other half is its mirror image.
+    Isotropic: phi_i is 0 and phi_r goes half a turn, since the other half is its mirror image; rows are denser
+    about narrow peaks, up to as many as ``fit`` takes one by one.
     """
     isotropic = not brdf.turning
     phi_i = np.zeros(1) if isotropic else turns()
-    phi_r = np.arange(0.0, 181.0, TURN) if isotropic else turns()
-    polar = polar_nodes()
+    steps = Steps.of(brdf, Steps.half_turn)
+    phi_r = steps.half_turn() if isotropic else turns()
+    polar = steps.polar_nodes()
     grids = [grid.ravel() for grid in np.meshgrid(polar, phi_i, polar, phi_r, indexing="ij")]
     columns, names = [brdf.evaluate(*np.radians(grids))], list(brdf.channels)
     errors = _errors(brdf, grids)

@@ -16,7 +16,7 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE, Evaluate
 from photogonio.reconstruct.export.rgb import rgb_order
-from photogonio.reconstruct.export.table_grid import TURN, polar_nodes, scale_in_words, title, turns
+from photogonio.reconstruct.export.table_grid import TURN, Steps, scale_in_words, title, turns
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.gridded import between
 
@@ -30,20 +30,21 @@ def write_pabopto(brdf: Brdf, folder: Path) -> None:
     """BSDF in 1/sr at polar angles and azimuths all the way round, light from azimuth 0 alone if isotropic: X, Y and Z
     where the channels are R, G and B, taken as linear sRGB; else Y, the channels' mean."""
     folder.mkdir(parents=True, exist_ok=True)
-    azimuth = turns(TURN if brdf.turning else FINE_TURN)
-    theta, phi = (grid.ravel() for grid in np.meshgrid(polar_nodes(), azimuth, indexing="ij"))
+    steps = Steps.of(brdf, _azimuths)
+    azimuth = turns(TURN) if brdf.turning else _azimuths(steps)
+    theta, phi = (grid.ravel() for grid in np.meshgrid(steps.polar_nodes(), azimuth, indexing="ij"))
     once = (theta > 0.0) | (phi == 0.0)  # at the normal all azimuths are one
     theta, phi = theta[once], phi[once]
     colour = "CIE-XYZ" if rgb_order(brdf.channels) else "CIE-Y"
     name = re.sub(r"[^\w .-]", "_", title(brdf), flags=re.ASCII)
-    for theta_i, phi_i in _incident(brdf):
+    for theta_i, phi_i in _incident(brdf, steps):
         f = brdf.evaluate(*np.radians([theta_i, phi_i]), *np.radians([theta, phi]))
         head = (
             f'#sample_name "{name}"\n#intheta {theta_i:g}\n#inphi {phi_i:g}\n#colorimetry: {colour}\n'
             f"#units: degrees, 1/sr, {scale_in_words(brdf)}\n#remark: {PLACE}\n#format: theta phi BSDF\n"
         )
         rows = np.column_stack([theta, phi, in_xyz(brdf, np.maximum(f, 0.0))])
-        with (folder / f"in_{theta_i:04.1f}_{phi_i:05.1f}.dat").open("w", encoding="ascii") as file:
+        with (folder / f"in_{theta_i:05.2f}_{phi_i:05.1f}.dat").open("w", encoding="ascii") as file:
             file.write(head)
             np.savetxt(file, rows, fmt=["%g", "%g", *["%.7g"] * (rows.shape[1] - 2)])
 
@@ -74,8 +75,14 @@ def in_xyz(brdf: Brdf, value: np.ndarray) -> np.ndarray:
     return value.mean(axis=1, keepdims=True) if order is None else value[:, order] @ XYZ_OF_RGB.T
 
 
-def _incident(brdf: Brdf) -> Iterator[tuple[float, float]]:
+def _azimuths(steps: Steps) -> np.ndarray:
+    """Of an isotropic surface, degrees."""
+    narrow = steps != Steps()
+    return steps.whole_turn() if narrow else turns(FINE_TURN)
+
+
+def _incident(brdf: Brdf, steps: Steps) -> Iterator[tuple[float, float]]:
     """theta_i, phi_i in degrees; the normal once."""
-    for theta in polar_nodes():
+    for theta in steps.polar_nodes():
         for phi in turns() if brdf.turning and theta > 0.0 else (0.0,):
             yield float(theta), float(phi)

@@ -11,7 +11,7 @@ from photogonio.cli import main
 from photogonio.compare.colours import in_common_colours
 from photogonio.compare.known import Known
 from photogonio.compare.reflectances import as_reflectance, load_known
-from photogonio.reconstruct.export import csv_table, principled, radiance_tree
+from photogonio.reconstruct.export import principled, radiance_tree, table_grid
 from photogonio.reconstruct.export.formats import FORMATS, find_format
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.synthetic.render.world import brdf_from
@@ -69,7 +69,9 @@ def test_each_reader_takes_each_format(files, name):
 @pytest.mark.parametrize("name", ["csv", "mitsuba"])
 def test_of_surfaces_that_turn_too(tmp_path, name, monkeypatch):
     """pab-opto's folder has a test of its own, and Radiance's four axes another."""
-    monkeypatch.setattr(csv_table, "polar_nodes", lambda: np.arange(0.0, 85.0, 12.0))  # a sixth of the rows
+    monkeypatch.setattr(
+        table_grid, "polar_nodes", lambda _step: np.arange(0.0, 85.0, 12.0)
+    )  # a sixth of the rows
     brdf, path = over_ground(gloss((0.5, 0.35), azimuth=0.4), ("Y",)), tmp_path / f"a{FORMATS[name].suffix}"
     FORMATS[name].write(brdf, path)
     known = load_known(path)
@@ -83,4 +85,4 @@ def test_show_takes_a_folder_of_measurements(files, tmp_path, monkeypatch):
     """Pictures are drawn elsewhere: a small one will do."""
     monkeypatch.setattr("photogonio.report.plots.shaded_sphere", lambda *_, **__: np.ones((2, 2, 3)))
     assert main(["show", str(files["pabopto"]), "-o", str(tmp_path / "a.svg"), "--quiet"]) == 0
-    assert "in_05.0_000.0.dat" in (tmp_path / "a.svg").read_text()
+    assert "in_00.00_000.0.dat" in (tmp_path / "a.svg").read_text()

@@ -12,7 +12,7 @@ import pytest
 
 from photogonio.compare.colours import in_rgb
 from photogonio.compare.reflectances import load_known
-from photogonio.reconstruct.export import pabopto_files
+from photogonio.reconstruct.export import table_grid
 from photogonio.reconstruct.export.pabopto_files import XYZ_OF_RGB, write_pabopto
 from photogonio.reconstruct.goniometer.read import read_samples
 from tests.drawn.exports import gloss, matte, over_ground, random_pairs, satin
@@ -35,7 +35,7 @@ def test_a_grey_surface_is_its_luminance_and_white_has_that_of_one(tmp_path):
 
 
 def test_a_brushed_surface_is_known_between_its_rows(tmp_path, monkeypatch):
-    monkeypatch.setattr(pabopto_files, "polar_nodes", lambda: np.arange(0.0, 81.0, 10.0))
+    monkeypatch.setattr(table_grid, "polar_nodes", lambda _step: np.arange(0.0, 81.0, 10.0))
     brdf = over_ground(gloss((0.5, 0.35), azimuth=0.4))
     write_pabopto(brdf, tmp_path / "a")
     known = load_known(tmp_path / "a")
@@ -54,7 +54,7 @@ def test_radiances_converter_takes_them(tmp_path, monkeypatch):
     tool = tool if tool.is_file() else shutil.which("pabopto2bsdf", path=str(Path(sys.executable).parent))
     if tool is None:
         pytest.skip("this pyradiance has no pabopto2bsdf")
-    monkeypatch.setattr(pabopto_files, "polar_nodes", lambda: np.arange(0.0, 81.0, 20.0))
+    monkeypatch.setattr(table_grid, "polar_nodes", lambda _step: np.arange(0.0, 81.0, 20.0))
     write_pabopto(matte(), tmp_path / "a")
     files = sorted(str(path) for path in (tmp_path / "a").iterdir())
     done = subprocess.run([str(tool), "-n", "1", *files], capture_output=True, check=False, timeout=60)
