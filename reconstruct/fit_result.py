@@ -26,6 +26,7 @@ from photogonio.reconstruct.symmetry.verdict import Verdict
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 from photogonio.reconstruct.uncertainty.in_file import in_file
+from photogonio.reconstruct.uncertainty.truncation import last_terms
 from photogonio.reconstruct.uncertainty.validity import Region, region_of
 
 KNOWN = 1.6  # a departure that is known is as many standard errors: an interval of 95 % just holds it
@@ -87,7 +88,8 @@ def result_of(
     averaged = None if fresh is None else True
     chosen, best = candidates
     model, cells = final.model, work.cells
-    misfit = misfit_of(cells, model.evaluate(cells), work.binning)
+    last = None if averaged else last_terms(final, cells, work.deviation, chosen.prior)
+    misfit = misfit_of(cells, model.evaluate(cells), work.binning, last)
     region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
     plain = Brdf(
         order=spread.basis.order,

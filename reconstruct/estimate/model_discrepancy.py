@@ -52,9 +52,13 @@ def _tree(places: bytes) -> cKDTree:
     return cKDTree(np.frombuffer(places).reshape(-1, 4))
 
 
-def misfit_of(cells: Cells, predicted: np.ndarray, added: np.ndarray | None = None) -> Misfit:
-    """What ``predicted`` (n, c) misses of ``cells``, beyond chance, and :data:`DOUBT` of what was ``added`` (n, c) to
-    them by binning and the lamps' size, and was removed."""
+def misfit_of(
+    cells: Cells, predicted: np.ndarray, added: np.ndarray | None = None, last: np.ndarray | None = None
+) -> Misfit:
+    """What ``predicted`` (n, c) misses of ``cells``, beyond chance; :data:`DOUBT` of what was ``added`` (n, c) to them
+    by binning and the lamps' size, and was removed; and as much as the ``last`` terms (n, c) of a series that goes on
+    (:mod:`reconstruct.uncertainty.truncation`), in the mean square of a neighbourhood: it is zero elsewhere than they.
+    """
     step = -(-len(cells) // MOST_CELLS)
     cells, predicted = cells.take(np.arange(0, len(cells), step)), predicted[::step]
     floor = FLOOR * level(cells)
@@ -67,7 +71,10 @@ def misfit_of(cells: Cells, predicted: np.ndarray, added: np.ndarray | None = No
     near = tree.query(there, k=count)[1].reshape(len(cells), count) % len(cells)
     mean = np.stack([column[near].mean(1) for column in relative.T], axis=1)
     chance = np.stack([column[near].var(1) for column in relative.T], axis=1) / _independent(cells, near)
-    return Misfit(there, np.sqrt(np.maximum(mean**2 - chance, 0.0) + doubt**2), floor)
+    square = np.maximum(mean**2 - chance, 0.0) + doubt**2
+    if last is not None:
+        square += np.stack([column[near].mean(1) for column in ((last[::step] / size) ** 2).T], axis=1)
+    return Misfit(there, np.sqrt(square), floor)
 
 
 def _doubt(cells: Cells, predicted: np.ndarray, added: np.ndarray, size: np.ndarray) -> np.ndarray:
