@@ -15,7 +15,14 @@ import numpy as np
 from photogonio.capture.files.documents import read_json
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE
-from photogonio.reconstruct.export.principled import Principled, fit_principled, of_metal, schlick, specular
+from photogonio.reconstruct.export.principled import (
+    Gloss,
+    Principled,
+    fit_principled,
+    of_metal,
+    schlick,
+    specular,
+)
 
 _RINGS, _SEGMENTS = 48, 96
 _FLOAT, _UINT16, _ARRAY, _INDICES = 5126, 5123, 34962, 34963  # glTF's numbers for types and targets
@@ -42,10 +49,10 @@ def read_gltf(path: Path) -> Principled:
 
 
 def metallic_roughness(
-    metal: bool, roughness: float, f0: float, incident: np.ndarray, exit: np.ndarray
+    metal: bool, gloss: Gloss, f0: float, incident: np.ndarray, exit: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """See :data:`.principled.Model`."""
-    lobe, cos = specular(roughness, incident, exit)
+    lobe, cos = specular(gloss, incident, exit)
     if metal:
         return of_metal(lobe, cos)
     reflected = schlick(f0, cos)

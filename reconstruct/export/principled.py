@@ -15,17 +15,40 @@ from scipy.optimize import minimize
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import ANGLES, around, pairs
 from photogonio.reconstruct.export.rgb import rgb_order
-from photogonio.reconstruct.lobes.schlick import ggx
-from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
+from photogonio.reconstruct.modes.angles import unit_vectors
 
 _ROUGHNESS = np.linspace(0.05, 1.0, 16)  # of engines: the square root of GGX alpha
 _F0 = np.array([0.0, 0.01, 0.02, 0.03, 0.04, 0.055, 0.08, 0.12])  # of dielectrics, at normal incidence
 _MASK = np.radians(80.0)
 _ANGLES = np.radians([*ANGLES, 45.0, 80.0])  # of viewers at whom light is counted
 _TURNS = np.radians([0.0, 45.0, 90.0, 135.0])  # of the sample, if it counts
-_NODES = 20, 32  # of that count, polar and azimuth
+_NODES, _TURNING_NODES = (20, 32), (10, 20)  # of that count, polar and azimuth; and of a material that turns
+_ANISOTROPY, _ROTATION = (0.0, 0.3, 0.6, 0.8), np.radians(np.arange(0.0, 180.0, 22.5))  # that are tried first
+_LEAST = 1e-3  # GGX alpha
 _ADDED = 1.002  # light that a material may add to the BRDF's, at most
 _PENALTY = 1e5  # times the squared share of light added
+
+
+@dataclass(frozen=True, slots=True)
+class Gloss:
+    """How rough, and where the wider of two roughnesses lies, as OpenPBR says it."""
+
+    roughness: float  # the square root of GGX alpha
+    anisotropy: float = 0.0
+    rotation: float = 0.0  # radians from the sample's x
+
+    @property
+    def axes(self) -> tuple[float, float]:
+        """GGX alpha along the rotation and across (OpenPBR Surface 1.1)."""
+        less = 1.0 - self.anisotropy
+        along = max(self.roughness**2, _LEAST) * np.sqrt(2.0 / (1.0 + less**2))
+        return float(along), float(max(less * along, _LEAST))
+
+    @property
+    def mean(self) -> float:
+        """GGX alpha, the geometric mean of both."""
+        along, across = self.axes
+        return float(np.sqrt(along * across))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +60,12 @@ class Principled:
     roughness: float  # the square root of GGX alpha
     f0: float  # of the dielectric at normal incidence; 0 without a gloss
     model: Model
+    anisotropy: float = 0.0  # see :class:`Gloss`
+    rotation: float = 0.0
+
+    @property
+    def gloss(self) -> Gloss:
+        return Gloss(self.roughness, self.anisotropy, self.rotation)
 
     @property
     def ior(self) -> float:
@@ -46,12 +75,12 @@ class Principled:
 
     def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         """f (n, 3), 1/sr, of unit vectors (n, 3), as the engine's model has it."""
-        fixed, linear = self.model(self.metal, self.roughness, self.f0, incident, exit)
+        fixed, linear = self.model(self.metal, self.gloss, self.f0, incident, exit)
         return fixed[:, None] + linear[:, None] * self.base_color
 
 
-# metal, roughness, f0, incident, exit -> what does not depend on the colour, and what a colour is multiplied by; (n,)
-Model = Callable[[bool, float, float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+# metal, gloss, f0, incident, exit -> what does not depend on the colour, and what a colour is multiplied by; (n,)
+Model = Callable[[bool, Gloss, float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,49 +97,72 @@ class _Wanted:
     most: np.ndarray  # (a, 3) share of even light that may reach each viewer
 
     @classmethod
-    def of(cls, brdf: Brdf) -> _Wanted:
-        rng = np.random.default_rng(0)
-        incident, exit, weight = pairs(_seen(brdf), rng, isotropic=not brdf.turning, count=6_000)
-        light, area = (np.stack(part) for part in zip(*[around(t, *_NODES) for t in _ANGLES], strict=True))
-        most = np.full((len(_ANGLES), 3), np.inf)
+    def of(cls, brdf: Brdf, turning: bool) -> _Wanted:
+        """For a material that is ``turning``, or one that is to add no light however a BRDF that turns is lit."""
+        incident, exit, weight = pairs(
+            _seen(brdf), np.random.default_rng(0), isotropic=not brdf.turning, count=6_000
+        )
+        nodes = _TURNING_NODES if turning else _NODES
+        even, area = (np.stack(part) for part in zip(*[around(t, *nodes) for t in _ANGLES], strict=True))
+        sides = []
         for turn in _TURNS if brdf.turning else _TURNS[:1]:
             about = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-            toward = np.repeat((unit_vectors(_ANGLES, 0.0) @ about)[:, None], light.shape[1], axis=1)
-            f = rgb(brdf, np.maximum(brdf((light @ about).reshape(-1, 3), toward.reshape(-1, 3)), 0.0))
-            most = np.minimum(most, np.einsum("am,amc->ac", area, f.reshape(*light.shape[:2], -1)))
-        viewer = np.repeat(unit_vectors(_ANGLES, 0.0)[:, None], light.shape[1], axis=1)
+            toward = np.repeat((unit_vectors(_ANGLES, 0.0) @ about)[:, None], even.shape[1], axis=1)
+            f = rgb(brdf, np.maximum(brdf((even @ about).reshape(-1, 3), toward.reshape(-1, 3)), 0.0))
+            sent = np.einsum("am,amc->ac", area, f.reshape(*even.shape[:2], -1))
+            sides.append((even @ about, toward, area, _ADDED * sent))
+        light, viewer, areas, most = (np.concatenate(part) for part in zip(*sides, strict=True))
+        if not turning:
+            light, viewer, areas = sides[0][:3]
+            most = np.min([sent for *_, sent in sides], axis=0)
         value = rgb(brdf, np.maximum(brdf(incident, exit), 0.0))
-        return cls(incident, exit, weight, value, light, viewer, area, _ADDED * most)
+        return cls(incident, exit, weight, value, light, viewer, areas, most)
 
-    def nearest(self, model: Model, metal: bool, roughness: float, f0: float) -> tuple[float, np.ndarray]:
+    def nearest(self, model: Model, metal: bool, gloss: Gloss, f0: float) -> tuple[float, np.ndarray]:
         """How far the material is, squared, and its best colour: the brightest that adds no light, if need be."""
-        fixed, linear = model(metal, roughness, f0, self.incident, self.exit)
+        fixed, linear = model(metal, gloss, f0, self.incident, self.exit)
         rest = self.value - fixed[:, None]
         color = (self.weight * linear) @ rest / np.maximum(self.weight @ linear**2, 1e-300)
-        sent = model(metal, roughness, f0, self.light.reshape(-1, 3), self.viewer.reshape(-1, 3))
-        gloss, ground = ((self.area * one.reshape(self.area.shape)).sum(axis=1)[:, None] for one in sent)
-        room = self.most - gloss
+        sent = model(metal, gloss, f0, self.light.reshape(-1, 3), self.viewer.reshape(-1, 3))
+        lobe, ground = ((self.area * one.reshape(self.area.shape)).sum(axis=1)[:, None] for one in sent)
+        room = self.most - lobe
         color = np.clip(np.minimum(color, (room / np.maximum(ground, 1e-300)).min(axis=0)), 0.0, 1.0)
         beyond = np.minimum(room - ground * color, 0.0) / self.most  # of the gloss alone
         off = float((self.weight @ (rest - linear[:, None] * color) ** 2).sum())
         return off + _PENALTY * float((beyond**2).max() * (self.weight @ self.value**2).sum()), color
 
 
-def fit_principled(brdf: Brdf, model: Model) -> Principled:
+def fit_principled(brdf: Brdf, model: Model, *, turning: bool = False) -> Principled:
     """The material nearest to the BRDF, by projected solid angle, where it is valid (at most 80 degrees), of those that
-    send no more light to a viewer than the BRDF does."""
-    wanted = _Wanted.of(brdf)
-    starts = [(False, r, f) for r in _ROUGHNESS for f in _F0] + [(True, r, 0.0) for r in _ROUGHNESS]
-    metal, roughness, f0 = min(starts, key=lambda start: wanted.nearest(model, *start)[0])
-    found = minimize(
-        lambda p: wanted.nearest(model, metal, *p)[0],
-        [roughness, f0],
-        method="Nelder-Mead",
-        bounds=[(0.03, 1.0), (0.0, 0.3 if not metal else 1e-9)],
-        options={"xatol": 1e-4, "fatol": 1e-9, "maxfev": 160},
+    send no more light to a viewer than the BRDF does; with ``turning`` its gloss may have two roughnesses."""
+    wanted = _Wanted.of(brdf, turning)
+    some = slice(None, None, 2 if turning else 1)
+    rough = [Gloss(r) for r in _ROUGHNESS[some]]
+    starts = [(False, g, f) for g in rough for f in _F0[some]] + [(True, g, 0.0) for g in rough]
+    metal, gloss, f0 = min(starts, key=lambda start: wanted.nearest(model, *start)[0])
+    if turning:
+        wide = [Gloss(gloss.roughness * k, a, t) for k in (0.8, 1.0) for a in _ANISOTROPY for t in _ROTATION]
+        gloss = min(wide, key=lambda one: wanted.nearest(model, metal, one, f0)[0])
+    count = 4 if turning else 2
+    first = np.array([gloss.roughness, f0, gloss.anisotropy, gloss.rotation])[:count]
+    step = np.array(
+        [0.05 * gloss.roughness, 0.05 * f0 + 2.5e-4, -0.1 if gloss.anisotropy > 0.5 else 0.1, 0.2]
     )
-    roughness, f0 = (float(p) for p in found.x)
-    return Principled(metal, wanted.nearest(model, metal, roughness, f0)[1], roughness, f0, model)
+    found = minimize(
+        lambda p: wanted.nearest(model, metal, Gloss(p[0], *p[2:]), p[1])[0],
+        first,
+        method="Nelder-Mead",
+        bounds=[(0.03, 1.0), (0.0, 0.3 if not metal else 1e-9), (0.0, 0.98), (-np.pi, 2.0 * np.pi)][:count],
+        options={
+            "xatol": 1e-4,
+            "fatol": 1e-9,
+            "maxfev": 80 * count,
+            "initial_simplex": first + np.vstack([np.zeros(count), np.diag(step[:count])]),
+        },
+    )
+    roughness, f0, *turned = (float(p) for p in found.x)
+    color = wanted.nearest(model, metal, Gloss(roughness, *turned), f0)[1]
+    return Principled(metal, color, roughness, f0, model, *turned)
 
 
 def rgb(brdf: Brdf, value: np.ndarray) -> np.ndarray:
@@ -119,12 +171,20 @@ def rgb(brdf: Brdf, value: np.ndarray) -> np.ndarray:
     return np.repeat(value.mean(axis=1, keepdims=True), 3, axis=1) if order is None else value[:, order]
 
 
-def specular(roughness: float, incident: np.ndarray, exit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def specular(gloss: Gloss, incident: np.ndarray, exit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n,) D G2 / (4 cos_i cos_r), and the cosine between half vector and light."""
-    (theta_i, phi_i), (theta_r, phi_r) = spherical_angles(incident), spherical_angles(exit)
-    lobe = ggx(theta_i, theta_r, phi_r - phi_i, max(roughness**2, 1e-3), 1.0)
     half = incident + exit
-    return lobe, np.clip((incident * half).sum(1) / np.maximum(np.linalg.norm(half, axis=1), 1e-12), 0.0, 1.0)
+    half = half / np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-12)
+    cos, sin = np.cos(gloss.rotation), np.sin(gloss.rotation)
+    about = np.array(
+        [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]
+    )  # the sample's frame to the gloss's
+    wide = np.array([*gloss.axes, 1.0])
+    slopes = ((half @ about / wide) ** 2).sum(1)
+    light, viewer = (np.linalg.norm(one @ about * wide, axis=1) for one in (incident, exit))
+    masked = np.maximum(exit[:, 2] * light + incident[:, 2] * viewer, 1e-12)
+    lobe = 0.5 / (np.pi * wide[0] * wide[1] * slopes**2 * masked)
+    return lobe, np.clip((incident * half).sum(1), 0.0, 1.0)
 
 
 def of_metal(lobe: np.ndarray, cos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
