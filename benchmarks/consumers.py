@@ -6,6 +6,11 @@ directional albedo over the source's up to 88 degrees where it is farthest from 
 the time of the export. A consumer that is not installed is left out::
 
     python -m benchmarks.consumers [--formats mitsuba radiance klems merl openpbr ...] [--quick]
+
+With ``--balls`` instead: twenty materials as OpenPBR and glTF, by shaded balls beside the measurement's, whose mean
+colour difference (Delta E ITP, ITU-R BT.2124) over the ball and its 95 % quantile are printed::
+
+    python -m benchmarks.consumers --balls
 """
 
 from __future__ import annotations
@@ -23,6 +28,7 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.compare.appearance import appearance
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.export.loss import MASKS, pairs
@@ -58,6 +64,43 @@ def materials() -> dict[str, Brdf]:
         name: _brdf(some, bare=name.startswith(("coat", "metal", "brushed metal")))
         for name, some in lobes.items()
     }
+
+
+def more_materials() -> dict[str, Brdf]:
+    """Eight beside :func:`materials`, at roughnesses between theirs."""
+    lobes = {
+        "gloss 0.4": (Lobe(0.4, F0, ONE),),
+        "gloss 0.14": (Lobe(0.14, F0, ONE),),
+        "coat 0.25": (Lobe(0.25, F0, ONE, "coat", fresnel="dielectric", ground=GROUND),),
+        "coat 0.08": (Lobe(0.08, F0, ONE, "coat", fresnel="dielectric", ground=GROUND),),
+        "metal 0.5": (Lobe(0.5, METAL, ONE),),
+        "metal 0.2": (Lobe(0.2, METAL, ONE),),
+        "retro 0.3": (Lobe(0.3, ONE, 0.1 * ONE, "retro"),),
+        "brushed 0.4": (Lobe((0.4, 0.12), F0, ONE, azimuth=1.1),),
+    }
+    return {name: _brdf(some, bare=name.startswith(("coat", "metal"))) for name, some in lobes.items()}
+
+
+def balls(name: str, brdf: Brdf, folder: Path) -> dict[str, float]:
+    """How different an export's shaded ball looks: see :func:`photogonio.compare.appearance.appearance`."""
+    form = find_format(name)
+    path = folder / f"a{form.suffix}"
+    form.write(brdf, path)
+    return appearance(form.read(path), brdf, brdf.channels).to_dict()
+
+
+def tell_balls() -> None:
+    print("| format | material | Delta E ITP mean | 95 % |")
+    print("|---|---|---|---|")
+    for name in ("openpbr", "gltf"):
+        means = []
+        for material, brdf in {**materials(), **more_materials()}.items():
+            with tempfile.TemporaryDirectory() as folder:
+                found = balls(name, brdf, Path(folder))
+            means.append(found["delta_e_itp_mean"])
+            row = f"| {name} | {material} | {found['delta_e_itp_mean']:.2f} "
+            print(f"{row}| {found['delta_e_itp_95']:.2f} |", flush=True)
+        print(f"| {name} | mean of {len(means)} | {np.mean(means):.2f} | |", flush=True)
 
 
 def _brdf(lobes: tuple[Lobe, ...], *, bare: bool) -> Brdf:
@@ -127,7 +170,11 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--formats", nargs="+", choices=FORMATS, default=FORMATS)
     parser.add_argument("--materials", nargs="+", choices=tuple(materials()), default=tuple(materials()))
     parser.add_argument("--quick", action="store_true", help="two formats of two materials")
+    parser.add_argument("--balls", action="store_true", help="colour differences of OpenPBR's and glTF's")
     options = parser.parse_args(arguments)
+    if options.balls:
+        tell_balls()
+        return
     names, formats, count = options.materials, options.formats, PAIRS
     if options.quick:
         names, formats, count = ("matte", "gloss 0.3"), ("mitsuba", "csv"), 200
