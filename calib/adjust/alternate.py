@@ -25,18 +25,19 @@ from photogonio.calib.adjust.terms import all_terms, first_values, fixed_blocks
 from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, pixels_near
 from photogonio.calib.detect.mirror_rays import meet
 from photogonio.calib.detect.observation import Observation
-from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.rig.values import LAMP
 from photogonio.calib.shading.correction import NO_FALLOFF
 from photogonio.calib.shading.fit import ShadingFit, Stand, fits_better, shading_of, stepped
-from photogonio.calib.shading.model import ShadingScene
+from photogonio.calib.shading.model import LitPaper, ShadingScene
 from photogonio.calib.shading.model_error import pooled
 from photogonio.capture import robust
 from photogonio.capture.photoset import MirrorBall
 
 _STEPS = (8, 3, 3, 3)  # of each view's own shading fit in each round: the adjustment does the rest
 _MORE = (3, 3)  # the same, where a view was left astray
+_ENOUGH_STEPS = 8  # in which fits come near enough to their ends to be compared, mostly
+_ROUGH = 3000  # samples for the way there
 # of a lamp's distance: where balls and shading differ as much, a fit is tried from where the balls show it
 _REACH, _TURN = 0.5, 0.05  # of a lamp's distance, by which one round may change it, and move it across
 _ELSEWHERE = 0.02
@@ -223,15 +224,17 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
         if place[2] <= 0:
             return None, False
         start = place if observation.shading is None else np.concatenate([place, observation.shading[3:]])
-        found, other = stepped(reading, scene, start, steps), shown.get(observation.view.name)
-        others = []
+        few, last = reading.thinned(_ROUGH), steps
+        if steps > _STEPS[-1] and few is not reading:  # while its end is far few samples show where that is
+            start, last = stepped(LitPaper.of(few), scene, start, steps).local, _STEPS[-1]
+        found = stepped(LitPaper.of(reading), scene, start, last)
+        others, other = [], shown.get(observation.view.name)
         if other is not None and other[2] > 0 and not lamp.attached and _apart(other, found.local[:3]):
             others.append(other)
         asked = bool(others)
         if observation.shading is not None and _turned(observation.shading[:3], found.local[:3]):
             others.append(observation.shading[:3])
-        found = _best(reading, scene, [found.local, *others], steps) if others else found
-        return shading_of(found), asked
+        return shading_of(_best(found, others) if others else found), asked
 
     now.fits, tried = {}, []
     found = now.state.reader.abreast(fit, now.observations)
@@ -244,12 +247,20 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
     return tried
 
 
-def _best(reading: PaperReading, scene: ShadingScene, starts: Sequence[np.ndarray], steps: int) -> Stand:
-    """The best of fits that all have steps enough: one that is under way is no match for one that has ended."""
-    best, *others = (stepped(reading, scene, start, max(steps, _STEPS[0])) for start in starts)
-    for one in others:
-        best = one if fits_better(one, best) else best
-    return best
+def _best(found: Stand, starts: Sequence[np.ndarray]) -> Stand:
+    """The best of what is ``found`` and fits from ``starts``, by some of the samples, which tell one end from another:
+    all with steps enough, for a fit that is under way is no match for one that has ended. One that comes to where the
+    best one has ended is no other; the best is fitted to its end by all samples, if that is not what was found."""
+    board, scene, few = found.board, found.scene, found.board.reading.thinned(_ROUGH)
+    some = few is not board.reading
+    board = LitPaper.of(few) if some else board
+    best = found if found.ended and not some else stepped(board, scene, found.local, _ENOUGH_STEPS)
+    for start in starts:
+        one = stepped(board, scene, start, _ENOUGH_STEPS, best)
+        best = one if not best.reached_by(one.values) and fits_better(one, best) else best
+    if best.reached_by(found.values):
+        return found
+    return stepped(found.board, scene, best.local, _ENOUGH_STEPS) if some else best
 
 
 def _turned(one: np.ndarray, other: np.ndarray) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,6 +35,16 @@ class PaperReading:
         """Lowest and highest x and y, (2,) each, of the paper that is seen: from -1 to 1 go the tilts of its light."""
         flat = self.samples.points[:, :2]
         return flat.min(0), flat.max(0)
+
+    def thinned(self, count: int) -> PaperReading:
+        """About ``count`` of the samples, evenly taken, and as large a share of what is close to balls."""
+        step = max(1, len(self.level) // count)
+        if step == 1:
+            return self
+        mask = np.arange(len(self.level)) % step == 0
+        close = None if self.close is None else self.close.keep(np.arange(len(self.close.level)) % step == 0)
+        samples, level, noise = self.samples.keep(mask), self.level[mask], self.noise[mask]
+        return replace(self, samples=samples, level=level, noise=noise, close=close)
 
 
 def local_noise(samples: PaperSamples, level: np.ndarray) -> np.ndarray:

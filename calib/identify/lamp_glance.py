@@ -15,7 +15,7 @@ from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.identify.quick_look import QuickLook
 from photogonio.calib.shading.fit import fit_local
 from photogonio.calib.shading.initial import black_over_white, first_fit, misfit, thinned
-from photogonio.calib.shading.model import Ball, ShadingScene
+from photogonio.calib.shading.model import Ball, LitPaper, ShadingScene
 from photogonio.capture.photoset import PhotoSet, Sphere
 from photogonio.capture.radiance import RadianceImage
 
@@ -94,7 +94,7 @@ def _by_paper(
     middle = np.append(0.5 * board_size(photoset.board), 0.0)  # type: ignore[arg-type]
     tried = [first_fit(reading, scene, rays, middle, diagonal)[:3]]
     if not rays:  # a flash
-        tried.append(fit_local(reading, scene, pose.center)[:3])
+        tried.append(fit_local(LitPaper.of(reading), scene, pose.center)[:3])
     missed = [misfit(reading, scene, place) for place in tried]
     best = int(np.argmin(missed))
     place = tried[best]

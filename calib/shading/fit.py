@@ -21,6 +21,8 @@ from photogonio.capture import robust
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
+_STILL = 1e-3  # squared standard errors of a step after which a fit has ended
+_SAME = 0.25  # squared standard errors within which two fits are on their way to one place
 _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0, 0.5])  # of the local values after the first four
 _IS_EVEN = np.arange(4, LOCAL) == EVEN
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even light looks like a nearer lamp
@@ -119,10 +121,19 @@ class Stand:
     values: np.ndarray  # (LOCAL + shared,)
     scene: ShadingScene
     light: LightOnPaper  # at these values
+    normal: np.ndarray | None = None  # (LOCAL, LOCAL) information matrix before the last step
+    ended: bool = False  # whether more steps would change nothing
 
     @property
     def local(self) -> np.ndarray:
         return self.values[:LOCAL]
+
+    def reached_by(self, values: np.ndarray) -> bool:
+        """Whether local ``values`` lie within the errors of where this fit ended: they would end there too."""
+        if not self.ended or self.normal is None:
+            return False
+        apart = values[:LOCAL] - self.local
+        return bool(apart @ self.normal @ apart < _SAME)
 
 
 def fit_shading(
@@ -132,33 +143,44 @@ def fit_shading(
 
     Levenberg-Marquardt with Tukey's weights on the local values; the shared ones stay and get derivatives.
     """
-    return shading_of(stepped(reading, scene, start, steps))
+    return shading_of(stepped(LitPaper.of(reading), scene, start, steps))
 
 
-def fit_local(reading: PaperReading, scene: ShadingScene, start: np.ndarray) -> np.ndarray:
+def fit_local(board: LitPaper, scene: ShadingScene, start: np.ndarray) -> np.ndarray:
     """The local values (LOCAL,) of :func:`fit_shading` alone."""
-    return stepped(reading, scene, start, _STEPS).local
+    return stepped(board, scene, start, _STEPS).local
 
 
-def stepped(reading: PaperReading, scene: ShadingScene, start: np.ndarray, steps: int) -> Stand:
-    """Where :func:`fit_shading` ends; :func:`shading_of` makes the fit of it, which costs as much as two steps."""
-    board = LitPaper.of(reading)
-    local = start if len(start) == LOCAL else start_values(reading, scene, start)
+def stepped(
+    board: LitPaper,
+    scene: ShadingScene,
+    start: np.ndarray,
+    steps: int,
+    beside: Stand | None = None,
+) -> Stand:
+    """Where :func:`fit_shading` ends; :func:`shading_of` makes the fit of it, which costs as much as two steps.
+    A fit that comes within its errors of one that ended, ``beside`` it, would end there too, and takes no more steps.
+    """
+    local = start if len(start) == LOCAL else start_values(board.reading, scene, start)
     values = np.concatenate([local, scene.shared])
-    damping, weighing = 1e-3, None
+    damping, weighing, normal, ended = 1e-3, None, None, False
     light = board.light(values, scene)
     for _ in range(steps):
+        if beside is not None and beside.reached_by(values):
+            break
         weighing, residual = _weigh(board, values, scene, light, weighing)
         now = Stand(board, values, scene, light)
-        normal, slope, _ = _normal(now, weighing, residual, LOCAL)
+        normal, slope, *_ = _normal(now, weighing, residual, LOCAL)
         moved = _step(now, weighing, normal, slope, residual, damping)
+        ended = moved is None
         if moved is None:
             break
         step, light, damping = moved
         values[:LOCAL] += step
-        if step @ normal @ step < 1e-3:
+        ended = bool(step @ normal @ step < _STILL)
+        if ended:
             break
-    return Stand(board, values, scene, light)
+    return Stand(board, values, scene, light, normal, ended)
 
 
 def fits_better(one: Stand, other: Stand) -> bool:
@@ -209,25 +231,25 @@ def start_values(reading: PaperReading, scene: ShadingScene, place: np.ndarray) 
 
 def _normal(
     now: Stand, weighing: Weighing, residual: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Normal matrix and slope of the first ``count`` values, and the samples' weighted scores by the local ones,
-    (LOCAL, n)."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Normal matrix and slope of the first ``count`` values, and the samples' scores by them and weights, (count, n)
+    and (n,)."""
     design = slopes(now.board, now.values, now.scene, now.light, weighing.thrown, count)
     weight = robust.tukey_weight(residual, weighing.bound)
     design *= now.board.shown(design[STRENGTH])[1] * weight / weighing.sigma
     normal, slope = design @ design.T, -design @ (weight * residual)
-    score = design[:LOCAL] * weight
     for k in range(4, LOCAL):
         normal[k, k] += weighing.prior[k - 4] ** -2.0
         slope[k] += (now.values[k] - weighing.expected[k - 4]) * weighing.prior[k - 4] ** -2.0
-    return normal, slope, score
+    return normal, slope, design, weight
 
 
 def shading_of(at: Stand) -> ShadingFit:
     """A fit that ends where it stands."""
     board, values, scene, light = at.board, at.values, at.scene, at.light
     weighing, residual = _weigh(board, values, scene, light)
-    normal, slope, score = _normal(at, weighing, residual, len(values))
+    normal, slope, design, weight = _normal(at, weighing, residual, len(values))
+    score = design[:LOCAL] * weight
     inflation = _inflation(normal[:4, :4], score[:4] * residual, board.square)
     own = slice(len(board.reading.level))
     inlier = (np.abs(residual) < 0.7 * weighing.bound)[own]

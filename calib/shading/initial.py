@@ -11,7 +11,7 @@ from photogonio.calib.detect.mirror_rays import MirroredRay, meet
 from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.shading.fit import fit_local
 from photogonio.calib.shading.kernel import misfits
-from photogonio.calib.shading.model import ShadingScene
+from photogonio.calib.shading.model import LitPaper, ShadingScene
 from photogonio.capture import robust
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
@@ -36,12 +36,8 @@ Shares = tuple[np.ndarray, np.ndarray, np.ndarray]  # of :func:`square_ratios`
 
 
 def thinned(reading: PaperReading, count: int) -> PaperReading:
-    """About ``count`` of the samples, evenly taken."""
-    step = max(1, len(reading.level) // count)
-    mask = np.zeros(len(reading.level), bool)
-    mask[::step] = True
-    samples = reading.samples.keep(mask)
-    return replace(reading, samples=samples, level=reading.level[mask], noise=reading.noise[mask], close=None)
+    """About ``count`` of the samples, evenly taken, and nothing close to balls."""
+    return replace(reading, close=None).thinned(count)
 
 
 def black_over_white(readings: Iterable[PaperReading]) -> float:
@@ -84,11 +80,12 @@ def first_fit(
     place fit badly."""
     alone = _by_lamp_alone(reading, scene)
     coarse, fine = thinned(alone, _COARSE), thinned(alone, _MIDDLING)
+    board = LitPaper.of(fine)
     soft = replace(scene, lamp_radius=2 * scene.lamp_radius, soft=_SOFT * diagonal)
 
     def fitted(place: np.ndarray) -> tuple[float, np.ndarray]:
         """Shadows first with wide edges, which reach farther, then as they are."""
-        local = fit_local(fine, scene, fit_local(fine, soft, place))
+        local = fit_local(board, scene, fit_local(board, soft, place))
         return misfit(fine, scene, local[:3]), local
 
     found: list[tuple[float, np.ndarray]] = []
@@ -122,7 +119,7 @@ def _on_rays(place: np.ndarray, rays: list[MirroredRay]) -> bool:
 
 def _beaten(place: np.ndarray, reading: PaperReading, scene: ShadingScene, start: np.ndarray) -> bool:
     """Whether a fit from ``start`` ends far from ``place``, where the light agrees better."""
-    other = fit_local(reading, scene, start)[:3]
+    other = fit_local(LitPaper.of(reading), scene, start)[:3]
     far = np.linalg.norm(other - place) > _ELSEWHERE * np.linalg.norm(place)
     return bool(far and misfit(reading, scene, other) < misfit(reading, scene, place))
 

@@ -185,8 +185,10 @@ class LitPaper:
     def shown(self, radiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What ``radiance`` (n,) shows as in the mean, and how much that changes with it: codes that end at 0 have no
         noise below it, so that dark paper, as in shadows, shows more than there is."""
-        seen, slope = radiance.copy(), np.ones(len(radiance))
-        dim = (radiance < _DIM * self.cut) & (self.cut > 0)
+        slope = np.ones(len(radiance))
+        if not self.cut.any():
+            return radiance, slope
+        seen, dim = radiance.copy(), (radiance < _DIM * self.cut) & (self.cut > 0)
         size = radiance[dim] / self.cut[dim]
         slope[dim] = ndtr(size)
         seen[dim] = radiance[dim] * slope[dim] + self.cut[dim] * np.exp(-(size**2) / 2) / np.sqrt(2 * np.pi)

@@ -7,7 +7,7 @@ import pytest
 
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.shading.fit import fit_shading, fits_better, stepped
-from photogonio.calib.shading.model import Ball, ShadingScene
+from photogonio.calib.shading.model import Ball, LitPaper, ShadingScene
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
 from tests.drawn.setups import scene_of
 from tests.drawn.shadows import BALLS, LAMP_RADIUS, LAMPS, paper_about
@@ -21,11 +21,12 @@ def test_a_wrong_place_is_no_better_for_supposing_much_bounce(drawn, k):
     """Errors grow with the bounce supposed, and with them the misfit in its own errors would shrink."""
     world, readings = drawn
     scene, lamp = scene_of(world), world.lamps[k]
-    right = stepped(readings[k], scene, lamp, 15)
+    board = LitPaper.of(readings[k])
+    right = stepped(board, scene, lamp, 15)
     local = right.local.copy()
     local[:3] += 0.1 * np.linalg.norm(lamp) * np.array([0.6, -0.6, 0.5])
     local[BOUNCE] = 20.0 * np.abs(local[BOUNCE]) + 1.0
-    wrong = stepped(readings[k], scene, local, 0)
+    wrong = stepped(board, scene, local, 0)
     assert fits_better(right, wrong)
     assert not fits_better(wrong, right)
     assert not fits_better(right, right)
