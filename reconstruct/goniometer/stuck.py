@@ -32,6 +32,7 @@ RANGE = 0.5  # of what the rows beside one span, and
 NOISE = 4.0  # standard deviations, beyond them: a jump
 STEPS, SMALL = 2.0, 0.05  # of the digits and of the value: no smaller one is
 FAR_STEPS = 6.0  # of the digits, that rows among others lie off in the middle where noise is less than a step
+HARMLESS = 0.01  # of the value: what the rows beside say as well, as a table of wide cells read at finer steps has it
 JUMPS = 0.25  # share of the rows, and
 FEWEST_JUMPS = 2  # of them to either side, that must jump: a plateau does so to one
 
@@ -91,7 +92,7 @@ def stands_still(
         few = noisy or len(rows) < SHARE * len(value)
         return bool(few and len(rows) >= STUCK and above > mark + jump)
     if noisy or len(rows) < STUCK:
-        return bool(noisy)
+        return bool(noisy and off > max(noise, HARMLESS * mark))
     low, high = beside.min(1), beside.max(1)
     slack = RANGE * (high - low) + jump
     up, down = int((mark > high + slack).sum()), int((mark < low - slack).sum())

@@ -5,6 +5,7 @@ import pytest
 
 from photogonio.reconstruct.goniometer.spoilt import find_spoilt
 from photogonio.reconstruct.goniometer.stuck import stuck_suspects
+from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.table.neighbours import places
 from tests.drawn.goniometer import SATIN, matte, measured, regular, rough, scattered
 
@@ -38,6 +39,23 @@ def test_what_digits_and_plateaus_repeat_is_believed(noise, step):
         if step:
             table.value[:] = np.round(table.value / step) * step
         assert not len(out_of(table))
+
+
+def test_wide_cells_that_are_read_at_finer_steps_are_believed():
+    """As those of a MERL file are: neighbours differ by the steps of cells, which looks like noise, and values come
+    again to the last digit."""
+    at = regular(7.5, 5.0, 15.0)
+    cells = [np.floor(np.degrees(one) / 4.0) * 4.0 + 2.0 for one in half_difference(*_vectors(at))]
+    faded = (
+        0.2 * np.exp(-np.cos(np.radians(cells[1]))) * (1.0 + 0.003 * np.sin(9.0 * cells[0] + 5.0 * cells[2]))
+    )
+    table = measured(lambda *_: faded, at, noise=0.0)
+    table.value[:, 0] = faded
+    assert not len(out_of(table))
+
+
+def _vectors(at: tuple[np.ndarray, ...]) -> tuple[np.ndarray, np.ndarray]:
+    return unit_vectors(at[0], 0.0), unit_vectors(at[1], at[2])
 
 
 def test_reciprocal_and_mirrored_twins_are_one_reading():
