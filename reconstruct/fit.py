@@ -35,7 +35,7 @@ from photogonio.reconstruct.rows.row_models import best_average, fitted_of, unce
 from photogonio.reconstruct.rows.row_noise import with_noise
 from photogonio.reconstruct.symmetry.row_turns import judge_rows
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
-from photogonio.reconstruct.table.cells import Cells, cells_of
+from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.table.refinement import NEAR, coarsened
 from photogonio.reconstruct.uncertainty.blur_left import with_blur_left
@@ -77,7 +77,8 @@ def fit_table(
     """
     if options.quantity != "brdf":
         progress("least squares of q")
-        return fit_as_paper(replace(cells_of(table), robust=False), options, known.scale_error)
+        # all cells count alike there: finer facets would give one part of the directions most of the say
+        return fit_as_paper(replace(cells_of(coarsened(table)), robust=False), options, known.scale_error)
     seen = with_noise(replace(_cells(table, options, known), robust=options.robust))
     if known.doubt is not None:
         seen = replace(seen, doubt=known.doubt(seen))
@@ -172,6 +173,9 @@ def _cells(table: FacetTable, options: FitOptions, known: PhotoErrors) -> Cells:
 
     def usable(some: FacetTable) -> Cells:
         cells = cells_of(some).under(known.lamps)
+        if len(some) and not len(cells) and (some.count < LEAST_SAMPLES).all():
+            few = f"no cell of facets of level {some.level} has {LEAST_SAMPLES} pixels: try a lower --level"
+            raise InputError("table", few)
         if known.phase is not None and cells.canonical and cells.binned:
             turned = cells.with_phase(known.phase(cells))
             cells = _unturned(cells, turned) if some.finer else turned

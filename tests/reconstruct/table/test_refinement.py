@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from photogonio.capture.errors import InputError
+from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.facet_table import accumulate, add_tables
 from photogonio.reconstruct.table.facets import facet_index
@@ -80,3 +82,16 @@ def test_the_file_keeps_the_refinement(tmp_path):
     again = load_table(tmp_path / "table.npz")
     assert again.finer == FINEST_NEAR - LEVEL
     np.testing.assert_array_equal(again.facet_r, fine.facet_r)
+
+
+def test_least_squares_of_q_are_those_of_the_coarse_table():
+    options = FitOptions(quantity="brdf_cos_cos", order=2)
+    fits = [fit_table(some, options) for some in (table(LEVEL, 2), coarsened(table(LEVEL, 2)))]
+    np.testing.assert_array_equal(*(fit.brdf.coefficients for fit in fits))
+
+
+def test_facets_finer_than_pixels_are_said_to_be():
+    one_each = table(6, 0)
+    one_each = one_each.take(one_each.count == 1)
+    with pytest.raises(InputError, match="no cell of facets of level 6 has 3 pixels: try a lower --level"):
+        fit_table(one_each)
