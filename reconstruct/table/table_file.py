@@ -100,8 +100,9 @@ def _table(path: object, arrays: Mapping[str, np.ndarray]) -> FacetTable:
     level, isotropic = _whole(path, arrays, "level"), bool(_whole(path, arrays, "isotropic"))
     channels, groups = _names(path, arrays, "channels"), _names(path, arrays, "groups")
     finer = _whole(path, arrays, "finer")
-    fits = -1 <= level <= FINEST - finer and finer >= 0 and (level >= 0 or not finer)
-    if not fits or not 1 <= len(channels) <= MOST_CHANNELS:
+    if finer and not (level >= 0 and 0 < finer <= FINEST - level):
+        raise InputError(f"{path}: finer", f"{finer} levels beyond facets of level {level} are not possible")
+    if not -1 <= level <= FINEST or not 1 <= len(channels) <= MOST_CHANNELS:
         raise InputError(path, f"has facets of level {level} and {len(channels)} channels")
     n = arrays["group"].shape[0] if arrays["group"].ndim else 0
     facets = facet_count(level + finer) if level >= 0 else max(n, 1)

@@ -39,3 +39,10 @@ def test_a_file_that_is_no_table_is_named(tmp_path, damage):
         np.savez(path, a=np.zeros(3))
     with pytest.raises(InputError, match=r"t\.npz"):
         load_table(path)
+
+
+@pytest.mark.parametrize("finer", [-1, 9, 99, 2**62])
+def test_a_refinement_that_is_not_possible_is_named(tmp_path, finer):
+    save_table(replace(table_of(samples(1)), finer=finer), tmp_path / "t.npz")
+    with pytest.raises(InputError, match=rf"t\.npz: finer: {finer} levels beyond"):
+        load_table(tmp_path / "t.npz")
