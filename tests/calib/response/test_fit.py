@@ -27,13 +27,20 @@ def test_a_curve_is_found_over_two_decades_and_its_error_is_stated(name):
 
 
 def test_greys_tell_codes_between_black_and_white():
-    """Of a curve so strong that black and white alone leave them open."""
+    """Of a curve so strong that black and white alone leave them open; in the mean of four sets, for by luck one may be
+    found without."""
     tone, greys = CURVES["contrasty"], (0.65, 0.4, 0.25, 0.15, 0.09, 0.06)
-    sets = (photos(tone, count=6, channels=1, seed=9, greys=some) for some in ((), greys))
-    bare, told = (misses(fit_response(one), tone) for one in sets)
     between = (LIGHT > 0.02) & (LIGHT < 0.1)
-    assert (told[1] < 0.8 * bare[1])[between].all()
-    assert (np.abs(told[0]) < 3 * np.hypot(told[1], 0.002)).all()
+    found = []
+    for seed in (9, 1, 2, 3):
+        sets = (photos(tone, count=6, channels=1, seed=seed, greys=some) for some in ((), greys))
+        found.append([misses(fit_response(one), tone) for one in sets])
+        miss, error = found[-1][1]
+        assert (np.abs(miss) < 3 * np.hypot(error, 0.002)).all()
+    # by set, without and with greys, what is missed and what is stated
+    bare, told = np.sqrt(np.mean(np.square(found), axis=0))[..., between]
+    assert (told[1] < 0.6 * bare[1]).all()
+    assert told[0].max() < bare[0].max() / 2
 
 
 def test_lamps_and_ink_are_found_with_it():
