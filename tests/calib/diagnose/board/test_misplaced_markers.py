@@ -1,5 +1,7 @@
 """Markers that are printed beside their places, told by how they pull the corners."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,3 +72,24 @@ def test_a_pull_that_noise_makes_is_not_told():
 def test_too_few_corners_in_common_tell_nothing():
     few = [(one.keep(one.ids < 11), other) for one, other in pairs(0.01, 0.0)]
     assert misplaced_markers(BOARD, few) is None and misplaced_markers(BOARD, []) is None
+
+
+@pytest.mark.parametrize(("pixels", "told"), [(0.08, False), (0.25, True)])
+def test_a_camera_that_stands_still_shows_one_drawing_of_the_edges(pixels, told):
+    """What pixels of four by four samples may do to whole rows, and twice that, in four photos from one place."""
+    points = board_points(BOARD)
+    found = []
+    for k in range(4):
+        noise = 0.01 * np.random.default_rng(k).normal(size=(2, len(points), 2))
+        both = CAMERA.project(POSES[0], points) + noise + np.array([[[0.0, pixels]], [[0.0, 0.0]]])
+        ids, sigma = np.arange(len(points)), np.full(len(points), 0.1)
+        found.append(
+            tuple(Corners(ids, points, p, sigma, np.zeros(0, int), np.zeros((0, 4, 2))) for p in both)
+        )
+    assert (misplaced_markers(BOARD, found) is not None) == told
+    pose = [CAMERA.project(POSES[k], points) for k in range(4)]
+    moving = [
+        tuple(replace(one, pixels=one.pixels + pose[k] - pose[0]) for one in pair)
+        for k, pair in enumerate(found)
+    ]
+    assert misplaced_markers(BOARD, moving) is not None
