@@ -140,7 +140,7 @@ class SensorScene:
     sharpen: Sharpen | None = None
     exposure: AutoExposure | None = None
     floor: NoiseFloor | None = None
-    format: str = "png"  # "png" | "tiff" | "jpeg" | "heic"
+    format: str = "png"  # "png" | "tiff" | "jpeg" | "heic" | "dng" (linear)
     quality: int = 92  # of JPEG and HEIC, to 100
     chroma: str = "4:2:0"  # "4:2:0" | "4:4:4": how finely JPEG and HEIC hold colour
     primaries: str = (

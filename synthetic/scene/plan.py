@@ -216,7 +216,7 @@ def view_shots(scene: Scene, k: int, pose: Pose, lamps: list[PlannedLamp], named
 
 
 def suffix(scene: Scene) -> str:
-    return {"png": "png", "tiff": "tif", "jpeg": "jpg", "heic": "heic"}[scene.sensor.format]
+    return {"tiff": "tif", "jpeg": "jpg"}.get(scene.sensor.format, scene.sensor.format)
 
 
 def turn_table(scene: Scene, poses: list[Pose], places: np.ndarray) -> tuple[list[Pose], np.ndarray]:

@@ -108,7 +108,7 @@ RULES: dict[str, dict[str, Rule]] = {
         "bits": one_of(8, 16),
         "encoding": one_of("linear", "srgb", "gamma", "tone"),
         "gamma": above(0),
-        "format": one_of("png", "tiff", "jpeg", "heic"),
+        "format": one_of("png", "tiff", "jpeg", "heic", "dng"),
         "quality": between(1, 100),
         "chroma": one_of("4:2:0", "4:4:4"),
         "primaries": one_of("srgb", "p3"),
@@ -189,6 +189,8 @@ def _check_files(scene: Scene, where: object) -> None:
     small = sensor.format in ("jpeg", "heic")
     if small and sensor.bits != 8:
         raise InputError(f"{where}: sensor.bits", f"a {sensor.format} has 8")
+    if sensor.format == "dng" and (sensor.bits != 16 or sensor.encoding != "linear"):
+        raise InputError(f"{where}: sensor.format", 'a dng has bits = 16 and encoding = "linear"')
     if sensor.primaries != "srgb" and not small:
         raise InputError(f"{where}: sensor.primaries", "only a jpeg or heic names them")
     if scene.camera.hand is not None and scene.camera.motion != "moving":

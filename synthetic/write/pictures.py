@@ -1,4 +1,4 @@
-"""Photos as files: PNG and TIFF as they are, JPEG and HEIC as a telephone writes them, with EXIF and a profile."""
+"""Photos as files: PNG and TIFF as they are; JPEG, HEIC and DNG as a telephone writes them, with EXIF."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from PIL.TiffImagePlugin import IFDRational
 from photogonio.capture.files.stops import NAMES
 from photogonio.synthetic.scene.parts import SensorScene
 from photogonio.synthetic.scene.plan import FLASH, Shot
+from photogonio.synthetic.write.dng import Entry, rational, short, write_dng
 
-WITH_EXIF = ("jpeg", "heic")
+WITH_EXIF = ("jpeg", "heic", "dng")
 CHROMA = {"4:2:0": (2, 420), "4:4:4": (0, 444)}  # as Pillow and as libheif call it
 D50 = (0.96420, 1.0, 0.82491)
 # X, Y, Z of red, green and blue, adapted to D50 (Bradford), as Apple's and the ICC's own profiles have them
@@ -35,6 +36,9 @@ def write_photo(path: Path, photo: np.ndarray, sensor: SensorScene, shot: Shot) 
         settings = [cv2.IMWRITE_PNG_COMPRESSION, 1] if path.suffix == ".png" else []
         if not cv2.imwrite(str(path), photo[..., ::-1], settings):
             raise OSError(f"{path}: could not be written")
+        return
+    if sensor.format == "dng":
+        write_dng(path, photo, round(sensor.black_level * 65535), dng_exif(sensor, shot))
         return
     picture, (pillow, heif) = Image.fromarray(photo), CHROMA[sensor.chroma]
     exif, profile = exif_of(sensor, shot), icc_profile(sensor)
@@ -55,8 +59,23 @@ def exif_of(sensor: SensorScene, shot: Shot) -> bytes:
         inner[0x829D] = _ratio(sensor.f_number)
     if sensor.iso is not None:
         inner[0x8827] = round(sensor.iso)
-    inner[0x9209] = 1 if any(lamp.id == FLASH for lamp in shot.lamps) else 16
+    inner[0x9209] = flash_of(shot)
     return exif.tobytes()
+
+
+def dng_exif(sensor: SensorScene, shot: Shot) -> list[Entry]:
+    """The same, as entries of a DNG's own directory."""
+    found = [rational(0x829A, named(sensor, shot.exposure_time)), short(0x9209, flash_of(shot))]
+    if sensor.f_number is not None:
+        found.append(rational(0x829D, sensor.f_number))
+    if sensor.iso is not None:
+        found.append(short(0x8827, round(sensor.iso)))
+    return found
+
+
+def flash_of(shot: Shot) -> int:
+    """EXIF's number: whether the camera's own lamp shone."""
+    return 1 if any(lamp.id == FLASH for lamp in shot.lamps) else 16
 
 
 def named(sensor: SensorScene, seconds: float) -> float:
