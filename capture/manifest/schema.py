@@ -135,27 +135,31 @@ def array(*shape: int | None) -> Rule:
     """Nested lists of finite numbers as a float array; ``None`` leaves a length open."""
 
     def rule(value: object, where: str) -> np.ndarray:
-        wanted = " x ".join("n" if size is None else str(size) for size in shape)
-        message = f"expected {wanted} finite numbers, found {shown(value)}"
-        if not numbers_only(value):
-            raise InputError(where, message)
-        try:
-            result = np.array(value, float)
-        except ValueError as error:  # ragged
-            raise InputError(where, message) from error
-        fits = result.ndim == len(shape) and all(
-            n is None or n == m for n, m in zip(shape, result.shape, strict=True)
-        )
-        if not fits or not np.isfinite(result).all():
-            raise InputError(where, message)
+        result = _of_shape(value, shape)
+        if result is None:
+            wanted = " x ".join("n" if size is None else str(size) for size in shape)
+            raise InputError(where, f"expected {wanted} finite numbers, found {shown(value)}")
         return result
 
     return rule
 
 
+def _of_shape(value: object, shape: tuple[int | None, ...]) -> np.ndarray | None:
+    if not numbers_only(value):
+        return None
+    try:
+        result = np.array(value, float)
+    except ValueError:  # ragged
+        return None
+    fits = result.ndim == len(shape) and all(
+        n is None or n == m for n, m in zip(shape, result.shape, strict=True)
+    )
+    return result if fits and np.isfinite(result).all() else None
+
+
 def numbers_only(value: object) -> bool:
     if isinstance(value, list):
-        return all(numbers_only(item) for item in value)
+        return all(type(item) is float or numbers_only(item) for item in value)
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 

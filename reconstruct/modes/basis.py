@@ -132,6 +132,7 @@ def evaluate_isotropic(
     spare = -len(modes) % mode_sums.GROUP
     first, second = np.pad(first, (0, spare)), np.pad(second, (0, spare))
     weighted = np.pad(coefficients * weights[:, None], ((0, spare), (0, -coefficients.shape[1] % 3)))
+    weighted = np.ascontiguousarray(weighted)  # it has the layout of the coefficients, which may be columns
     result = np.empty((len(angles[0]), coefficients.shape[1]))
 
     def task(start: int, stop: int) -> None:

@@ -46,7 +46,8 @@ def radial_index(n: ArrayLike, l: ArrayLike) -> np.ndarray:
 @lru_cache(maxsize=64)
 def recurrence(order: int) -> Recurrence:
     """Coefficients of the recurrence for every (n, l) up to ``order``."""
-    n, l = np.array([(n, l) for n in range(order + 1) for l in range(n % 2, n + 1, 2)]).T
+    # each in one stretch of memory, at every order: for another layout all that takes them is compiled anew
+    n, l = np.array([(n, l) for n in range(order + 1) for l in range(n % 2, n + 1, 2)]).T.copy()
     k, safe = (n - l) // 2, np.maximum(n, 3)
     down = np.maximum(2 * k * (k + l), 1.0)
     first = k == 1

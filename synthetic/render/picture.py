@@ -100,6 +100,7 @@ def sort_pixels(world: World, pose: Pose, corners: np.ndarray) -> tuple[np.ndarr
     eye, turned = pose.center, pose.rotation
     at_corner = label_rays(world, eye, turned, corners.reshape(-1, 2)).reshape(height + 1, width + 1)
     middles = pixel_middles(corners).reshape(-1, 2)
+    middles.setflags(write=False)  # as the corners are: what may be written is another type, compiled anew
     middle = label_rays(world, eye, turned, middles).reshape(height, width)
     kind = middle % 1024 // 64
     edge = kind == BALL
