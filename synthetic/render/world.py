@@ -120,7 +120,8 @@ def sheets(scene: Scene, shot: Shot) -> tuple[np.ndarray, np.ndarray, int, np.nd
     """Outlines (p, v, 2), heights (p,), which is the sample or -1, reflectances (p, c)."""
     if shot.offset is None:
         return np.zeros((0, 3, 2)), np.zeros(0), -1, np.zeros((0, CHANNELS))
-    rows = [(np.array(p.outline, float), p.height, true_reflectance(p)) for p in scene.white_patch]
+    patches = scene.white_patch + scene.grey_patch
+    rows = [(np.array(p.outline, float), p.height, true_reflectance(p)) for p in patches]
     flat = scene.sample.shape == "plane"
     if flat:
         outline = np.array(scene.sample.outline, float) + shot.offset[:2]

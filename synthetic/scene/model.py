@@ -32,6 +32,7 @@ class Scene:
     board: BoardScene | None = field(default_factory=BoardScene)
     mirror_ball: tuple[BallScene, ...] = ()
     white_patch: tuple[PatchScene, ...] = ()
+    grey_patch: tuple[PatchScene, ...] = ()  # print: the manifest has their outlines, not their reflectances
     camera: CameraScene = field(default_factory=CameraScene)
     lamp: LampScene = field(default_factory=LampScene)
     sensor: SensorScene = field(default_factory=SensorScene)

@@ -79,6 +79,7 @@ RULES: dict[str, dict[str, Rule]] = {
     },
     "mirror_ball": {"center": numbers(3), "radius": above(0), "reflectance": between(0, 1)},
     "white_patch": PATCH,
+    "grey_patch": PATCH,
     "camera": {
         "size": all_above(2, 15),
         "focal": above(0),

@@ -31,6 +31,10 @@ def manifest_of(scene: Scene, camera: Camera, shots: tuple[Shot, ...]) -> dict[s
             {"outline": [list(p) for p in w.outline], "height": w.height, "reflectance": list(w.reflectance)}
             for w in scene.white_patch
         ]
+    if scene.grey_patch:
+        found["grey_patch"] = [
+            {"outline": [list(p) for p in g.outline], "height": g.height} for g in scene.grey_patch
+        ]
     lights = light_tables(scene, shots)
     if lights:
         found["light"] = lights
