@@ -30,6 +30,12 @@ ENTRIES = (
         source="tables of known surfaces; of thirty CUReT materials none reaches 0.3",
     ),
     Entry(
+        "table-quantity",
+        "A table's header names its values as another quantity than f, as which they are read: per cent, a reflectance "
+        "factor, cosine-corrected.",
+        "`--quantity`, as the header says; nothing, if its values are f all the same.",
+    ),
+    Entry(
         "table-lamp-side",
         "A table's readings peak toward the lamp, not toward the mirror direction.",
         "`--azimuth mirror`, if azimuths count from the mirror side. A retro-reflective surface is read rightly.",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -28,6 +30,27 @@ CIRCUMSTANCES = {
     *("theta_h", "theta_d", "phi_d", "thetai", "thetar", "phii", "phir", "weight", "comment", "remark"),
     *("solid", "aperture", "spot", "position", "x_mm", "y_mm", "z_mm", "operator", "instrument"),
 }
+# likewise, where another column may be a BRDF
+BESIDE = {
+    *("raw", "signal", "background", "bg", "bias", "adc", "dn", "reference", "ref", "int", "ms", "tint"),
+    *("irradiance", "volts", "amps", "lux", "focus", "height", "batch", "order", "step"),
+}
+# headers of angles as other programs write them, in small letters without units, blanks, dots and underscores
+ANGLES = {
+    "theta_i": ("thetai", "thetain", "thetainc", "thetaincident", "incidenttheta"),
+    "phi_i": ("phii", "phiin", "phiinc", "phiincident", "incidentphi"),
+    "theta_r": ("thetar", "thetaout", "thetao", "thetaexit", "thetareflected", "exittheta"),
+    "phi_r": ("phir", "phiout", "phio", "phiexit", "phireflected", "exitphi"),
+}
+DEGREES, RADIANS = {"", "deg", "degs", "degree", "degrees", "°"}, {"rad", "rads", "radian", "radians"}
+_UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+# what a header says that its values are, by words of it
+QUANTITIES = {
+    "percent": {"percent", "pct", "percentage", "%"},
+    "reflectance-factor": {"brf", "hdrf", "reff"},
+    "brdf-cos": {"ccbrdf", "ars", "cos", "cosine"},
+}
+LOGARITHMS = {"log", "log10", "ln", "db", "decibel", "logarithm"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +86,8 @@ def match_columns(table: TextTable, told: Told) -> Matched:
         if name not in NAMES:
             raise InputError(f"--columns {name}", f"expected one of {', '.join(NAMES)}")
     header = table.header
-    angles = {name: told.columns.get(name, name) for name in ANGLE_NAMES}
-    absent = [name for name in ("phi_i", "phi_r") if name not in told.columns and name not in header]
+    angles = {name: told.columns.get(name) or _likely(header, name) for name in ANGLE_NAMES}
+    absent = [name for name in ("phi_i", "phi_r") if name not in told.columns and angles[name] not in header]
     for name in absent if absent != ["phi_r"] else ():
         del angles[name]
     sigma = told.columns.get("sigma", "sigma" if "sigma" in header else "")
@@ -86,11 +109,61 @@ def match_columns(table: TextTable, told: Told) -> Matched:
     return Matched(angles, values, sigmas, unused)
 
 
+def _likely(header: tuple[str, ...], name: str) -> str:
+    """The header of an angle, as it is or as others write it."""
+    if name in header:
+        return name
+    found = [one for one in header if _bare(one)[0] in ANGLES[name] and _bare(one)[1] in DEGREES | RADIANS]
+    return found[0] if len(found) == 1 else name
+
+
+def _bare(header: str) -> tuple[str, str]:
+    """A header in small letters without its unit, and the unit."""
+    unit = _UNIT.search(header)
+    name = header[: unit.start()] if unit else header
+    for letter, word in (("θ", "theta"), ("ϑ", "theta"), ("φ", "phi"), ("ϕ", "phi")):
+        name = name.replace(letter, word)
+    return re.sub(r"[\s._-]", "", name.lower()), unit.group(1).lower() if unit else ""
+
+
+def unit_of(path: Path, angles: Mapping[str, str]) -> str | None:
+    """ "radians" where the headers of all angles say so; None of degrees, and where none says anything.
+
+    Raises:
+        InputError: some are in one, some in another.
+    """
+    units = {_bare(header)[1] for header in angles.values()}
+    if not units & RADIANS:
+        return None
+    if not units <= RADIANS:
+        raise InputError(path, f"angles are in more than one unit: {', '.join(angles.values())}")
+    return "radians"
+
+
+def quantity_said(path: Path, headers: tuple[str, ...]) -> tuple[str, str] | None:
+    """A header of values that says that they are no BRDF but another of the quantities, and which.
+
+    Raises:
+        InputError: it says that they are logarithms.
+    """
+    for header in headers:
+        words = words_of(header) | ({"%"} if "%" in header else set())
+        if words & LOGARITHMS:
+            raise InputError(path, f"column {header!r} holds logarithms: bring them to plain numbers")
+        told = next((name for name, known in QUANTITIES.items() if words & known), None)
+        if told is None and "factor" in words and words & {"reflectance", "radiance"}:
+            told = "reflectance-factor"
+        if told is not None:
+            return header, told
+    return None
+
+
 def _values(table: TextTable, told: Told, others: list[str]) -> tuple[str, ...]:
     if "value" in told.columns:
         return tuple(told.columns["value"].split("+"))
     likely = tuple(name for name in others if is_value(name))
     values = tuple(name for name in likely if not _all_words(table, name)) or likely
+    values = tuple(name for name in values if not words_of(name) & BESIDE) or values
     if not values:
         raise InputError(
             table.path,

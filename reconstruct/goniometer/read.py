@@ -11,7 +11,14 @@ import numpy as np
 
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.goniometer.columns import Matched, channel_names, match_columns, unused_note
+from photogonio.reconstruct.goniometer.columns import (
+    Matched,
+    channel_names,
+    match_columns,
+    quantity_said,
+    unit_of,
+    unused_note,
+)
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
 from photogonio.reconstruct.goniometer.doubts import doubts_of, much_lost
 from photogonio.reconstruct.goniometer.foreign import read_foreign
@@ -60,6 +67,8 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     matched = match_columns(table, told)
     table = _select(table, told.where)
     value = np.column_stack([table.number(name) for name in matched.values])
+    if told.angles is None:
+        told = replace(told, angles=unit_of(table.path, matched.angles))
     angles = directions(table, matched.angles, value[:, 0], told)
     sigma = None
     if matched.sigmas:
@@ -80,10 +89,18 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     refuse_repeated(table.path, pair, samples.value.mean(1))
     samples = believed(samples)
     samples = _in_units(table.path, samples, told.quantity)
-    return replace(
-        samples,
-        diagnoses=samples.diagnoses + doubts_of(samples, told.quantity, side_told=told.azimuth is not None),
-    )
+    doubts = doubts_of(samples, told.quantity, side_told=told.azimuth is not None)
+    return replace(samples, diagnoses=(*samples.diagnoses, *_said_otherwise(table, matched, told), *doubts))
+
+
+def _said_otherwise(table: TextTable, matched: Matched, told: Told) -> tuple[Diagnosis, ...]:
+    """Whether a header says that the values are another quantity than they are taken for."""
+    said = quantity_said(table.path, matched.values)
+    if said is None or told.quantity != "brdf":
+        return ()
+    header, quantity = said
+    message = f"column {header!r} seems to hold another quantity than f, as which it is read: say --quantity {quantity}"
+    return (Diagnosis("table-quantity", message),)
 
 
 def _side_by_side(

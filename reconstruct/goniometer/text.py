@@ -12,11 +12,32 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.goniometer.astm import table_lines
+from photogonio.reconstruct.goniometer.astm import encoding_of, table_lines
 
 REMARKS = ("#", "%", "!", "//", ";")
-SEPARATORS = (";", "\t", ",", None)  # None: blanks
-NOTHING = {"", "-", "--", "---", "?", "*", "na", "n/a", "#n/a", "null", "none", "missing", "#num!", "#div/0!"}
+SEPARATORS = (";", "\t", ",", "|", None, ":")  # None: blanks
+NOTHING = {
+    *(
+        "",
+        "-",
+        "--",
+        "---",
+        "?",
+        "*",
+        ".",
+        "na",
+        "n/a",
+        "n.a.",
+        "#n/a",
+        "<na>",
+        "null",
+        "nil",
+        "none",
+        "missing",
+    ),
+    *("#num!", "#div/0!", "#value!", "#ref!", "invalid"),
+}
+NO_NUMBER = ("1.#", "-1.#", "+1.#")  # begins what C's older libraries print for it
 LOOK = 50  # lines by which separators and decimal marks are told
 _CHUNK = 1 << 16  # rows that are turned into numbers at a time
 _LEAST_COLUMNS = 3
@@ -51,7 +72,7 @@ class Column:
             return float(cell), 0
         except ValueError:
             cell = cell.strip()
-        if cell.lower() in NOTHING:
+        if cell.lower() in NOTHING or cell.startswith(NO_NUMBER):
             return np.nan, -1
         return np.nan, self.texts.setdefault(cell, len(self.texts)) + 1
 
@@ -123,14 +144,14 @@ class TextTable:
 def read_text(path: Path) -> TextTable:
     """Read a table: a header, then rows of as many cells; blank lines and remarks are passed over.
 
-    Commas, semicolons, tabs or blanks separate; where no comma does, commas may be decimal marks. A header may stand
-    in a remark, or after ASTM E1392's ``VARS``, and a line of units below it.
+    Commas, semicolons, tabs, bars, colons or blanks separate; where no comma does, commas may be decimal marks. A
+    header may stand in a remark, or after ASTM E1392's ``VARS``, and a line of units below it.
 
     Raises:
         InputError: the file cannot be read, has no header, or a row has another number of cells.
     """
     try:
-        with path.open(encoding="utf-8-sig") as file:
+        with path.open(encoding=encoding_of(path)) as file:
             return _read(path, table_lines(file))
     except FileNotFoundError:
         raise InputError(path, "no such file") from None
@@ -217,6 +238,8 @@ def _empty_first(text: str, count: int) -> bool:
 
 
 def _split(text: str, mark: str | None) -> list[str]:
+    if mark == "|" and text.startswith("|") and text.endswith("|"):
+        text = text[1:-1]
     if '"' in text:
         cells = next(csv.reader([text], delimiter=mark or " ", skipinitialspace=True, strict=True))
         return [cell for cell in cells if cell] if mark is None else cells

@@ -5,7 +5,13 @@ from __future__ import annotations
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.goniometer.columns import is_value, match_columns, unused_note
+from photogonio.reconstruct.goniometer.columns import (
+    is_value,
+    match_columns,
+    quantity_said,
+    unit_of,
+    unused_note,
+)
 from photogonio.reconstruct.goniometer.text import read_text
 from photogonio.reconstruct.goniometer.told import Told
 
@@ -56,3 +62,43 @@ def test_what_was_mapped_is_obeyed(tmp_path):
 def test_without_values_it_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"--columns value=\.\.\."):
         match_columns(table_of(tmp_path, "wavelength,sigma", "500,1"), Told())
+
+
+@pytest.mark.parametrize(
+    ("header", "unit"),
+    [
+        ("Theta_i,Phi_i,Theta_r,Phi_r", None),
+        ("thetaIn,phiIn,thetaOut,phiOut", None),
+        ("theta_i [deg],phi_i [deg],theta_o [deg],phi_o [deg]", None),
+        ("θi (°),φi (°),θr (°),φr (°)", None),
+        ("theta_i (rad),phi_i (rad),theta_r (rad),phi_r (rad)", "radians"),
+    ],
+)
+def test_angles_as_others_write_them(tmp_path, header, unit):
+    path = tmp_path / "table.csv"
+    path.write_text(f"{header},f,raw,t_int_ms\n10,0,20,90,0.2,3000,50\n", encoding="utf-8")
+    matched = match_columns(read_text(path), Told())
+    assert list(matched.angles.values()) == header.split(",")
+    assert matched.values == ("f",)
+    assert unit_of(path, matched.angles) == unit
+
+
+def test_two_units_are_refused(tmp_path):
+    angles = {"theta_i": "theta_i (rad)", "phi_i": "phi_i (deg)"}
+    with pytest.raises(InputError, match="more than one unit"):
+        unit_of(tmp_path / "table.csv", angles)
+
+
+@pytest.mark.parametrize(
+    ("header", "quantity"),
+    [("BRF", "reflectance-factor"), ("Reflectance factor", "reflectance-factor"), ("R (%)", "percent"),
+     ("cosine-corrected BRDF", "brdf-cos"), ("BRDF", None), ("R", None), ("reflectance", None), ("550nm", None)],
+)  # fmt: skip
+def test_a_header_says_what_its_values_are(tmp_path, header, quantity):
+    assert quantity_said(tmp_path, (header,)) == (None if quantity is None else (header, quantity))
+
+
+@pytest.mark.parametrize("header", ["log10(BRDF)", "BRDF (dB)", "ln f"])
+def test_logarithms_are_refused(tmp_path, header):
+    with pytest.raises(InputError, match="logarithms"):
+        quantity_said(tmp_path, (header,))

@@ -27,7 +27,7 @@ def matrix(table) -> np.ndarray:
     return np.column_stack([table.number(name) for name in NAMES])
 
 
-@pytest.mark.parametrize("mark", [",", ";", "\t", " ", "   ", ", ", " ; "])
+@pytest.mark.parametrize("mark", [",", ";", "\t", "|", ":", " ", "   ", ", ", " ; "])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_whatever_separates(tmp_path, mark, end):
     path = tmp_path / "table.txt"
@@ -50,6 +50,26 @@ def test_remarks(tmp_path, remark, mark):
     np.testing.assert_array_equal(table.line, [5, 6, 7])
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-32", "latin-1"])
+def test_encodings(tmp_path, encoding):
+    header, *rows = lines_with(",")
+    path = tmp_path / "table.csv"
+    path.write_bytes("\n".join(["# 20 °C, Prüfling", header, *rows]).encode(encoding))
+    np.testing.assert_array_equal(matrix(read_text(path)), ROWS)
+    path.write_bytes(b"\xff\x00\x01\x02" + path.read_bytes())
+    with pytest.raises(InputError, match="not text"):
+        read_text(path)
+
+
+def test_lines_of_spreadsheets_and_notebooks(tmp_path):
+    """What Excel writes above a table, and tables with bars about them."""
+    np.testing.assert_array_equal(matrix(read_text(written(tmp_path, ["sep=;", *lines_with(";")]))), ROWS)
+    header, *rows = (f"| {line} |" for line in lines_with(" | "))
+    table = read_text(written(tmp_path, [header, "|---|---|---|---|---|", *rows]))
+    assert np.isnan(matrix(table)[0]).all()
+    np.testing.assert_array_equal(matrix(table)[1:], ROWS)
+
+
 def test_a_row_with_an_empty_first_cell_is_no_remark(tmp_path):
     table = read_text(written(tmp_path, [*lines_with(";"), ";0;20;90;0.5"]))
     assert np.isnan(table.number("theta_i")[-1]) and table.number("f")[-1] == 0.5
@@ -63,7 +83,9 @@ def test_a_header_in_a_remark_and_a_line_of_units(tmp_path):
     assert table.units == ("deg", "deg", "deg", "deg", "1/sr")
 
 
-@pytest.mark.parametrize("cell", ["", "NaN", "n/a", "NA", "-", "--", "null", "#N/A", " "])
+@pytest.mark.parametrize(
+    "cell", ["", ".", "-1.#IND", "1.#QNAN", "NaN", "n/a", "NA", "-", "--", "null", "#N/A", " "]
+)
 def test_cells_that_say_nothing(tmp_path, cell):
     header, *rows = lines_with(",")
     table = read_text(written(tmp_path, [header, *rows, f"1,2,3,4,{cell}"]))
