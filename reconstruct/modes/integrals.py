@@ -88,7 +88,7 @@ def albedo_by_quadrature(
     for row, angle in zip(result, theta_i.ravel(), strict=True):
         theta_r, inner = elevation_rule(points, level=level, peak=angle)
         given = value(angle, theta_r[:, None], dphi[None, :])
-        row[:] = np.einsum("r,p,rpc->c", inner * np.cos(theta_r), 2.0 * weight, given, optimize=True)
+        row[:] = inner * np.cos(theta_r) @ (2.0 * weight @ given)
     return result.reshape(*theta_i.shape, result.shape[1])
 
 

@@ -50,6 +50,13 @@ def elevation_rule(
     up to 2 (points + more) - 2. A higher level grades the panels toward the horizon and toward theta = ``peak``, and
     bears an integrable singularity at the horizon.
     """
+    theta, weight = _elevation_rule(points, more, level, peak)
+    return theta.copy(), weight.copy()
+
+
+# albedos of many lobes take the same rules, which cost as much as what they are used for
+@lru_cache(maxsize=1024)
+def _elevation_rule(points: int, more: int, level: int, peak: float | None) -> tuple[np.ndarray, np.ndarray]:
     if level == 0:
         rho, weight = panel_rule(np.array([0.0, 1.0]), points, more)
     else:
