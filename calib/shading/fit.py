@@ -84,7 +84,7 @@ def _weigh(
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
-    beside = np.array(reading.beside) / (np.exp(values[3]) * light.even)
+    beside = np.array(reading.beside) / (np.exp(values[3]) * max(light.even, 1e-300))
     expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
     residual = (board.level - board.shown(light.radiance(values, thrown))[0]) / sigma
     bound = _TUKEY * max(float(robust.deviation(residual)), 1.0) * most
