@@ -24,6 +24,7 @@ from benchmarks import (
     row_symmetry,
     spoilt_tables,
     symmetry_choice,
+    tone_curves,
     whole,
 )
 from photogonio.capture.files.images import read_image
@@ -76,6 +77,13 @@ def test_modes_alone_beside_least_squares(capsys):
     rows = re.findall(r"^\| ([\w-]+) \| \w+ \| ([\d.]+) \|$", capsys.readouterr().out, re.MULTILINE)
     assert [name for name, _ in rows] == ["lambert"] * 2 + ["ggx-conductor"] * 2
     assert all(0.99 <= float(one) <= 1.1 for _, one in rows)
+
+
+@pytest.mark.long
+def test_a_tone_curve_is_found_with_greys(capsys):
+    tone_curves.main(["--quick"])
+    out = capsys.readouterr().out
+    assert "with greys: within 1 % in 1 (rms)" in out and len(re.findall(r"[\d.]+%", out)) == 6
 
 
 @pytest.mark.long
