@@ -137,6 +137,8 @@ def _invalid(result: Result) -> str:
         return ""
     rms, median = relative_misfit(result.fit.cells.value, result.fit.predicted)
     if (median <= CLOSE).all() and (rms <= CLOSE_RMS).all():
+        if _told(result, "photo-rescaled"):  # close because photos were brought to it
+            return "at no angle is f known to a tenth of itself, and photos contradict one another"
         return ""  # the fit holds where the data are; how far it holds beyond is said by the intervals
     return "at no angle is f known to a tenth of itself, nor does the fit come close to the data"
 
@@ -269,7 +271,7 @@ OF_FITS = (
     Check(
         "not-determined",
         "f is known to a tenth of itself at no angle (the valid angles are 0 degrees), and the misfit is above 6 % in "
-        "the median or 15 % rms",
+        "the median or 15 % rms, or a photo was off the scale of the others",
         "too few or too noisy data, or data that contradict one another",
         _invalid,
     ),

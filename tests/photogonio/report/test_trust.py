@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.calib.setup_file import save_setup
+from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.photoset import Sphere
 from photogonio.cli import main
 from photogonio.reconstruct.estimate.mode_set import Basis
@@ -70,6 +72,22 @@ def test_an_unphysical_result_is_written_and_every_outcome_says_so(capsys, tmp_p
     assert cards.strip().startswith('<div class="card alarm"><span>not to be trusted: ')
     said = json.loads((tmp_path / "out/coefficients.json").read_text())["fit"][DISTRUSTED]
     assert said == numbers["trust"]["codes"]
+
+
+@pytest.mark.parametrize(
+    ("misfit", "rescaled", "fault"), [(0.01, False, False), (0.01, True, True), (0.2, False, True)]
+)
+def test_a_result_that_holds_nowhere_is_excused_by_its_data_alone(misfit, rescaled, fault):
+    """A fit is close to photos that were brought to it, whatever they show."""
+    value = np.ones((40, 1))
+    told = (Diagnosis("photo-rescaled", "s000.png: +28% off the scale of the other photos; corrected"),)
+    result = SimpleNamespace(
+        brdf=SimpleNamespace(valid={"theta_i_max": 0.0, "theta_r_max": 0.0}),
+        fit=SimpleNamespace(cells=SimpleNamespace(value=value), predicted=(1.0 + misfit) * value),
+        diagnoses=told if rescaled else (),
+    )
+    (check,) = (one for one in OF_FITS if one.code == "not-determined")
+    assert bool(check.found(result)) == fault
 
 
 def test_who_uses_the_file_is_told_and_quiet_is_not_silent(capsys, tmp_path):
