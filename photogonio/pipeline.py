@@ -18,7 +18,9 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.finished import write_result
 from photogonio.options import Options
+from photogonio.reconstruct.fit_result import FitResult
 from photogonio.reconstruct.lighting.lamp_directions import relit, turned_lights
+from photogonio.reconstruct.lighting.sample_place import moved_in_words, moved_sample, replaced
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.reduce.fused import compiled_before
 from photogonio.refit import of_photos
@@ -99,11 +101,10 @@ def process(
             )
             fit, beside = fitted_photos(table, known, options, reporter)
             watch.lap("fit")
-            turned = () if last else turned_lights(fit.cells, fit.model, setup)
-            if not turned:
+            corrected = None if last else _corrected(setup, fit, photoset, reporter)
+            if corrected is None:
                 break
-            setup = relit(setup, turned, photoset.white_patches)
-            reporter.tell(relit_warning(turned))
+            setup = corrected
         prints = {} if out is None else small.of(radiance, kept, options.threads())
     provenance = _provenance("process", photoset, options, reduced.hashes)
     if rig.expected:
@@ -115,6 +116,19 @@ def process(
         write_result(replace(result, prints=prints), Path(out))
         watch.lap("write")
     return result
+
+
+def _corrected(setup: Setup, fit: FitResult, photoset: PhotoSet, reporter: Reporter) -> Setup | None:
+    """The setup with lights, or else the ball, where the sample's shading has them; None if they are there."""
+    turned = turned_lights(fit.cells, fit.model, setup)
+    if turned:
+        reporter.tell(relit_warning(turned))
+        return relit(setup, turned, photoset.white_patches)
+    moved = moved_sample(fit.cells, fit.model, setup)
+    if moved is None:
+        return None
+    reporter.say(moved_in_words(moved, photoset.length_unit))
+    return replaced(setup, moved)
 
 
 def calibrate(

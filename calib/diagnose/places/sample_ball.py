@@ -51,6 +51,7 @@ class SampleBall(Departure):
             "shift_error": error[:3].tolist(),
             "radius_change": float(block[3] - sample.radius),
             "radius_error": float(error[3]),
+            "covariance": settled.covariance["sample"].tolist(),
         }
         return [_told(sample, float(np.linalg.norm(shift)), settled, state.photoset.length_unit)]
 
