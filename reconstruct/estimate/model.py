@@ -10,6 +10,8 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.lobes.families import Family, lobe_columns
 from photogonio.reconstruct.table.cells import Cells
 
+STEP = 0.02  # of a shape's logarithm, in finite differences
+
 
 @dataclass(frozen=True, slots=True)
 class LobeSet:
@@ -74,3 +76,23 @@ class Model:
         fixed, columns = self.lobes.columns(cells)
         modes = self.basis.evaluate(cells, self.coefficients)
         return fixed[:, None] + columns @ self.lobe_coefficients + modes
+
+
+def shape_slopes(model: Model, cells: Cells) -> np.ndarray:
+    """(n, p, c) derivatives of f by the logarithms of the lobes' shapes."""
+    logs = model.lobes.flat()
+    channels = model.coefficients.shape[1]
+    derivative = np.zeros((len(cells), len(logs), channels))
+    for p in range(len(logs)):
+        ends = []
+        for step in (-STEP, STEP):
+            fixed, columns = model.lobes.with_flat(_moved(logs, p, step)).columns(cells)
+            ends.append(fixed[:, None] + columns @ model.lobe_coefficients)
+        derivative[:, p] = (ends[1] - ends[0]) / (2 * STEP)
+    return derivative
+
+
+def _moved(logs: np.ndarray, p: int, step: float) -> np.ndarray:
+    moved = logs.copy()
+    moved[p] += step
+    return moved

@@ -1,4 +1,4 @@
-"""What light reached the sample beside the lamp, and where did the lamp stand by it?
+"""What light reached the sample beside the lamp, and where did lamp and ball stand by it?
 
-Takes views, their cells; gives stray light, its limits, refined lamp directions.
+Takes views, their cells; gives stray light, its limits, refined lamp directions, the ball's place.
 """

@@ -16,7 +16,7 @@ import numpy as np
 
 from photogonio.calib.setup import Setup
 from photogonio.capture.photoset import Sphere
-from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.model import Model, shape_slopes
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR
 from photogonio.reconstruct.estimate.weights import (
     PHOTO_FREEDOM,
@@ -27,7 +27,6 @@ from photogonio.reconstruct.estimate.weights import (
     student_weights,
 )
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.reconstruct.uncertainty.budget import shape_slopes
 
 SURE = 4.0  # standard errors of the move
 IMPLAUSIBLE = 5.0  # of calibration: a move by more is something else's doing

@@ -15,14 +15,13 @@ from scipy.special import stdtr
 from photogonio.reconstruct.estimate.folded_design import Common, FoldedDesign
 from photogonio.reconstruct.estimate.lobe_search import common_error, search_lobes, thinned
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model import LobeSet, Model, shape_slopes
 from photogonio.reconstruct.estimate.model_selection import LEAST_VIEWS, PRIORS, blocks_of, folds_of
 from photogonio.reconstruct.estimate.normal_equations import Factors, Statistics, solve
 from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR, Cleaned
 from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.symmetry.columns import Columns, swapped_modes, turning_modes
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.reconstruct.uncertainty.budget import shape_slopes
 
 VIEW_WORTH = 3.0  # independent values that a view's residuals count for
 SHUFFLES = 7  # sets with their rotations dealt out anew

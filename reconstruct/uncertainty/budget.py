@@ -16,7 +16,7 @@ from scipy.special import stdtrit
 
 from photogonio.reconstruct.estimate.lobe_search import Fitted, common_error
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.model import Model, shape_slopes
 from photogonio.reconstruct.estimate.model_selection import Candidate, blocks_of
 from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.table.cells import Cells
@@ -26,7 +26,6 @@ from photogonio.reconstruct.uncertainty.lobe_weight import cover_slopes
 LEAST_UNITS = 8  # views; fewer are cut into blocks of directions
 MOST_UNITS = 40  # to leave out one by one
 MOST_VIEWS = 50  # to leave out one by one; of more, several together
-STEP = 0.02  # of a shape's logarithm, in finite differences
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,23 +172,3 @@ def _spread(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:
 def _shared_slopes(model: Model, cells: Cells) -> np.ndarray:
     """(n, s, c) derivatives of f by what all channels share: logarithms of the lobes' shapes, and of their weights."""
     return np.concatenate([shape_slopes(model, cells), cover_slopes(model, cells)], axis=1)
-
-
-def shape_slopes(model: Model, cells: Cells) -> np.ndarray:
-    """(n, p, c) derivatives of f by the logarithms of the lobes' shapes."""
-    logs = model.lobes.flat()
-    channels = model.coefficients.shape[1]
-    derivative = np.zeros((len(cells), len(logs), channels))
-    for p in range(len(logs)):
-        ends = []
-        for step in (-STEP, STEP):
-            fixed, columns = model.lobes.with_flat(_moved(logs, p, step)).columns(cells)
-            ends.append(fixed[:, None] + columns @ model.lobe_coefficients)
-        derivative[:, p] = (ends[1] - ends[0]) / (2 * STEP)
-    return derivative
-
-
-def _moved(logs: np.ndarray, p: int, step: float) -> np.ndarray:
-    moved = logs.copy()
-    moved[p] += step
-    return moved

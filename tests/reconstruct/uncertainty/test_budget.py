@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.estimate.model import LobeSet, Model
+from photogonio.reconstruct.estimate.model import STEP, LobeSet, Model, shape_slopes
 from photogonio.reconstruct.lobes.families import retro_lobe
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.reconstruct.uncertainty.budget import STEP, Rival, Uncertainty, shape_slopes
+from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty
 
 
 def test_the_stated_error_holds_the_spread_of_the_rivals():
