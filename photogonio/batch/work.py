@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ import numpy as np
 from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, SetEntry
 from photogonio.batch.sets import SetPlace
 from photogonio.cache.file_hashes import remembered_hashes
-from photogonio.cache.kept import code_key, key_of
+from photogonio.cache.kept import key_of, written_key
 from photogonio.cache.store import default_store
 from photogonio.calib.rig.gaussian import NOTHING, RigPrior
 from photogonio.capture.errors import InputError
@@ -42,7 +42,8 @@ class Job:
 
 
 def result_key(place: SetPlace, options: Options) -> str:
-    """A hash of the program, of what was asked, and of the set's files.
+    """A hash of all that shapes a result's files: the program, its templates and libraries, what was asked, the set's
+    files, and the folder's name, which the result tells.
 
     Raises:
         InputError: the manifest cannot be used, or a photo cannot be read.
@@ -59,7 +60,8 @@ def result_key(place: SetPlace, options: Options) -> str:
     except OSError as error:
         raise InputError(error.filename or place.folder, error.strerror or "cannot be read") from None
     named = {path.relative_to(place.folder).as_posix(): digest for path, digest in hashes.items()}
-    return key_of("batch", code_key(), options.to_dict(), manifest, named)
+    asked = replace(options, workers=None, executor=None)  # who does it leaves no trace
+    return key_of("batch", written_key(), asked, place.folder.resolve().name, manifest, named)
 
 
 def processed(job: Job) -> SetEntry:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
@@ -38,6 +38,7 @@ LIBRARIES = (
     "pillow-heif",
     "colour-science",
 )
+DRAWING = ("matplotlib", "jinja2")  # what pages and pictures are made by, beside those
 CORNERS = ("ids", "points", "pixels", "sigma", "marker_ids", "marker_pixels")  # of a board, as they are kept
 
 
@@ -129,12 +130,39 @@ def code_key() -> str:
     """
     versions = {name: _version(name) for name in LIBRARIES}
     digest = hashlib.blake2b(f"{cv2.__version__} {sys.version_info[:2]} {versions}".encode())
-    front = Path(str(photogonio.__file__)).parent
-    rooms = {room.__name__.rpartition(".")[2]: Path(str(room.__file__)).parent for room in ROOMS}
-    inside = [path for name in (*rooms, "synthetic") for path in (front / name).rglob("*.py")]
-    for folder, leaving_out in ((front, inside), *((folder, []) for folder in rooms.values())):
+    for folder, leaving_out in _rooms():
         digest.update(text_key(folder, leaving_out).encode())
     return digest.hexdigest()
+
+
+@lru_cache(maxsize=1)
+def written_key() -> str:
+    """:func:`code_key`, and a hash of what else shapes the files that are written: templates, and what draws.
+
+    Numbers do not hang on those, so that photos that were reduced need not be so again for a page that is laid out
+    anew.
+    """
+    versions = {name: _version(name) for name in DRAWING}
+    digest = hashlib.blake2b(f"{code_key()} {versions}".encode())
+    for folder, leaving_out in _rooms():
+        paths = {path for path in folder.rglob("*") if _is_data(path.relative_to(folder))} - set(leaving_out)
+        digest.update(_files_key(folder, (path for path in paths if path.is_file())).encode())
+    return digest.hexdigest()
+
+
+def _rooms() -> Iterator[tuple[Path, list[Path]]]:
+    """The folders whose files bear on results, and the files in each that do not, or are another's."""
+    front = Path(str(photogonio.__file__)).parent
+    rooms = {room.__name__.rpartition(".")[2]: Path(str(room.__file__)).parent for room in ROOMS}
+    yield front, [path for name in (*rooms, "synthetic") for path in (front / name).rglob("*")]
+    for folder in rooms.values():
+        yield folder, []
+
+
+def _is_data(path: Path) -> bool:
+    """Neither program text, nor made of it, nor for type checkers, nor an editor's or the system's own."""
+    hidden = any(part.startswith((".", "__pycache__")) for part in path.parts)
+    return not hidden and path.suffix not in (".py", ".pyc", ".pyi", ".typed") and not path.name.endswith("~")
 
 
 def _version(library: str) -> str:
@@ -146,8 +174,12 @@ def _version(library: str) -> str:
 
 def text_key(package: Path, leaving_out: Collection[Path] = ()) -> str:
     """A hash of all program text in a package's folder and the folders in it, by path and content."""
+    return _files_key(package, set(package.rglob("*.py")) - set(leaving_out))
+
+
+def _files_key(folder: Path, paths: Iterable[Path]) -> str:
     digest = hashlib.blake2b()
-    for path in sorted(set(package.rglob("*.py")) - set(leaving_out)):
+    for path in sorted(paths):
         text = path.read_bytes()
-        digest.update(f"{path.relative_to(package).as_posix()} {len(text)};".encode() + text)
+        digest.update(f"{path.relative_to(folder).as_posix()} {len(text)};".encode() + text)
     return digest.hexdigest()

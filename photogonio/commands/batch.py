@@ -23,6 +23,7 @@ from photogonio.system.progress import Reporter
 
 TABLE, PAGE = "summary.csv", "summary.html"
 FILES = (LEDGER, TABLE, PAGE)
+WRITTEN = ("coefficients.json", "setup.json", "table.npz", "report.html")  # of each set
 OF_POOL = ("rigs.jsonl", "pool.json")
 
 
@@ -68,7 +69,7 @@ def _sorted_out(
     known, found, jobs, changed = read_ledger(out / LEDGER), dict[str, SetEntry](), list[Job](), 0
     for place, key in zip(places, keys_of(places, options, reporter), strict=True):
         entry = known.get(place.name)
-        there = (out / place.name / "coefficients.json").is_file()
+        there = all((out / place.name / name).is_file() for name in WRITTEN)
         if isinstance(key, InputError):
             found[place.name] = SetEntry(place.name, "", FAILED, str(key))
             continue

@@ -100,3 +100,37 @@ def test_the_renderer_s_key_leaves_out_what_the_scenes_say_themselves(monkeypatc
     )
     evaluate.renderer_key.__wrapped__()
     assert asked == [(Path(synthetic.__file__).parent, {Path(evaluate.hard.__file__)})]
+
+
+def test_the_key_of_written_files_holds_templates_and_what_draws(installed, monkeypatch):
+    now = kept.written_key.__wrapped__
+    before = now()
+    assert before == kept.written_key()  # of a checkout
+    templates = sorted(installed.rglob("templates/*"))
+    assert {path.name for path in templates} >= {"report.html", "interactive.js", "summary.html"}
+    for path in (*templates, installed / "report" / "html.py", installed / "reconstruct" / "fit.py"):
+        text = path.read_bytes()
+        path.write_bytes(text + b"\n")
+        kept.code_key.cache_clear()
+        assert now() != before, path
+        path.write_bytes(text)
+    kept.code_key.cache_clear()
+    (installed / "report" / "templates" / "new.css").write_text("")
+    assert now() != before
+    (installed / "report" / "templates" / "new.css").unlink()
+    for name in ("report/__pycache__/a.pyc", "synthetic/new.toml", "report/templates/.report.html.swp"):
+        (installed / name).parent.mkdir(exist_ok=True)
+        (installed / name).write_text("")
+        assert now() == before, name
+    for library in kept.DRAWING:
+        assert kept._version(library) != "unknown"
+        monkeypatch.setattr(
+            kept, "version", lambda name, own=library: "0" if name == own else metadata.version(name)
+        )
+        assert now() != before, library
+
+
+def test_a_page_that_is_laid_out_anew_lets_photos_be(installed):
+    before = kept.code_key.__wrapped__()
+    (installed / "report" / "templates" / "report.html").write_text("another")
+    assert kept.code_key.__wrapped__() == before
