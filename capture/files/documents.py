@@ -63,6 +63,14 @@ def _read(path: Path, kind: str, parse: Callable[[str], Any]) -> Any:
     return document
 
 
+_NUMBERS = {int, float}
+
+
+def _small(numbers: list[float]) -> bool:
+    """Whether none is beyond :data:`LARGEST`: most lists are such, and long."""
+    return -LARGEST <= min(numbers, default=0) and max(numbers, default=0) < LARGEST
+
+
 def _check(value: Any, path: Path, key: str, depth: int) -> None:
     if depth > DEEPEST:
         raise InputError(path, f"nested more than {DEEPEST} deep")
@@ -70,6 +78,8 @@ def _check(value: Any, path: Path, key: str, depth: int) -> None:
         for name, item in value.items():
             _check(item, path, f"{key}.{name}" if key else str(name), depth + 1)
     elif isinstance(value, list):
+        if depth < DEEPEST and set(map(type, value)) <= _NUMBERS and _small(value):
+            return
         for k, item in enumerate(value):
             if type(item) is float:  # most of a long document, and always right
                 continue

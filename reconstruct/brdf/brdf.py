@@ -215,12 +215,23 @@ def load_brdf(path: Path | str) -> Brdf:
 def _text(document: dict[str, object]) -> str:
     """JSON, a key a line; of version 1 with every number on a line of its own, as it always was."""
     if document["version"] == 1:
-        return json.dumps(document, indent=1, allow_nan=False) + "\n"
+        return "{\n" + ",\n".join(_indented(*one) for one in document.items()) + "\n}\n"
     lines = [
         f"{json.dumps(key)}: {json.dumps(value, allow_nan=False, separators=(',', ':'))}"
         for key, value in document.items()
     ]
     return "{" + ",\n ".join(lines) + "}\n"
+
+
+def _indented(key: str, value: object) -> str:
+    """A key as ``json.dumps(document, indent=1)`` has it, which takes seconds for rows of many modes."""
+    if isinstance(value, list) and value and all(isinstance(row, list) and row for row in value):
+        rows = json.dumps(value, allow_nan=False, separators=(",", ":"))[2:-2]
+        if not set(rows.replace("],[", ",")) & set('[]{"'):  # numbers alone
+            rows = rows.replace(",", ",\n   ").replace("],\n   [", "\n  ],\n  [\n   ")
+            return f" {json.dumps(key)}: [\n  [\n   {rows}\n  ]\n ]"
+    text = json.dumps(value, indent=1, allow_nan=False).replace("\n", "\n ")
+    return f" {json.dumps(key)}: {text}"
 
 
 def _albedo_of_turning(

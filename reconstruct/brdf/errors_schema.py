@@ -94,10 +94,13 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+_NUMBERS = {int, float}
+
+
 def numbers_only(given: Any, *, or_null: bool = False) -> bool:
     """Whether lists, in one another, hold nothing else: no text and no truth values that pass for numbers."""
     if isinstance(given, list):
-        return all(numbers_only(one, or_null=or_null) for one in given)
+        return set(map(type, given)) <= _NUMBERS or all(numbers_only(one, or_null=or_null) for one in given)
     return isinstance(given, np.ndarray) or is_number(given) or (or_null and given is None)
 
 

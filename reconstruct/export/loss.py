@@ -16,6 +16,8 @@ TURNS = (0.0, 70.0)  # incident azimuths, of a surface that changes as it turns
 MASKS = (60.0, 80.0)  # degrees
 _PAIRS = 60_000
 _POLAR, _AZIMUTHS = 48, 96  # nodes of an albedo's quadrature
+_SHARED = 40  # pairs of an incident direction, of a surface that turns
+_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # turn between points of an even spiral
 _SEED = 1996
 PLACE = "loss not measured"  # in a file that has room to state its loss, where it goes
 
@@ -99,10 +101,15 @@ def pairs(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Incident and exit directions (n, 3) within ``mask`` (radians), and weights that undo how densely they lie.
 
-    Half of them are spread evenly by projected solid angle, half lie about the mirror direction, where gloss is.
+    Half of them are spread evenly by projected solid angle, half lie about the mirror direction, where gloss is. Of a
+    surface that turns the incident directions are fewer, evenly spread, and each of many pairs: sums of its modes are
+    then made once for each.
     """
     reach, spread = np.sin(mask), 0.12
     radius, turn = reach * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
+    if not isotropic:
+        place = np.arange(count) // _SHARED + 0.5
+        radius, turn = reach * np.sqrt(place / (place[-1] + 0.5)), _GOLDEN * place
     first = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
     if isotropic:
         first = np.column_stack([radius, 0 * radius])

@@ -33,6 +33,10 @@ from photogonio.reconstruct.modes.zernike import (
     zernike_sequence,
 )
 
+MANY_MODES, FEW_LIT = (
+    100,
+    8,
+)  # of a direction; pairs an incident direction: from then on its sums are made once
 QUANTITIES = {"brdf": (0, 0), "brdf_cos": (1, 0), "brdf_cos_cos": (1, 1)}  # powers of cos_i, cos_r
 
 
@@ -190,6 +194,11 @@ def _bilinear(modes, j, k, coefficients, angles, threads) -> np.ndarray:
         np.add.at(each, (j, k), values)
     theta_i, phi_i, theta_r, phi_r = flat(*angles)
     result = np.empty((len(theta_i), channels))
+    if count >= MANY_MODES:
+        lit, whose = np.unique(theta_i + 1j * phi_i, return_inverse=True)
+        if FEW_LIT * len(lit) <= len(result):
+            sums = np.matmul(zernike_sequence(order, lit.real, lit.imag).T, matrix).swapaxes(0, 1)
+            return _by_incidence(order, sums, whose, theta_r, phi_r)
 
     def task(start: int, stop: int) -> None:
         part = slice(start, stop)
@@ -199,6 +208,23 @@ def _bilinear(modes, j, k, coefficients, angles, threads) -> np.ndarray:
             result[part, channel] = np.einsum("jk,jk->k", zi, matrix[channel] @ zr)
 
     over_rows(task, len(result), threads)
+    return result
+
+
+def _by_incidence(order, sums, whose, theta_r, phi_r) -> np.ndarray:
+    """(k, c) values where few incident directions are those of many pairs: each has ``sums`` (u, c, j) of modes of the
+    exit direction; ``whose`` (k,) are their places."""
+    result = np.empty((len(whose), sums.shape[1]))
+    sorted_places = np.argsort(whose, kind="stable")
+
+    def task(start: int, stop: int) -> None:
+        places = sorted_places[start:stop]
+        zr = zernike_sequence(order, theta_r[places], phi_r[places])
+        ends = np.flatnonzero(np.diff(whose[places], append=-1)) + 1
+        for first, last in zip([0, *ends[:-1]], ends, strict=True):
+            result[places[first:last]] = (sums[whose[places[first]]] @ zr[:, first:last]).T
+
+    over_rows(task, len(result), threads=1)
     return result
 
 

@@ -74,12 +74,20 @@ def _said(
     if order is not None:
         found = _represented(brdf, lobes, order, alone)
         return found, found.missing / size
-    (first, _), *others = FINER_TURNING if brdf.turning else FINER
-    found = _represented(brdf, lobes, max(first, brdf.order), alone)
-    for finer, close in others:
-        if (found.missing / size).max() > close:
-            found = _represented(brdf, lobes, max(finer, brdf.order), alone)
-    return found, found.missing / size
+    finer, tried = FINER_TURNING if brdf.turning else FINER, dict[int, Represented]()
+
+    def at(step: int) -> Represented:
+        order = max(finer[step][0], brdf.order)
+        if order not in tried:
+            tried[order] = _represented(brdf, lobes, order, alone)
+        return tried[order]
+
+    low, high = 0, len(finer) - 1
+    while low < high:  # the loss falls with the order, and the highest orders take most of the time
+        middle = (low + high) // 2
+        far = (at(middle).missing / size).max() > finer[middle + 1][1]
+        low, high = (middle + 1, high) if far else (low, middle)
+    return at(low), at(low).missing / size
 
 
 def _joined(brdf: Brdf, found: Represented, lobes: tuple[Lobe, ...], errors: np.ndarray) -> Brdf:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -94,3 +97,16 @@ def test_f_is_zero_below_the_horizon(symmetry):
     np.testing.assert_array_equal(brdf.directional_albedo(np.array([1.7, -1.7]), 0.0), 0.0)
     turned = brdf.directional_albedo(np.array([0.4]), np.pi + 0.2)  # the other side of the normal
     np.testing.assert_array_equal(brdf.directional_albedo(np.array([-0.4]), 0.2), turned)
+
+
+def test_the_first_version_is_jsons_own_indented_text(tmp_path):
+    lobe = Lobe(0.2, np.array([0.04]), np.ones(1))
+    rows = np.array([[0, 0, 0], [1, 1, 1]])
+    brdf = Brdf(
+        1, ("Y",), rows, np.array([[1.0], [1e-9]]), np.array([[np.nan], [0.5]]), lobes=(lobe,), version=1
+    )
+    brdf = replace(brdf, extra={"lists": [["a,b],[c", {"d": [1, [2]]}], [[]]], "rest": [[1, [2]], [3]]})
+    brdf.save(tmp_path / "a.json")
+    text = (tmp_path / "a.json").read_text()
+    assert text == json.dumps(json.loads(text), indent=1) + "\n"
+    assert "\n  [\n   1,\n   1,\n   1\n  ]\n ],\n" in text

@@ -304,3 +304,17 @@ def test_shapes_that_do_not_fit_are_refused():
         m.evaluate_isotropic(m.isotropic_modes(2), np.zeros(5), 0.1, 0.2, 0.3)
     with pytest.raises(ValueError, match=r"\(m, 4\)"):
         m.evaluate_pairs("general", m.isotropic_modes(2), np.zeros((5, 1)), (0.1, 0.2, 0.3, 0.4))
+
+
+def test_few_incident_directions_of_many_pairs_give_what_each_pair_gives_alone():
+    rng = np.random.default_rng(3)
+    modes = m.reciprocal_modes(13)
+    coefficients = rng.normal(size=(len(modes), 2))
+    theta_i, phi_i = rng.uniform(0, 1.5, 5)[rng.integers(5, size=90)], np.full(90, 0.3)
+    theta_r, phi_r = rng.uniform(0, 1.5, 90), rng.uniform(-3, 3, 90)
+    together = m.evaluate_pairs("reciprocal", modes, coefficients, (theta_i, phi_i, theta_r, phi_r))
+    for k in range(0, 90, 17):
+        alone = m.evaluate_pairs(
+            "reciprocal", modes, coefficients, (theta_i[k], phi_i[k], theta_r[k], phi_r[k])
+        )
+        np.testing.assert_allclose(together[k], alone[0], rtol=1e-10, atol=1e-11 * np.abs(together).max())
