@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 REACHED = 8.0  # seconds in which a scheduler must take a connection, and greet
 COMING = 30.0  # seconds in which the first worker must come, or another when all are gone
+ASKED = 1.0  # seconds until the scheduler is asked again how many workers there are, which takes 3 ms
 ABREAST = 2  # photos under way for each thread of a worker: one is reduced, one waits there
 
 
@@ -110,9 +111,11 @@ class Cluster:
         queue = list(range(len(asks)))[::-1]
         waiting: dict[Future[Answer], int] = {}
         pool, shared = self.client.get_executor(pure=False), self._shared(work)
+        threads, asked = 0, -ASKED
         try:
             while queue or waiting:
-                threads = self._threads()
+                if not threads or time.monotonic() - asked > ASKED:
+                    threads, asked = self._threads(), time.monotonic()
                 while queue and len(waiting) < ABREAST * threads:
                     number = queue.pop()
                     filled = self._filled(work, asks[number])
