@@ -6,7 +6,7 @@ its residuals over the noise that it tells for that of readings. Surfaces that t
 
     python -m benchmarks.row_symmetry TABLE_OR_FOLDER... [--sets N] [--first K] [--kind KIND] [--quick]
 
-The cut of :mod:`reconstruct.symmetry.row_turns` was set on sets 1000 to 1050. ``--quick`` takes two sets of each kind.
+The cuts of :mod:`reconstruct.symmetry.row_turns` were set on sets 1000 to 1060. ``--quick`` takes two sets of each.
 """
 
 from __future__ import annotations

@@ -161,6 +161,19 @@ class RowEvidence:
         modes, lobes = own
         return Solved(modes[0].T, lobes[0].T, covariance, variance)
 
+    def each_by_others(self, k: int, ratio: float) -> np.ndarray:
+        """(n,) the logarithm of the density that candidate ``k`` by all other rows has where each row is, of all
+        channels together; the size of their noise is that of what all rows are missed by so."""
+        own = self.solved(k, ratio, ratio)
+        every = np.hstack([self.design, self.columns[k]])
+        leverage = self.weight * np.einsum("np,pq,nq->n", every, own.covariance, every)[:, None]
+        free = np.maximum(1.0 - leverage, TINY)
+        said = every @ np.vstack([own.modes, own.lobes])
+        missed = (self.value - said) / free  # as if fitted without the row
+        squares = self.weight * free * missed**2
+        size = np.maximum(squares.mean(0), np.finfo(float).tiny)
+        return np.sum(-0.5 * (np.log(size / free) + squares / size), axis=1)
+
     def ridge(self) -> tuple[float, np.ndarray]:
         """The ratio with which the ridge alone predicts rows left out best, and what (n, c) it says of them."""
         tried = [(ratio, self.left_out(0, ratio)) for ratio in RIDGES.tolist()]

@@ -27,42 +27,38 @@ ROUGHEST = 1.0  # along an axis
 LIKELIEST = 3  # lobes of one roughness, that are stretched
 TINY = np.finfo(float).tiny
 MOST_ROWS = 1500  # evenly taken of more
-CERTAIN = 8.0  # log odds, whichever way the noise is taken to grow; set on 100 drawn tables of each kind
+LIKELIER = np.log(100.0)  # log odds, and
+SURE = 2.0  # standard errors of what rows predicted by all others gain
 SHARE = 0.6  # of the weight, that an average which turns has beside the one that does not
-MOST = 1.2  # of what rows left out are missed by without such lobes: a peak is missed either way if it is left out
 
 
 def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
     """The symmetry that measured rows show, and their average: with lobes that turn if they do.
 
-    The evidence must say so whether the noise of rows is the same everywhere or grows as ``average`` tells, and the
-    average with such lobes must not predict rows left out much worse than the one without. What both say is averaged
-    once more: where a peak was left out lobes that turn go astray as others do, and the two err otherwise.
+    Evidence must be for it, with the noise that grows as ``average`` tells, and so must rows predicted by all others.
+    What an average with such lobes and the one without say is averaged once more: where a peak was left out lobes that
+    turn go astray as others do, and the two err otherwise.
     """
     if one_rotation(cells):
         return ONE_ROTATION, average
-    told = average.fresh.noise.at(cells, average.said)
-    odds, stretched = _odds(cells, told)
-    if odds >= CERTAIN:
-        odds = min(odds, _odds(cells, error_model(cells))[0])
+    odds, gain, stretched = _compared(cells, average.fresh.noise.at(cells, average.said))
     said = f"odds for a lobe that turns {odds_in_words(odds)}"
-    if odds < CERTAIN:
+    if odds >= LIKELIER:
+        said += f"; rows predicted by all others gain {gain:.1f} standard errors by it"
+    if odds < LIKELIER or gain < SURE:
         return Verdict("isotropic", said, odds), average
     turning = average_of(cells, error_model(cells), average.model.basis.order, (*grid(), *stretched))
-    missed = [np.sum(((cells.value - one.left_out) / told) ** 2) for one in (turning, average)]
-    share = float(np.sqrt(missed[0] / max(missed[1], TINY)))
-    said += f"; with such lobes rows left out are missed by {share:.2f} of what they are without"
-    if share > MOST or not turning.model.turning:
-        return Verdict("isotropic", said, odds), average
+    if not turning.model.turning:
+        return Verdict("isotropic", f"{said}; neighbourhoods left out gain nothing", odds), average
     kept = [one for one in turning.members if one.lobes.turning]
     most, least, azimuth = turned_roughness(max(kept, key=lambda one: one.weight).lobes.shapes[0])
     axes = f"roughness {most:.2g} along {np.degrees(azimuth):.0f} degrees from x, {least:.2g} across"
     return Verdict("reciprocal", f"{said}; {axes}", odds), between(cells, turning, average, SHARE)
 
 
-def _odds(cells: Cells, deviation: np.ndarray) -> tuple[float, list[LobeSet]]:
-    """Logarithm of the odds for a lobe of two roughnesses, of rows whose errors are ``deviation`` (n, c); and the
-    lobes that were tried."""
+def _compared(cells: Cells, deviation: np.ndarray) -> tuple[float, float, list[LobeSet]]:
+    """Of rows whose errors are ``deviation`` (n, c): the logarithm of the odds for a lobe of two roughnesses, what rows
+    predicted by all others gain by the likeliest, in standard errors, and the lobes that were tried."""
     few = np.arange(0, len(cells), -(-len(cells) // MOST_ROWS))
     cells, deviation = cells.take(few), deviation[few]
     mirrors = [one for one in grid() if not one.families[0].retro and _rough(one, RATIOS[0]) <= ROUGHEST]
@@ -75,8 +71,14 @@ def _odds(cells: Cells, deviation: np.ndarray) -> tuple[float, list[LobeSet]]:
     pairs = [(one, ratio) for one in likeliest for ratio in RATIOS if _rough(one, ratio) <= ROUGHEST]
     stretched = [_stretched(*pair, a) for pair in pairs for a in AZIMUTHS]
     both = RowEvidence.of(cells, deviation, ORDER, (*likeliest, *stretched))
-    turning, evidence = np.array([one.lobes.turning for one in both.trials]), both.evidence()[0]
-    return _mean(evidence[turning]) - _mean(evidence[~turning]), stretched
+    turning, (evidence, ratio) = np.array([one.lobes.turning for one in both.trials]), both.evidence()
+    odds = _mean(evidence[turning]) - _mean(evidence[~turning])
+    if odds < LIKELIER:
+        return odds, 0.0, stretched
+    best = [np.flatnonzero(kind)[np.argmax(evidence[kind])] for kind in (turning, ~turning)]
+    gain = np.subtract(*(both.each_by_others(int(k), float(ratio[k])) for k in best))
+    error = np.sqrt(len(gain)) * gain.std(ddof=1)
+    return odds, float(gain.sum() / max(error, TINY)), stretched
 
 
 def _rough(lobes: LobeSet, ratio: float) -> float:

@@ -57,3 +57,22 @@ def test_rows_left_out_are_those_of_a_fit_without_them(rows):
         np.testing.assert_allclose(said[out], rows.design[out] @ own, rtol=1e-6, atol=1e-9)
         variance = np.einsum("np,pq,nq->n", rows.design[out], np.linalg.inv(gram), rows.design[out])
         np.testing.assert_allclose(spread[out], variance, rtol=1e-4)
+
+
+def test_each_row_is_predicted_by_a_fit_of_all_others(rows):
+    ratio, k = 0.01, 1
+    every = np.hstack([rows.design, rows.columns[k]])
+    penalty = np.zeros(every.shape[1])
+    penalty[: len(rows.degree)] = ratio * rows.degree ** (2.0 * DECAY)
+    missed, spread = np.empty(len(every)), np.empty(len(every))
+    for i in range(len(every)):
+        rest = np.arange(len(every)) != i
+        gram = every[rest].T @ (rows.weight[rest] * every[rest]) + np.diag(penalty)
+        own = np.linalg.solve(gram, every[rest].T @ (rows.weight[rest, 0] * rows.value[rest, 0]))
+        missed[i] = rows.value[i, 0] - every[i] @ own
+        spread[i] = 1.0 / rows.weight[i, 0] + every[i] @ np.linalg.solve(gram, every[i])
+    found = rows.each_by_others(k, ratio)
+    size = np.mean(missed**2 / spread)
+    # densities of readings, but for the constant and the weights, which are those of every candidate
+    expected = -0.5 * (np.log(size * spread * rows.weight[:, 0]) + missed**2 / (size * spread))
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
