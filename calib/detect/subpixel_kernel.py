@@ -186,7 +186,8 @@ def _solve(design, level, step):
         _sums(design, weight, level, normal, right)
         if not _cholesky(normal):
             return np.inf
-        values[:] = right
+        for k in range(_VALUES):  # one by one: compiling `values[:] = right` takes four seconds
+            values[k] = right[k]
         _substitute(normal, values)
         _residuals(design, values, level, residual)
         spread = max(OF_SIZE * np.median(np.abs(residual)), 1e-9)
