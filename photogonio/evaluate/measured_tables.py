@@ -97,9 +97,14 @@ def summary_of(scores: Sequence[TableScore]) -> str:
 
 
 def score_of(name: str, table: FacetTable) -> TableScore:
-    """The four ways on one table."""
+    """The four ways on one table. Raises InputError where its rows lie in too few neighbourhoods."""
     cells = cells_of(table)
     fold = block_folds(cells)
+    if not np.bincount(fold, minlength=FOLDS).all():
+        raise InputError(
+            name,
+            f"its {len(cells)} rows lie in fewer than {FOLDS} neighbourhoods, which are left out in turn",
+        )
     found = {way: np.empty_like(cells.value) for way in ("fit", *_SMOOTHERS)}
     seconds, turning, held = 0.0, 0, 0
     for k in range(FOLDS):

@@ -55,3 +55,8 @@ def test_an_earlier_evaluation_of_tables_is_held_against_a_new_one(tmp_path):
 def test_no_table_is_refused_in_a_line(tmp_path):
     with pytest.raises(InputError, match="expected tables"):
         evaluate_tables([str(tmp_path)], Told(), Reporter(quiet=True))
+
+
+def test_rows_in_too_few_neighbourhoods_are_refused_in_a_line():
+    with pytest.raises(InputError, match="few: its 3 rows lie in fewer than 5 neighbourhoods"):
+        score_of("few", drawn(rows=3))
