@@ -59,8 +59,7 @@ def search_lobes(
     tolerance: float = TOLERANCE,
     view_errors: np.ndarray | None = None,
 ) -> Fitted:
-    """The fit of ``basis`` and lobes of the families of ``start``; the last ``free`` lobes start anew, from
-    the best of several shapes and their own.
+    """The fit of ``basis`` and lobes of the families of ``start``; the last ``free`` lobes start anew.
 
     ``deviation`` (n, c) is the error model, ``view_errors`` (g,) relative standard errors of the views' scales. With
     no lobes, or if their shapes are not to be refined, this is a robust linear fit.
@@ -110,9 +109,9 @@ def common_error(cells: Cells, predicted: np.ndarray, view_errors: np.ndarray | 
     return Common(unit.ravel(), view_errors[cells.group, None] * predicted)
 
 
-def thinned(cells: Cells, deviation: np.ndarray, most: int = SEARCH_CELLS) -> tuple[Cells, np.ndarray]:
-    """At most about ``most`` cells, evenly taken but of a narrow peak."""
-    kept = evenly(cells, most)
+def thinned(cells: Cells, deviation: np.ndarray) -> tuple[Cells, np.ndarray]:
+    """At most about :data:`SEARCH_CELLS` cells, evenly taken but of a narrow peak."""
+    kept = evenly(cells, SEARCH_CELLS)
     return cells.take(kept), deviation[kept]
 
 
@@ -129,8 +128,6 @@ def _best_start(profile: Profile, start: LobeSet, free: int, peaked: bool) -> Lo
         for roughness in NARROW_STARTS if peaked else STARTS:
             new = tuple(starting_shape(family, roughness, turn) for family in anew)
             trials.append(LobeSet(start.families, kept + new))
-    if not any(np.array_equal(start.flat(), one.flat()) for one in trials):
-        trials.append(start)
     return min(trials, key=profile.cost)
 
 

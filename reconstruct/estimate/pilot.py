@@ -34,17 +34,13 @@ from photogonio.reconstruct.table.cells import Cells
 
 PILOT_ORDER = 4
 PILOT_PRIOR = Prior(strength=0.1, decay=1.0)
-PILOT_TOLERANCE = 5e-3  # of the logarithms of lobe shapes, or a sixth of a standard error
+PILOT_TOLERANCE = 3e-3  # of the logarithms of lobe shapes
 ROUNDS = 3  # stray light from a model of the surface, and the model without it
 ROUNDS_OF_PEAKS = 8  # likewise, of what blurs a narrow peak
 SETTLED = 0.05  # rms over the cells, of their errors
 SETTLED_SCALE = 1e-3  # of a view's scale
 START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further
-ALIKE = 1e-3  # of the cost, a value: as likely, as far as shapes are searched
-FIRST_CELLS = (
-    1000  # of a first look, whose likeliest pilot alone is used, and whose shapes the others start from
-)
 TELLING = 0.1  # relative error of a cell that can contradict others
 ENOUGH = 0.05  # share of the cells
 BLUR_DOUBT = 0.05  # of what was removed as a narrow peak's blur, which is known better than to second order
@@ -102,11 +98,9 @@ def clean(
     left_out, doubt = np.zeros(len(seen.groups), bool), seen.doubt
     scales = ViewScales.none(view_errors)
     light = added = doubted = np.zeros_like(seen.value)
+    work = _piloted(seen, added, doubted, scales, kinds)
     many_views = len(np.unique(seen.group)) > 1
     turns = rounds if many_views or stray is not None or seen.binned else 0
-    most = FIRST_CELLS if turns and not seen.peaked else SEARCH_CELLS
-    work = _piloted(seen, added, doubted, scales, kinds, most=most)
-    first = work.pilots if turns and not seen.peaked else ()
     if seen.peaked:  # what blurs a peak depends on its core and its tails
         work = _with_second_lobe(work, lobes, absolute)
     if stray is not None:
@@ -137,10 +131,9 @@ def clean(
                 added[keep],
                 doubted[keep],
             )
-            work = _piloted(seen, added, doubted, scales, kinds, most=most)
-            first = work.pilots if first else ()
+            work = _piloted(seen, added, doubted, scales, kinds)
     if turns:
-        work = _piloted(seen, added, doubted, scales, kinds, before=first)
+        work = _piloted(seen, added, doubted, scales, kinds)
     work = _with_second_lobe(work, lobes, absolute)
     for _ in range(turns if seen.peaked else 0):
         blurred = blur(seen, work.reference.model)
@@ -201,9 +194,7 @@ def _alone(family: Family) -> LobeSet:
     return LobeSet((family,), (starting_shape(family, START),))
 
 
-def _without_tails(
-    work: Cleaned, pilots: Sequence[Fitted], before: Sequence[Fitted], most: int
-) -> list[Fitted]:
+def _without_tails(work: Cleaned, pilots: Sequence[Fitted]) -> list[Fitted]:
     """Pilots of Beckmann's form of the likeliest lobe and, if that is likelier, of the likeliest of the other kind of
     Fresnel's term: where tails are wrong, which of the kinds with tails does best says little. Measured rows, which
     may hold next to nothing but tails, are tried with both."""
@@ -215,8 +206,8 @@ def _without_tails(
             family.fresnel == other.model.lobes.families[0].fresnel for other in tried
         ):
             continue
-        tried.append(_pilot(work, _begun(_alone(family.with_beckmann), before), None, most))
-        if work.cells.binned and tried[0].cost >= single[0].cost + ALIKE:
+        tried.append(_pilot(work, _alone(family.with_beckmann), None))
+        if work.cells.binned and tried[0].cost >= single[0].cost:
             break
     return tried
 
@@ -247,29 +238,19 @@ def _piloted(
     starts: Sequence[LobeSet],
     *,
     anew: bool = True,
-    before: Sequence[Fitted] = (),
-    most: int = SEARCH_CELLS,
 ) -> Cleaned:
-    """With pilots of ``starts`` on at most about ``most`` cells: ``anew`` from several shapes and those that the
-    same families had ``before``."""
     cells = seen.with_value((seen.value - added) / scales.factor[seen.group, None])
     deviation = error_model(cells, doubted)
     work = Cleaned(cells, deviation, added, scales, ())
-    free = None if anew else 0
-    pilots = [_pilot(work, _begun(lobes, before), free, most) for lobes in starts]
+    pilots = [_pilot(work, lobes, None if anew else 0) for lobes in starts]
     if anew:
         pilots = [one for one in pilots if _can_be_said(one)]
-        pilots += _without_tails(work, pilots, before, most)
+        pilots += _without_tails(work, pilots)
     return replace(work, pilots=tuple(pilots))
 
 
-def _begun(lobes: LobeSet, before: Sequence[Fitted]) -> LobeSet:
-    """``lobes`` with the shapes that the same families had ``before``, if they were tried."""
-    return next((one.model.lobes for one in before if one.model.lobes.families == lobes.families), lobes)
-
-
-def _pilot(work: Cleaned, lobes: LobeSet, free: int | None, most: int = SEARCH_CELLS) -> Fitted:
-    few, deviation = thinned(work.cells, work.deviation, most)
+def _pilot(work: Cleaned, lobes: LobeSet, free: int | None) -> Fitted:
+    few, deviation = thinned(work.cells, work.deviation)
     basis = Basis("isotropic", PILOT_ORDER)
     return search_lobes(
         few,

@@ -21,7 +21,7 @@ from photogonio.reconstruct.table.cells import Cells
 
 TOLERANCE = 1e-3  # of the logarithms
 DIFFERENCE = 1e-5  # of a logarithm, for slopes
-SETTLED = 1e-3  # of the cost, a weighted sum of squares, at TOLERANCE: a thirtieth of a standard error
+SETTLED = 1e-3  # of the cost, a weighted sum of squares: a thirtieth of a standard error
 STEPS = 30  # of a descent, at most
 FARTHEST = 1.0  # of a logarithm in one step
 _DAMPING = (1e-3, 1e8)  # at first, relative to the diagonal, and where a descent gives up
@@ -140,11 +140,10 @@ def descend(profile: Profile, lobes: LobeSet, step: float, tolerance: float = TO
     low, high = profile.bounds(lobes).T
     place = np.clip(lobes.flat(), low + step, high - step)
     here, damping = profile.slope(lobes.with_flat(place)), _DAMPING[0]
-    settled = SETTLED * (tolerance / TOLERANCE) ** 2  # the cost is about a parabola
     for _ in range(STEPS):
         move = _step(here, low - place, high - place, damping)
         expected = -(here.first @ move) - 0.5 * move @ here.second @ move
-        if np.abs(move).max() < tolerance or 0.0 <= expected < settled:
+        if np.abs(move).max() < tolerance or 0.0 <= expected < SETTLED:
             place = place + move if expected > 0.0 else place
             break
         tried = profile.slope(lobes.with_flat(place + move)) if expected > 0.0 else here
