@@ -151,6 +151,15 @@ def _object(value: object) -> dict[str, Any]:
     return {key: _plain(one) for key, one in value.items()}
 
 
+def _residuals(data: object) -> dict[str, Any]:
+    """What is said of how close all came; only the ball's covariance is reckoned with."""
+    result = _object(data)
+    sample = data.get("sample") if isinstance(data, dict) else None
+    if isinstance(sample, dict) and "covariance" in sample:
+        _array(sample["covariance"], 4, 4)
+    return result
+
+
 def _setup(data: Mapping[str, Any]) -> Setup:
     camera, channels = data["camera"], tuple(_text(name) for name in _rows(data["channels"]))
     c = len(channels)
@@ -170,7 +179,7 @@ def _setup(data: Mapping[str, Any]) -> Setup:
         channels=channels,
         left_out=tuple(LeftOut(_text(o["name"]), _text(o["reason"])) for o in _rows(data["left_out"])),
         warnings=tuple(_text(one) for one in _rows(data["warnings"])),
-        residuals=_object(data["residuals"]),
+        residuals=_residuals(data["residuals"]),
         source=_object(data.get("source", {})),
         mirror_balls=tuple(
             MirrorBall(_array(b["center"], 3), _given(b["radius"]))

@@ -51,15 +51,9 @@ class MovedSample:
 
 def moved_sample(cells: Cells, model: Model, setup: Setup) -> MovedSample | None:
     """The ball by ``cells`` seen as ``model``; None where they tell no more than calibration, or too little."""
-    told = setup.residuals.get("sample")
-    if (
-        not isinstance(setup.sample, Sphere)
-        or not cells.binned
-        or model.turning
-        or not isinstance(told, dict)
-    ):
+    known = _known(setup)
+    if not isinstance(setup.sample, Sphere) or not cells.binned or model.turning or known is None:
         return None
-    known = np.array(told["covariance"])
     cells = cells.take((cells.theta_i < LIMIT) & (cells.theta_r < LIMIT))
     if len(np.unique(cells.group)) < FEWEST_VIEWS:
         return None
@@ -92,6 +86,15 @@ def _told(setup: Setup) -> dict[str, Any]:
     """What calibration says of the sample's place; empty if nothing."""
     told = setup.residuals.get("sample")
     return told if isinstance(told, dict) else {}
+
+
+def _known(setup: Setup) -> np.ndarray | None:
+    """Covariance (4, 4) of the ball's place and radius; None where calibration does not say, as earlier files do not."""
+    told = _told(setup)
+    if not {"shift", "radius_change", "covariance"} <= told.keys():
+        return None
+    known = np.array(told["covariance"], float)
+    return known if np.linalg.eigvalsh(known)[0] > 0.0 else None
 
 
 def moved_in_words(moved: MovedSample, unit: str) -> str:

@@ -131,6 +131,16 @@ def test_a_setup_without_a_part_is_refused(tmp_path, key):
         load_setup(path)
 
 
+def test_a_covariance_of_another_shape_is_refused(tmp_path):
+    path = tmp_path / "setup.json"
+    save_setup(setup(SAMPLES[0]), path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    data["residuals"]["sample"] = {"covariance": [[1.0, 0.0], [0.0, 1.0]]}
+    path.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(InputError, match=r"residuals\.sample\.covariance"):
+        load_setup(path)
+
+
 def test_a_number_that_is_a_word_is_refused(tmp_path):
     path = tmp_path / "setup.json"
     save_setup(setup(SAMPLES[0]), path)

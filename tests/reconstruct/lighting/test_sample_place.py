@@ -117,3 +117,10 @@ def test_neither_planes_nor_few_views_nor_wild_moves_are_heeded():
     held = replace(setup, residuals={"sample": sure})
     moved = moved_sample(cells, metal(), held)
     assert moved is None or np.abs(moved.change[0]) < 0.06
+
+
+def test_setups_that_do_not_say_how_sure_the_place_is_are_left_alone():
+    setup, cells = seen(Sphere(np.array([0.12, 0.08, 24.9]), 24.93))
+    told = {key: one for key, one in setup.residuals["sample"].items() if key != "covariance"}
+    for sample in (None, told, told | {"covariance": np.zeros((4, 4)).tolist()}):
+        assert moved_sample(cells, metal(), replace(setup, residuals={"sample": sample})) is None
