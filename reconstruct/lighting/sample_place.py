@@ -89,7 +89,7 @@ def _told(setup: Setup) -> dict[str, Any]:
 
 
 def _known(setup: Setup) -> np.ndarray | None:
-    """Covariance (4, 4) of the ball's place and radius; None where calibration does not say, as earlier files do not."""
+    """Covariance (4, 4) of the ball's place and radius; None where calibration does not say, as in earlier files."""
     told = _told(setup)
     if not {"shift", "radius_change", "covariance"} <= told.keys():
         return None
