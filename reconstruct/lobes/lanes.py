@@ -10,13 +10,7 @@ import math
 import numpy as np
 
 from photogonio.capture.jit import inlined
-from photogonio.reconstruct.modes.kernel import LANES, TURN, TURN_REST, short_sine
-
-# sine and cosine to rounding for |x| <= pi / 4: coefficients of fdlibm's k_sin.c and k_cos.c (Sun Microsystems, 1993)
-_S3, _S5, _S7 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
-_S9, _S11, _S13 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
-_C4, _C6, _C8 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
-_C10, _C12, _C14 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+from photogonio.reconstruct.modes.kernel import LANES, TURN, TURN_REST, half_turn, short_sine
 
 
 @inlined
@@ -49,11 +43,7 @@ def _elevation(theta, sine):
     """Angles up to pi / 2 become their cosines, and their sines are told; by half of the angle, so that a cosine near
     the horizon keeps its digits."""
     for j in range(LANES):
-        x = 0.5 * theta[j]
-        square = x * x
-        odd = _S3 + square * (_S5 + square * (_S7 + square * (_S9 + square * (_S11 + square * _S13))))
-        even = _C4 + square * (_C6 + square * (_C8 + square * (_C10 + square * (_C12 + square * _C14))))
-        low, high = x + x * square * odd, 1.0 - 0.5 * square + square * square * even
+        low, high = half_turn(0.5 * theta[j])
         sine[j] = 2.0 * low * high
         theta[j] = max((high - abs(low)) * (high + abs(low)), 1e-17)
 

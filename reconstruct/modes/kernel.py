@@ -19,6 +19,12 @@ TILE = 16  # modes transposed at a time: two lines of the cache
 HALF_PI_REST = 6.123233995736766e-17  # pi / 2 less its double
 TURN = float(np.float32(2 * math.pi))  # few digits, so that its whole multiples are exact
 TURN_REST = (2 * math.pi - TURN) + 4 * HALF_PI_REST
+# sine and cosine to rounding for |x| <= pi / 4: coefficients of fdlibm's k_sin.c and k_cos.c (Sun Microsystems, 1993)
+_S3, _S5, _S7 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
+_S9, _S11, _S13 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
+_C4, _C6, _C8 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
+_C10, _C12, _C14 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+_TAYLOR = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(1, 11))
 
 
 @contracted
@@ -42,7 +48,10 @@ def isotropic_sum(n, l, before, before2, a, b, c, theta_i, theta_r, dphi, first,
         total[:, :] = 0.0
         for mode in range(0, len(first), GROUP):
             for three in range(len(total)):
-                _add_group(table, first, second, weights, mode, 3 * three, total[three])
+                if result.shape[1] == 1:
+                    _add_one_channel(table, first, second, weights, mode, total[0])
+                else:
+                    _add_group(table, first, second, weights, mode, 3 * three, total[three])
         if result.shape[1] == 3:  # side by side in memory
             rows, three = flat[3 * start : 3 * (start + count)], total[0]
             for j in range(count):
@@ -75,6 +84,21 @@ def _add_group(table, first, second, weights, mode, channel, total):
         total[j] += (w0 * e0 + w1 * e1) + (w2 * e2 + w3 * e3)
         total[LANES + j] += (x0 * e0 + x1 * e1) + (x2 * e2 + x3 * e3)
         total[2 * LANES + j] += (y0 * e0 + y1 * e1) + (y2 * e2 + y3 * e3)
+
+
+@inlined
+def _add_one_channel(table, first, second, weights, mode, total):
+    """The same of the first channel alone, which is two fifths of the work less."""
+    p0, p1, p2, p3 = first[mode], first[mode + 1], first[mode + 2], first[mode + 3]
+    q0, q1, q2, q3 = second[mode], second[mode + 1], second[mode + 2], second[mode + 3]
+    w = weights[mode : mode + 4, 0]
+    w0, w1, w2, w3 = w[0], w[1], w[2], w[3]
+    for j in range(LANES):
+        e0 = table[p0, j] * table[q0, LANES + j] + table[q0, j] * table[p0, LANES + j]
+        e1 = table[p1, j] * table[q1, LANES + j] + table[q1, j] * table[p1, LANES + j]
+        e2 = table[p2, j] * table[q2, LANES + j] + table[q2, j] * table[p2, LANES + j]
+        e3 = table[p3, j] * table[q3, LANES + j] + table[q3, j] * table[p3, LANES + j]
+        total[j] += (w0 * e0 + w1 * e1) + (w2 * e2 + w3 * e3)
 
 
 @contracted
@@ -153,17 +177,27 @@ def _elevations(theta_i, theta_r, start, count, rho, slant, outer):
     _take(theta_i, start, count, rho[:LANES])
     _take(theta_r, start, count, rho[LANES:])
     for j in range(2 * LANES):
-        sine = short_sine(0.5 * rho[j])
-        cosine = short_sine((0.5 * math.pi - rho[j]) + HALF_PI_REST)
+        sine, other = half_turn(0.5 * rho[j])
+        cosine = (other - abs(sine)) * (other + abs(sine))
         outer[j] = 1.0 if cosine <= 0.5 else 0.0
         slant[j] = -2.0 * cosine if cosine <= 0.5 else 4.0 * sine * sine - 1.0
         rho[j] = math.sqrt(2.0) * sine
 
 
 @inlined
+def half_turn(x):
+    """Sine and cosine of half a polar angle, |x| <= pi / 4, to rounding, without a call."""
+    square = x * x
+    odd = _S3 + square * (_S5 + square * (_S7 + square * (_S9 + square * (_S11 + square * _S13))))
+    even = _C4 + square * (_C6 + square * (_C8 + square * (_C10 + square * (_C12 + square * _C14))))
+    return x + x * square * odd, 1.0 - 0.5 * square + square * square * even
+
+
+@inlined
 def short_sine(x):
     """sin(x) to rounding for |x| <= pi / 2, by Taylor's series: no call, so that loops are vectorised."""
-    square, series = x * x, 1.0
-    for k in range(10, 0, -1):
-        series = 1.0 - square * (1.0 / (2 * k * (2 * k + 1))) * series
-    return x * series
+    square = x * x
+    series = _TAYLOR[9]
+    for k in range(8, -1, -1):
+        series = _TAYLOR[k] + square * series
+    return x + x * square * series

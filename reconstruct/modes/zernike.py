@@ -74,6 +74,9 @@ def fill_radial(n, l, before, before2, a, b, c, rho, slant, outer, table):
         if n[t] == l[t]:
             for j in range(len(rho)):
                 table[t, j] = rho[j] * table[p, j]
+        elif p == pp:  # the first of its kind: c is 0
+            for j in range(len(rho)):
+                table[t, j] = (at * slant[j] + (1.0 if outer[j] > 0.0 else bt)) * table[p, j]
         else:
             for j in range(len(rho)):
                 factor = at * slant[j] + (1.0 if outer[j] > 0.0 else bt)
