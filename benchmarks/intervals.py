@@ -154,17 +154,23 @@ def of_file(brdf: Brdf) -> Brdf:
 def of_result(path: Path, truth: Path) -> Score:
     """The file of a result that exists."""
     brdf = load_brdf(find_brdf(path))
+    angles, true = truth_of(truth)
     if truth.suffix == ".npz":
-        with np.load(truth) as file:
-            angles, true = file["grid"], file["brdf"]
         albedo = brdf.bihemispherical_albedo() + _albedo_apart(brdf, angles, true)
     else:
-        known = KnownBrdf(load_known(truth))
-        angles = angle_grid()
-        true, albedo = known.angles(*angles.T), known.albedo().value
+        albedo = KnownBrdf(load_known(truth)).albedo().value
     most = min(LIMIT, *np.radians([brdf.valid["theta_i_max"], brdf.valid["theta_r_max"]]))
     inside = (angles[:, :2] < most).all(1) & (true > 0.0).any(1)
     return judged(path.name, brdf, angles[inside], true[inside], albedo, np.nan, np.nan)
+
+
+def truth_of(truth: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Angles (n, 3), radians, and f (n, c) of a table of the truth, or of truth.json on a grid."""
+    if truth.suffix == ".npz":
+        with np.load(truth) as file:
+            return file["grid"], file["brdf"]
+    angles = angle_grid()
+    return angles, KnownBrdf(load_known(truth)).angles(*angles.T)
 
 
 def _albedo_apart(brdf: Brdf, angles: np.ndarray, true: np.ndarray) -> np.ndarray:

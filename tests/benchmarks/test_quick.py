@@ -11,6 +11,7 @@ from benchmarks import (
     consumers,
     coverage,
     end_to_end,
+    evaluation,
     far_lamps,
     fit,
     growth,
@@ -25,11 +26,13 @@ from benchmarks import (
     spoilt_tables,
     symmetry_choice,
     tone_curves,
+    versions,
     whole,
 )
 from photogonio.capture.files.images import read_image
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.report.diagnoses import ENTRIES
+from photogonio.synthetic.brdf.library import angle_grid
 
 
 @pytest.mark.long
@@ -225,3 +228,15 @@ def test_what_consumers_read(capsys):
     )
     assert [row[:2] for row in rows] == [(f, m) for f in ("mitsuba", "csv") for m in ("matte", "gloss 0.3")]
     assert all(float(lost) < 1.0 for _, _, lost in rows)
+
+
+def test_a_coat_in_modes_is_further_from_the_truth(tmp_path, capsys):
+    """The truth is the file itself: as found nothing is lost, and in version 1 no more than it says of itself."""
+    brdf = evaluation.plastic()
+    brdf.save(tmp_path / "coefficients.json")
+    grid = angle_grid()[::7]
+    np.savez(tmp_path / "truth.npz", grid=grid, brdf=brdf.evaluate(grid[:, 0], 0.0, grid[:, 1], grid[:, 2]))
+    versions.main(["--results", str(tmp_path / "coefficients.json"), str(tmp_path / "truth.npz")])
+    second, first, _, loss, _ = (float(one) for one in capsys.readouterr().out.splitlines()[-1].split()[1:])
+    assert second == 0.0
+    assert 0.0 < first < 3.0 * loss  # the grid's seventh is not their hemisphere
