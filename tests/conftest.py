@@ -1,6 +1,7 @@
 """Tests keep no results in the user's cache, and find none there; linear algebra as the command line has it."""
 
 import fcntl
+import gc
 import os
 import pickle
 from collections.abc import Callable
@@ -12,10 +13,12 @@ import pytest
 
 import photogonio  # noqa: F401  sets the threads of linear algebra, before anything imports numpy
 from photogonio.system.compiled import keep_fresh
+from photogonio.system.memory import collect_seldom
 
 os.environ["PHOTOGONIO_CACHE"] = ""
 import_module("numba")  # after photogonio, which sets the threads
 keep_fresh()
+gc.disable()  # until all tests are collected: a fifth of that time went to looking through what never dies
 
 Made = TypeVar("Made")
 
@@ -32,6 +35,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = [one for one in items if not one.get_closest_marker("long")]
+
+
+def pytest_collection_finish() -> None:
+    """Circles are looked for as the command line has it."""
+    collect_seldom()
+    gc.enable()
+
+
+def pytest_unconfigure() -> None:
+    gc.unfreeze()  # libraries complain of what is left at the end
 
 
 class Shared:
