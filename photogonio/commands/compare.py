@@ -12,6 +12,7 @@ from photogonio.compare.compare import Comparison, compare
 from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import scatter_figure
+from photogonio.system.drawing import own_style
 from photogonio.system.outputs import check_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_inputs
@@ -72,6 +73,7 @@ def _table(found: Comparison) -> str:
     return "\n".join(lines)
 
 
+@own_style()
 def _write(found: Comparison, numbers: dict[str, object], out: Path, source: Provenance) -> None:
     labels = (f"{found.names[1]}, 1/sr", f"{found.names[0]}, 1/sr")
     figures = {"scatter": scatter_figure(found.b, found.a, found.channels, labels=labels)}

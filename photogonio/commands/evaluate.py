@@ -30,6 +30,7 @@ from photogonio.evaluate.tradeoff import (
 from photogonio.report.evaluation_report import evaluation_html
 from photogonio.report.html import embed, picture_bytes
 from photogonio.synthetic.scene.model import Scene
+from photogonio.system.drawing import own_style
 from photogonio.system.outputs import check_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command
@@ -134,8 +135,9 @@ def _finish(
         (stage / f"{name}.csv").write_text(_csv(table), encoding="utf-8")
         picture = b""
         if points:
-            figure = tradeoff_figure(points, f"error against time on {scores[-1].scene}")
-            picture = picture_bytes(figure)
+            with own_style():
+                figure = tradeoff_figure(points, f"error against time on {scores[-1].scene}")
+                picture = picture_bytes(figure)
             (stage / "tradeoff.png").write_bytes(picture)
         source = Provenance(numbers["source"]["command"], numbers["source"]["inputs"])
         shown = {one: numbers[one] for one in ("scenes", "battery", "tables")}

@@ -17,6 +17,7 @@ from photogonio.reconstruct.brdf.words import described
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import draws_figure
 from photogonio.report.trust import told_distrust
+from photogonio.system.drawing import own_style
 from photogonio.system.outputs import staged_file
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_inputs
@@ -38,6 +39,7 @@ def draws_of(brdf: MeasuredBrdf | KnownBrdf, count: int, path: Path) -> Figure:
     return draws_figure(drawn, title)
 
 
+@own_style()
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, path = Path(args.out), find_brdf(Path(args.coefficients), everywhere=True)
     kind = out.suffix.removeprefix(".").lower()

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, StrictUndefined
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
 
 from photogonio.report.sections import Report
+from photogonio.system.drawing import own_style
 
 _DPI = 150
 # of zlib: most of what 6 gains, in half of its time
@@ -48,7 +48,7 @@ def picture_bytes(figure: Figure, *, kind: str = "png", source: str = "") -> byt
         told = {"metadata": {"Date": None, "Description": source}}
     else:
         told = {"metadata": {"Software": None, "Comment": source}, "pil_kwargs": _COMPRESSION}
-    with rc_context({"svg.hashsalt": "photogonio"}):
+    with own_style():
         figure.savefig(stream, format=kind, dpi=_DPI, **told)
     return stream.getvalue()
 
@@ -58,7 +58,10 @@ def image_bytes(image: np.ndarray) -> bytes:
     stream = io.BytesIO()
     # None leaves the key out, which the stub of imsave does not know, unlike that of savefig
     metadata: dict[str, str] = {"Software": None}  # type: ignore[dict-item]
-    imsave(stream, np.clip(image, 0.0, 1.0), format="png", metadata=metadata, pil_kwargs=dict(_COMPRESSION))
+    with own_style():  # which says where rows begin, too
+        imsave(
+            stream, np.clip(image, 0.0, 1.0), format="png", metadata=metadata, pil_kwargs=dict(_COMPRESSION)
+        )
     return stream.getvalue()
 
 

@@ -31,6 +31,7 @@ from photogonio.report.verdict import verdict_of
 from photogonio.report.viewer.ball_table import ball_table
 from photogonio.report.viewer.mode_map import mode_map
 from photogonio.report.viewer.photo_fit import photo_fit
+from photogonio.system.drawing import own_style
 from photogonio.system.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ def _corrections(fit: FitResult, beside: LightAround | None) -> Section:
     return Section("Corrections", Table(("what", "removed"), rows))
 
 
+@own_style()
 def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
     """Coverage, fit and lobes; ``source`` is kept in each file."""
     brdf, cells = result.brdf, result.fit.cells
