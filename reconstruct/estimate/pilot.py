@@ -125,6 +125,7 @@ def clean(
         if (left_out | odd).sum() <= MOST_DISCORDANT * len(np.unique(seen.group)) and odd.any():
             left_out |= odd
             keep = ~odd[seen.group]
+            doubt = None if doubt is None else doubt[keep]
             seen, light, added, doubted = (
                 seen.take(keep),
                 light[keep],
