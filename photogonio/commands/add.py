@@ -16,7 +16,8 @@ from photogonio.report.summary import closing_lines, numbers
 from photogonio.report.trust import verdict_lines
 from photogonio.result import Result
 from photogonio.run.circumstances import unpacked
-from photogonio.run.sessions import Session, joined
+from photogonio.run.session_scales import Session
+from photogonio.run.sessions import joined
 from photogonio.run.tables import take_channels
 from photogonio.system.outputs import check_place
 from photogonio.system.progress import Reporter

@@ -34,6 +34,15 @@ FIT = (
         "Check that photo's exposure, and what lies on its white patch.",
     ),
     Entry(
+        "sessions-contradict",
+        "The sessions that `add` was given are on scales that differ by more than their errors; the error of all of f "
+        "is stated as much larger.",
+        "A white patch was dirty, clipped or in shadow in one of them, or a `reflectance` is wrong; or it is not the "
+        "same sample.",
+        least=3.0,
+        source="the difference over its standard error",
+    ),
+    Entry(
         "sample-clipped",
         "The sample is clipped in some photos: the peak of a gloss was lost, and is only as sure as its flanks.",
         "Shorter exposures, or brackets.",

@@ -9,7 +9,7 @@ that the result does not depend on how they were named on the command line.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,27 +21,15 @@ from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Plane, Sphere
 from photogonio.reconstruct.lighting.stray_limits import Spoilt
+from photogonio.reconstruct.lighting.veil_error import veil_error
 from photogonio.reconstruct.table.facet_table import FacetTable, add_tables
 from photogonio.run.circumstances import Circumstances
+from photogonio.run.session_scales import CONTRADICTED, Scales, Session, scaled, scales_of
 from photogonio.run.surroundings import Shown
 
 NO_SKY = (
     1e6  # by which the unit of radiance of a dark room is smaller, where another session's room is not dark
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Session:
-    """What one table's file holds."""
-
-    where: str  # the file
-    digest: str  # SHA-256 of it
-    table: FacetTable
-    known: Circumstances
-
-    @property
-    def order(self) -> tuple[str, str]:
-        return self.known.name, self.digest
 
 
 def joined(sessions: Sequence[Session]) -> tuple[FacetTable, Circumstances]:
@@ -62,8 +50,11 @@ def joined(sessions: Sequence[Session]) -> tuple[FacetTable, Circumstances]:
     names = _names(found)
     named = [_named(session, name) for session, name in zip(found, names, strict=True)]
     sky = next((k.known.setup.ambient for k in named if k.known.setup.ambient is not None), None)
-    parts = [_moved(session, named[0], sky) for session in named]
-    return add_tables([part.table for part in parts]), _known(parts, names)
+    moved = [_moved(session, named[0], sky) for session in named]
+    scales = scales_of(moved, _shown(moved))
+    parts = [scaled(*of) for of in zip(moved, scales.factor, scales.doubt, strict=True)]
+    table = add_tables([part.table for part in parts])
+    return table, _known(parts, names, scales, table)
 
 
 def _require_alike(first: Session, other: Session) -> None:
@@ -126,24 +117,15 @@ def _of_session(one: Diagnosis, name: str, views: tuple[str, ...]) -> Diagnosis:
 
 
 def _moved(session: Session, first: Session, sky: np.ndarray | None) -> Session:
-    """In the first one's frame and unit of length, on its scale, and in a unit of radiance in which its room has the
-    light ``sky`` (c,)."""
+    """In the first one's frame and unit of length, and in a unit of radiance in which its room has the light ``sky``
+    (c,)."""
     setup, table, c = session.known.setup, session.table, len(session.known.setup.channels)
     target = first.known.setup
     size = _size(target.sample) / _size(setup.sample)
     shift = _middle(target.sample) - size * _middle(setup.sample)
     unit = _unit(setup.ambient, sky, c)
-    factor = np.ones(len(table.channels)) if session is first else _factor(session, first)
-    all_channels = np.ones(c)
-    all_channels[[setup.channels.index(name) for name in table.channels]] = factor
-    views = tuple(_view_moved(view, size, shift, unit / all_channels) for view in setup.views)
-    table = replace(
-        table,
-        place=size * table.place + table.weight[:, None] * shift,
-        value=table.value * factor,
-        value2=table.value2 * factor**2,
-        variance=table.variance * factor**2,
-    )
+    views = tuple(_view_moved(view, size, shift, unit) for view in setup.views)
+    table = replace(table, place=size * table.place + table.weight[:, None] * shift)
     around = tuple(None if one is None else one * unit for one in session.known.shown.around)
     known = replace(
         session.known,
@@ -182,49 +164,24 @@ def _light_moved(light: Light, size: float, shift: np.ndarray) -> Light:
     )
 
 
-def _factor(session: Session, first: Session) -> np.ndarray:
-    """By which values (c,) of a session on a scale of its own are multiplied: the median ratio of cells that both saw.
-
-    Raises:
-        InputError: there are none.
-    """
-    if session.known.setup.scale == "absolute":
-        return np.ones(len(session.table.channels))
-    mine, theirs = _cell_means(session.table), _cell_means(first.table)
-    common = sorted(set(mine) & set(theirs))
-    if not common:
-        raise InputError(
-            session.where, f"is on a scale of its own, and shares no pair of directions with {first.where}"
-        )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.stack([theirs[pair] / mine[pair] for pair in common])
-    ratios[~(ratios > 0.0)] = np.nan
-    factor = np.nanmedian(ratios, axis=0) if np.isfinite(ratios).any(0).all() else np.full(1, np.nan)
-    if not np.isfinite(factor).all():
-        raise InputError(session.where, f"is on a scale of its own, and dark where it meets {first.where}")
-    return factor
-
-
-def _cell_means(table: FacetTable) -> dict[tuple[int, int], np.ndarray]:
-    """Mean value (c,) of each facet pair, over all photos."""
-    pairs, where = np.unique(np.stack([table.facet_i, table.facet_r], 1), axis=0, return_inverse=True)
-    where = where.reshape(-1)
-    weight = np.bincount(where, table.weight, len(pairs))
-    values = np.stack([np.bincount(where, column, len(pairs)) for column in table.value.T], 1)
-    means = values / np.maximum(weight, 1e-300)[:, None]
-    return {(int(i), int(r)): mean for (i, r), mean in zip(pairs, means, strict=True)}
-
-
-def _known(parts: Sequence[Session], names: Sequence[str]) -> Circumstances:
+def _known(
+    parts: Sequence[Session], names: Sequence[str], scales: Scales, table: FacetTable
+) -> Circumstances:
     known, setups = [part.known for part in parts], [part.known.setup for part in parts]
     first = setups[0]
+    apart: tuple[Diagnosis, ...] = ()
+    if scales.apart > CONTRADICTED:
+        message = (
+            f"the scales of {' and '.join(names)} differ by {scales.apart:.1f} of their standard errors; the error of "
+            "all of f is stated as much larger"
+        )
+        apart = (Diagnosis("sessions-contradict", message, scales.apart, least=CONTRADICTED, allowed=True),)
     setup: Setup = replace(
         first,
         views=tuple(view for one in setups for view in one.views),
         left_out=tuple(photo for one in setups for photo in one.left_out),
         warnings=tuple(f"{name}: {w}" for name, one in zip(names, setups, strict=True) for w in one.warnings),
         residuals={name: one.residuals for name, one in zip(names, setups, strict=True)},
-        scale_error=max(one.scale_error for one in setups),
         ambient=next((one.ambient for one in setups if one.ambient is not None), None),
         turned=(),
         diagnoses=tuple(
@@ -233,13 +190,14 @@ def _known(parts: Sequence[Session], names: Sequence[str]) -> Circumstances:
             for d in one.diagnoses
         ),
     )
+    setup = replace(setup, scale_error=scales.beside(veil_error(table, setup)))
     return replace(
         known[0],
         name=" + ".join(names),
         setup=setup,
         shown=_shown(parts),
         left_out=tuple(photo for one in known for photo in one.left_out),
-        diagnoses=tuple(one for k in known for one in k.diagnoses),
+        diagnoses=(*(one for k in known for one in k.diagnoses), *apart),
     )
 
 
