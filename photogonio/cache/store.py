@@ -13,7 +13,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,7 +33,7 @@ SIZE_VARIABLE = "PHOTOGONIO_CACHE_SIZE"  # environment: how much is kept, such a
 MOST_BYTES = 2 << 30  # that are kept, unless it says otherwise
 LARGEST = 2 << 30  # bytes of one entry; what is larger is none of ours
 UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
-SUFFIX = ".npz"
+SUFFIX = ".table"
 SEAL = 32  # bytes
 SHARE = 0.05  # of what is kept that may be put in before old entries are looked for
 PIECE = 1 << 20  # that are hashed at a time
@@ -50,22 +50,20 @@ class Store:
         self._since = math.inf  # bytes put in since; not looked at yet
 
     def get(self, key: str) -> FacetTable | None:
-        from photogonio.reconstruct.table.table_file import table_in
+        from photogonio.reconstruct.table.table_file import unpacked_table
 
         content = self.read(key, SUFFIX)
         try:
-            return None if content is None else table_in(content, key)
+            return None if content is None else unpacked_table(content, key)
         except InputError:
             self.discard(key, SUFFIX)
             return None
 
     def put(self, key: str, table: FacetTable) -> bool:
         """Keep a table; False if the disk is full or cannot be written."""
-        from photogonio.reconstruct.table.table_file import save_table
+        from photogonio.reconstruct.table.table_file import packed_table
 
-        return self.put_bytes(
-            key, SUFFIX, lambda path: save_table(table, path, compress=False)
-        )  # a tenth of the time
+        return self.put_pieces(key, SUFFIX, packed_table(table))
 
     def get_array(self, key: str) -> np.ndarray | None:
         """Inverse of :meth:`put_array`; None if there is none."""
@@ -80,7 +78,7 @@ class Store:
         """Keep a small array; False if it cannot be."""
         packed = io.BytesIO()
         np.save(packed, array, allow_pickle=False)
-        return self.put_bytes(key, ".npy", lambda path: path.write_bytes(packed.getbuffer()))
+        return self.put_pieces(key, ".npy", [packed.getvalue()])
 
     def put_bytes(self, key: str, suffix: str, write: Callable[[Path], object]) -> bool:
         """Keep a file that ``write`` makes at the path it is given; False if it cannot be."""
@@ -100,8 +98,24 @@ class Store:
             _remove(part)
         return True
 
+    def put_pieces(self, key: str, suffix: str, pieces: Sequence[bytes]) -> bool:
+        """Keep a file of these bytes, which are at hand; False if it cannot be."""
+        path = self._path(key, suffix)
+        part = path.with_name(part_name(path.name))
+        try:
+            self._make_room(path)
+            with part.open("wb") as file:
+                file.write(b"".join([*pieces, _seal(path.name, pieces)]))
+                self._since += file.tell()
+            os.replace(part, path)
+        except OSError:
+            return False
+        finally:
+            _remove(part)
+        return True
+
     def read(self, key: str, suffix: str) -> bytes | None:
-        """What :meth:`put_bytes` kept; None if there is none, or none that is whole."""
+        """What was kept; None if there is none, or none that is whole."""
         path = self._path(key, suffix)
         try:
             if not path.is_file():

@@ -14,6 +14,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from threading import Lock
 
 import numpy as np
 
@@ -29,6 +30,10 @@ from photogonio.run.cluster import Ask, Cluster, FileMark
 from photogonio.run.one_photo import PhotoTable, Work, seen_in, table_of
 from photogonio.run.surroundings import PhotoAround
 from photogonio.system.provenance import hash_file
+
+HELD = (
+    64 << 20
+)  # bytes of tables that wait in memory: those of some 500 small photos, nothing beside a frame or two
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +89,11 @@ def reduce_photos(
 
 @dataclass(frozen=True, slots=True)
 class _Done:
-    """A view whose table is in the store, or, where that failed, here."""
+    """A view whose table is here, or in the store."""
 
     view: ViewSetup
     key: str
-    table: FacetTable | None
+    table: FacetTable | None  # None: in the store
     around: np.ndarray | None  # (m, c) radiance around the sample, where it was asked for
     at_hand: bool
 
@@ -157,7 +162,7 @@ def _result(view: ViewSetup, future: Future) -> _Done | LeftOut:
 
 
 class _Job:
-    """What all views share. Finished tables wait in the store, not in memory, until they are added."""
+    """What all views share. Finished tables wait until they are added, in the store but for the first :data:`HELD`."""
 
     def __init__(self, reader: RadianceReader, setup: Setup, plan: Plan, store: Store):
         self.setup, self.plan, self.store = setup, plan, store
@@ -167,6 +172,7 @@ class _Job:
         self.hashes = dict(plan.hashes)
         # without a store to keep them in, results need no more than a number
         self.shared = None if plan.store is None else _shared_key(reader, setup, plan)
+        self.held, self.lock = 0, Lock()  # bytes of tables in memory
 
     def run(self, view: ViewSetup) -> _Done:
         """Sees to it that one view's table is in the store. Raises InputError if the view cannot be used."""
@@ -183,15 +189,31 @@ class _Job:
         if self.shared is None:
             return None
         around = self.store.get_array(key)
-        if (around is None and self.plan.around is not None) or self.store.get(key) is None:
+        if around is None and self.plan.around is not None:
             return None
-        return _Done(view, key, None, None if self.plan.around is None else around, True)
+        table = self.store.get(key)
+        if table is None:
+            return None
+        around = None if self.plan.around is None else around
+        return _Done(view, key, table if self.holds(table) else None, around, True)
 
     def kept(self, view: ViewSetup, key: str, seen: PhotoTable) -> _Done:
         """What a view gave, set aside."""
         if seen.around is not None and self.shared is not None:
             self.store.put_array(key, seen.around)
-        return _Done(view, key, None if self.store.put(key, seen.table) else seen.table, seen.around, False)
+        held = self.holds(seen.table)
+        if held and self.shared is None:  # a store for this job alone, which nobody asks
+            return _Done(view, key, seen.table, seen.around, False)
+        put = self.store.put(key, seen.table)
+        return _Done(view, key, None if put and not held else seen.table, seen.around, False)
+
+    def holds(self, table: FacetTable) -> bool:
+        """Whether there is room for a table in memory, which then it has."""
+        size = table.nbytes
+        with self.lock:
+            fits = self.held + size <= HELD
+            self.held += size if fits else 0
+        return fits
 
     def table(self, done: _Done) -> FacetTable:
         """The table of a finished view."""

@@ -70,6 +70,12 @@ class FacetTable:
     def __len__(self) -> int:
         return len(self.group)
 
+    @property
+    def nbytes(self) -> int:
+        """Of all arrays."""
+        names = ("group", "facet_i", "facet_r", *SUMS, "left_out")
+        return sum(getattr(self, name).nbytes for name in names)
+
     def __add__(self, other: FacetTable) -> FacetTable:
         return add_tables((self, other))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import io
+import json
+import math
 import os
 import threading
 import zipfile
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.capture.files.arrays import arrays_in, read_arrays
+from photogonio.capture.files.arrays import DAMAGED, KINDS, read_arrays
 from photogonio.reconstruct.table.facet_table import LEFT_OUT, SUMS, FacetTable
 from photogonio.reconstruct.table.facets import facet_count
 
@@ -39,7 +40,6 @@ def save_table(
     *,
     source: str = "",
     beside: Mapping[str, np.ndarray] | None = None,
-    compress: bool = True,
 ) -> None:
     """Write the table as ``.npz``: whole or not at all, the same bytes for the same table.
 
@@ -47,14 +47,14 @@ def save_table(
     """
     path = Path(path)
     partial = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.part")
-    method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
+
     arrays = _arrays(table) | {"source": np.array(source)} | dict(beside or {})
     try:
-        with zipfile.ZipFile(partial, "w", method, compresslevel=1) as archive:
+        with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
             for name, array in arrays.items():
                 # a fixed date, since a zip entry holds one
                 entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
-                entry.compress_type = method
+                entry.compress_type = zipfile.ZIP_DEFLATED
                 with archive.open(entry, "w", force_zip64=True) as file:
                     np.lib.format.write_array(file, array, allow_pickle=False)
         os.replace(partial, path)
@@ -79,9 +79,35 @@ def load_with(path: Path) -> tuple[FacetTable, dict[str, np.ndarray]]:
     return _with(read_arrays(Path(path), _WHAT), path)
 
 
-def table_in(content: bytes, where: object) -> FacetTable:
-    """The table that a file of such content holds. Raises ``InputError`` naming ``where`` if it holds none."""
-    return _with(arrays_in(io.BytesIO(content), len(content), where, _WHAT), where)[0]
+def packed_table(table: FacetTable) -> list[bytes]:
+    """The table as pieces of one string of bytes, for whoever keeps many for a while: a line of what follows, then the
+    arrays as they lie in memory. A fifth of the time that ``.npz`` takes."""
+    # doubles first: so all lie as their kind must
+    arrays = sorted(
+        _arrays(table).items(), key=lambda item: (item[1].dtype.kind != "f", -item[1].dtype.alignment)
+    )
+    told = json.dumps([[name, one.dtype.str, one.shape] for name, one in arrays]).encode()
+    return [told + b" " * (-(len(told) + 1) % 16) + b"\n", *(one.tobytes() for _, one in arrays)]
+
+
+def unpacked_table(content: bytes, where: object) -> FacetTable:
+    """Inverse of :func:`packed_table`. Raises ``InputError`` naming ``where`` if it is none."""
+    arrays, start = dict[str, np.ndarray](), content.find(b"\n") + 1
+    whole = bytearray(content)  # arrays of it can be written to, as of any table
+    try:
+        for name, kind, shape in json.loads(content[:start]):
+            dtype, count = np.dtype(kind), math.prod(shape)
+            if dtype.kind not in KINDS or min(shape, default=0) < 0:
+                raise ValueError(f"an array of {shape} {dtype}")
+            arrays[name] = np.frombuffer(whole, dtype, count, start).reshape(shape)
+            start += count * dtype.itemsize
+        if start != len(content):
+            raise ValueError(f"{len(content)} bytes, not {start}")
+    except DAMAGED as error:
+        raise InputError(
+            where, f"cannot be read as {_WHAT} ({str(error) or type(error).__name__})"
+        ) from error
+    return _with(arrays, where)[0]
 
 
 def _with(arrays: dict[str, np.ndarray], path: object) -> tuple[FacetTable, dict[str, np.ndarray]]:

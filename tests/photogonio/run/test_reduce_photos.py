@@ -120,7 +120,7 @@ def test_one_more_photo_is_the_only_one_reduced(job):
 
 def test_a_damaged_entry_is_done_again(job):
     plain = job.run(store=job.store)
-    entry = next(job.store.folder.glob("*/*.npz"))
+    entry = next(job.store.folder.glob("*/*.table"))
     entry.write_bytes(entry.read_bytes()[:-100])
     again = job.run(store=job.store)
     assert again.at_hand == 2 and bytes_of(again.table) == bytes_of(plain.table)
@@ -215,11 +215,11 @@ def test_keys_follow_contents():
 
 def test_the_store_drops_what_was_not_used_for_longest(job):
     job.run(store=job.store)
-    entries = sorted(job.store.folder.glob("*/*.npz"))
+    entries = sorted(job.store.folder.glob("*/*.table"))
     for age, entry in enumerate(entries):
         os.utime(entry, (1e9 - age, 1e9 - age))
     job.store.prune(entries[0].stat().st_size + entries[1].stat().st_size)
-    assert sorted(job.store.folder.glob("*/*.npz")) == entries[:2]
+    assert sorted(job.store.folder.glob("*/*.table")) == entries[:2]
 
 
 def test_the_environment_names_the_store_or_forbids_it(monkeypatch, tmp_path):

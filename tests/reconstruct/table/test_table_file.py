@@ -7,7 +7,7 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
-from photogonio.reconstruct.table.table_file import load_table, save_table
+from photogonio.reconstruct.table.table_file import load_table, packed_table, save_table, unpacked_table
 from tests.reconstruct.table.test_facet_table import assert_equal, samples, table_of
 
 
@@ -19,6 +19,28 @@ def test_the_file_gives_the_table_back_in_the_same_bytes(tmp_path):
     save_table(again, tmp_path / "b.npz")
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "b.npz"]
+
+
+def test_bytes_in_memory_give_the_table_back_and_nothing_else(tmp_path):
+    table = table_of(samples(1), "foto ü.png", left_out=np.arange(len(LEFT_OUT)))
+    packed = b"".join(packed_table(table))
+    again = unpacked_table(packed, "kept")
+    assert_equal(again, table)
+    assert b"".join(packed_table(again)) == packed
+    again.value[:] = 0.0  # as of any table
+    line = packed.index(b"\n")
+    spoilt = (
+        b"",
+        b"{}\n",
+        b"[[1]]\n",
+        packed[:-1],
+        packed + b"\0",
+        packed[line:],
+        packed.replace(b"<f8", b"<f4", 1),
+    )
+    for damaged in (*spoilt, packed.replace(b"<f8", b"|O8", 1), packed.replace(b"value2", b"valueX", 1)):
+        with pytest.raises(InputError, match="kept"):
+            unpacked_table(damaged, "kept")
 
 
 def test_a_file_of_before_a_reason_was_counted_has_none_of_it(tmp_path):
