@@ -14,12 +14,12 @@ import socket
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 from photogonio.cache.kept import code_key
 from photogonio.calib.remarks import LeftOut
@@ -28,6 +28,7 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_image
 from photogonio.capture.photoset import View
 from photogonio.run.one_photo import PhotoTable, Work, seen_in
+from photogonio.run.task_queue import TaskQueue
 from photogonio.system.compiled import keep_fresh
 from photogonio.system.memory import keep_freed
 from photogonio.system.provenance import hash_file
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 REACHED = 8.0  # seconds in which a scheduler must take a connection, and greet
 COMING = 30.0  # seconds in which the first worker must come, or another when all are gone
 ASKED = 1.0  # seconds until the scheduler is asked again how many workers there are, which takes 3 ms
-ABREAST = 2  # photos under way for each thread of a worker: one is reduced, one waits there
+ABREAST = 2  # tasks under way for each thread of a worker: one is done, one waits there
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,50 +109,46 @@ class Cluster:
         Raises:
             InputError: a worker came that is of another version.
         """
-        queue = list(range(len(asks)))[::-1]
-        waiting: dict[Future[Answer], int] = {}
+        queue, waiting = TaskQueue(len(asks)), dict[Future[bytes], list[int]]()
         pool, shared = self.client.get_executor(pure=False), self._shared(work)
         threads, asked = 0, -ASKED
         try:
-            while queue or waiting:
+            while queue.left or waiting:
                 if not threads or time.monotonic() - asked > ASKED:
                     threads, asked = self._threads(), time.monotonic()
-                while queue and len(waiting) < ABREAST * threads:
-                    number = queue.pop()
-                    filled = self._filled(work, asks[number])
-                    waiting[pool.submit(answer, code_key(), shared, filled)] = number
+                while queue.left and len(waiting) < ABREAST * threads:
+                    numbers = queue.task(ABREAST * threads, single=self.sending)
+                    filled = [self._filled(work, asks[number]) for number in numbers]
+                    waiting[pool.submit(answers_of, code_key(), shared, filled)] = numbers
                 done, _ = wait(waiting, COMING, FIRST_COMPLETED)
                 if not done and not self._threads():  # all are gone, and none came
                     break
                 for future in done:
-                    number = waiting.pop(future)
-                    found = self._found(future, asks[number], here)
-                    if found is None:
-                        queue.append(number)
-                    else:
-                        yield number, found
+                    numbers = waiting.pop(future)
+                    found = queue.found(future, numbers)
+                    if found is None and len(numbers) == 1:
+                        yield numbers[0], here(asks[numbers[0]])
+                    for number, answer in zip(numbers, found or (), strict=False):
+                        if self._is_final(answer):
+                            yield number, answer
+                        else:
+                            queue.left.append(number)
         finally:
             for future in waiting:
                 future.cancel()
-        left = sorted([*queue, *waiting.values()])
+        left = sorted([*queue.left, *(number for numbers in waiting.values() for number in numbers)])
         yield from ((number, here(asks[number])) for number in left)
 
-    def _found(
-        self, future: Future[Answer], ask: Ask, here: Callable[[Ask], PhotoTable | LeftOut]
-    ) -> PhotoTable | LeftOut | None:
-        """What a worker gave; None: the photo must be sent to it."""
-        from distributed import KilledWorker
+    def _is_final(self, answer: Answer) -> TypeGuard[PhotoTable | LeftOut]:
+        """Whether it is; else the photo must be sent.
 
-        try:
-            found = future.result()
-        except (KilledWorker, CancelledError, OSError, TimeoutError):
-            return here(ask)
-        if isinstance(found, Foreign):
-            raise InputError(self.name, _told_foreign([found.worker]))
-        if isinstance(found, Lacking):
-            self.sending = True
-            return None
-        return found
+        Raises:
+            InputError: a worker came that is of another version.
+        """
+        if isinstance(answer, Foreign):
+            raise InputError(self.name, _told_foreign([answer.worker]))
+        self.sending = self.sending or isinstance(answer, Lacking)
+        return not isinstance(answer, Lacking)
 
     def _filled(self, work: Work, ask: Ask) -> Ask:
         """With the photo's files, where workers cannot read them."""
@@ -208,6 +205,14 @@ def opened(code: str, packed: bytes) -> Work | None:
     keep_freed()
     keep_fresh()
     return pickle.loads(packed)
+
+
+def answers_of(code: str, work: Work | None, asks: Sequence[Ask]) -> bytes:
+    """On a worker: what photos give, and the seconds that it took, as one string of bytes: the network's messages have
+    a price for each array."""
+    start = time.perf_counter()
+    found = [answer(code, work, ask) for ask in asks]
+    return pickle.dumps((found, time.perf_counter() - start), 5)
 
 
 def answer(code: str, work: Work | None, ask: Ask) -> Answer:

@@ -100,12 +100,33 @@ def test_a_worker_looks_at_the_version_and_at_the_files(photos):
     assert bytes_of(found.table) == bytes_of(cluster.seen_in(work, view, ask.photo).table)
 
 
-def test_a_photo_that_kills_its_workers_is_done_here(photos):
+def test_a_photo_that_kills_its_workers_is_done_here():
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    killed = distributed.KilledWorker("photo", None, 3)
+
+    class Pool:
+        """Every task with the third photo kills its workers."""
+
+        def submit(self, work, code, shared, asks):
+            done: cluster.Future = cluster.Future()
+            tasks.append(list(asks))
+            if "c" in asks:
+                done.set_exception(killed)
+            else:
+                done.set_result(pickle.dumps(([f"there: {ask}" for ask in asks], 1e-3 * len(asks))))
+            return done
+
+    tasks: list[list[str]] = []
     one = object.__new__(cluster.Cluster)
-    lost: cluster.Future = cluster.Future()
-    lost.set_exception(distributed.KilledWorker("photo", None, 3))
-    assert one._found(lost, "ask", lambda ask: f"here: {ask}") == "here: ask"
+    one.sending, one._shared, one._threads = False, lambda work: None, lambda: 1
+    one._filled = lambda work, ask: ask
+    one.client = type("Client", (), {"get_executor": lambda self, pure: Pool()})()
+    found = dict(one.answers(None, "abcdefgh", lambda ask: f"here: {ask}"))
+    assert found == {k: f"{'here' if name == 'c' else 'there'}: {name}" for k, name in enumerate("abcdefgh")}
+    assert max(map(len, tasks)) > 1  # quick photos go several a task
+    assert (
+        tasks.count(["c"]) == 1 and sum(len(task) for task in tasks if "c" not in task) == 7
+    )  # and none twice
 
 
 def test_no_scheduler_is_said_so(monkeypatch):
