@@ -22,17 +22,22 @@ class LobeSet:
 
     def columns(self, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
         """Fixed part (n,) and columns (n, q) of all lobes together."""
+        parts = [self.columns_of(k, cells) for k in range(len(self.families))]
+        if len(parts) == 1:
+            return parts[0]
         fixed, columns = np.zeros(len(cells)), [np.empty((len(cells), 0))]
-        for family, shape in zip(self.families, self.shapes, strict=True):
-            angles: tuple[np.ndarray, ...]
-            if family.turning:
-                angles = cells.theta_i, cells.theta_r, cells.phi_r - cells.phi_i, cells.phi_i
-            else:
-                angles = cells.theta_i, cells.theta_r, cells.dphi
-            part, extra = lobe_columns(family, shape, *angles)
+        for part, extra in parts:
             fixed += part
             columns.append(extra)
         return fixed, np.hstack(columns)
+
+    def columns_of(self, k: int, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+        """Fixed part (n,) and columns (n, q) of one lobe."""
+        family, shape = self.families[k], self.shapes[k]
+        if family.turning:
+            turns = cells.phi_r - cells.phi_i, cells.phi_i
+            return lobe_columns(family, shape, cells.theta_i, cells.theta_r, *turns)
+        return lobe_columns(family, shape, cells.theta_i, cells.theta_r, cells.dphi)
 
     def upper_bounds(self) -> np.ndarray:
         """Of all lobes' coefficients, (q,)."""

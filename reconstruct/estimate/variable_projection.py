@@ -74,11 +74,15 @@ class Profile:
         if self._common is not None:
             residual -= self._common.shared(residual, self._weight)
         pull, logs = self._weight * residual, lobes.flat()
-        slopes = np.empty((len(logs), *said.shape))
-        for p in range(len(logs)):
-            ahead = logs.copy()
-            ahead[p] += DIFFERENCE
-            slopes[p] = (_said(lobes.with_flat(ahead), self._cells, own) - said) / DIFFERENCE
+        slopes, p, q = np.empty((len(logs), *said.shape)), 0, 0
+        for k, family in enumerate(lobes.families):
+            shapes, part = len(family.shape_names), own[q : q + len(family.coefficient_names)]
+            here = said if len(lobes.families) == 1 else _said(lobes, k, self._cells, part)
+            for each in range(p, p + shapes):
+                ahead = logs.copy()
+                ahead[each] += DIFFERENCE
+                slopes[each] = (_said(lobes.with_flat(ahead), k, self._cells, part) - here) / DIFFERENCE
+            p, q = p + shapes, q + len(part)
         first = -2.0 * np.tensordot(slopes, pull, 2)
         second = 2.0 * self._projected(statistics, solution, slopes, columns, lobes.upper_bounds())
         return Slope(self._cost(statistics, solution), first, second)
@@ -176,8 +180,9 @@ def _step(here: Slope, down: np.ndarray, up: np.ndarray, damping: float) -> np.n
     return step
 
 
-def _said(lobes: LobeSet, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
-    fixed, columns = lobes.columns(cells)
+def _said(lobes: LobeSet, k: int, cells: Cells, coefficients: np.ndarray) -> np.ndarray:
+    """(n, c) by one lobe."""
+    fixed, columns = lobes.columns_of(k, cells)
     return fixed[:, None] + columns @ coefficients
 
 

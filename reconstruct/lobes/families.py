@@ -191,7 +191,8 @@ def _mirror_parts(family: Family, shape: np.ndarray, f0: float, theta_i, theta_r
     if family.fresnel == "dielectric":
         albedo = coat_albedo(separable, beckmann, roughness, float(f0))
     sine2, along = _turned(shape, theta_i, theta_r, dphi, phi_i) if family.turning else _STILL
-    angles = np.array(np.broadcast_arrays(theta_i, theta_r, dphi))
+    angles = np.empty((3, np.broadcast(theta_i, theta_r, dphi).size))
+    angles[0], angles[1], angles[2] = theta_i, theta_r, dphi
     parts = np.empty((2, angles.shape[1]))
     mirror_parts(angles, separable, beckmann, roughness, float(f0), albedo, sine2, along, parts)
     return parts
@@ -203,26 +204,24 @@ _STILL = np.empty(0), np.empty((2, 0))
 def _turned(shape: np.ndarray, theta_i, theta_r, dphi, phi_i) -> tuple[np.ndarray, np.ndarray]:
     """Of a turning lobe: the half vector's squared sine (n,) in units of its slopes, the roughness along both
     directions (2, n)."""
-    turn = np.log(shape[-2:])
-    incident, exit = _tangential(theta_i, phi_i), _tangential(theta_r, phi_i + dphi)
-    between = np.cos(theta_i) * np.cos(theta_r) + np.sum(incident * exit, axis=0)
-    sine2 = _stretched(incident + exit, -turn) / np.maximum(2.0 + 2.0 * between, 1e-18)
-    return sine2, shape[0] * np.stack([_share(one, turn) for one in (incident, exit)])
+    along, across, both = _stretch(*np.log(shape[-2:]))  # of v^T exp(2 E) v
+    (sin_i, sin_r), phi_r = np.sin([theta_i, theta_r]), phi_i + dphi
+    toward = np.empty((2, 2, len(sin_i)))  # x and y of both directions
+    toward[0, 0], toward[1, 0] = sin_i * np.cos(phi_i), sin_i * np.sin(phi_i)
+    toward[0, 1], toward[1, 1] = sin_r * np.cos(phi_r), sin_r * np.sin(phi_r)
+    x, y = toward
+    xx, yy = x * x, y * y
+    hidden = along * xx + across * yy + both * (x * y)
+    rough = shape[0] * np.sqrt((hidden + 1e-30) / (xx + yy + 1e-30))
+    between = np.cos(theta_i) * np.cos(theta_r) + x[0] * x[1] + y[0] * y[1]
+    (x, y), (along, across, both) = toward.sum(1), _stretch(*-np.log(shape[-2:]))
+    sine2 = (along * x * x + across * y * y + both * (x * y)) / np.maximum(2.0 + 2.0 * between, 1e-18)
+    return sine2, rough
 
 
-def _tangential(theta: np.ndarray, phi: np.ndarray | float) -> np.ndarray:
-    """x and y of directions, (2, n)."""
-    return np.sin(theta) * np.stack(np.broadcast_arrays(np.cos(phi), np.sin(phi)))
-
-
-def _stretched(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """v^T exp(2 E) v, (n,), of vectors (2, n) with E = [[e, k], [k, -e]] of ``turn`` = (e, k)."""
-    (x, y), (e, k) = vector, turn
+def _stretch(e: float, k: float) -> tuple[float, float, float]:
+    """What x^2, y^2 and x y have in v^T exp(2 E) v of v = (x, y), E = [[e, k], [k, -e]]."""
     size = 2.0 * np.hypot(e, k)
     share = 2.0 * np.sinh(size) / size if size > 0.0 else 2.0
-    return np.cosh(size) * (x * x + y * y) + share * (e * (x * x - y * y) + 2.0 * k * x * y)
-
-
-def _share(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Roughness along vectors (2, n) over the mean one, (n,)."""
-    return np.sqrt((_stretched(vector, turn) + 1e-30) / (np.sum(vector * vector, axis=0) + 1e-30))
+    middle = np.cosh(size)
+    return middle + share * e, middle - share * e, 2.0 * share * k

@@ -61,37 +61,46 @@ def lobe_parameters(model: Model) -> list[str]:
 def lobe_jacobian(model: Model, covers: Sequence[float]) -> np.ndarray:
     """(c, p, q) derivatives of the numbers that :func:`lobe_parameters` names by a fit's: the lobes' coefficients, the
     logarithms of their shapes, and of the weights of those whose weight is taken to be 1, in units of ``covers``."""
-    own, logs = model.lobe_coefficients, model.lobes.flat()
-    start = np.concatenate([own, np.repeat(logs[:, None], own.shape[1], 1)])
-    start = np.concatenate([start, np.zeros((len(covers), own.shape[1]))])
+    coefficients = len(model.lobe_coefficients)
+    cover_at = coefficients + len(model.lobes.flat())
+    shape_at, own_at, number_at, absolute = coefficients, 0, 0, 0
+    count = len(lobe_parameters(model))
+    result = np.zeros((model.lobe_coefficients.shape[1], count, cover_at + len(covers)))
+    for family, shape, part in _parts(
+        model.lobes, model.lobe_coefficients
+    ):  # each lobe's numbers are its own
+        own, shapes = np.arange(own_at, own_at + len(part)), np.arange(shape_at, shape_at + len(shape))
+        weights = [cover_at + absolute] if family.absolute else []
+        cover = float(covers[absolute]) if family.absolute else 0.0
+        block = _slopes_of(family, shape, part, cover)
+        place = np.concatenate([own, shapes, np.array(weights, int)])
+        result[:, number_at : number_at + block.shape[1], place] = block
+        own_at, shape_at = own_at + len(own), shape_at + len(shapes)
+        number_at, absolute = number_at + block.shape[1], absolute + len(weights)
+    return result
+
+
+def _slopes_of(family: Family, shape: np.ndarray, own: np.ndarray, cover: float) -> np.ndarray:
+    """(c, p, q) derivatives of a lobe's numbers by its coefficients, the logarithms of its shape, and of its weight."""
+    logs, channels = np.log(shape), own.shape[1]
+    further = np.zeros((int(family.absolute), channels))
+    start = np.concatenate([own, np.repeat(logs[:, None], channels, 1), further])
+
+    def numbers(values: np.ndarray) -> np.ndarray:
+        moved = np.exp(values[len(own) : len(own) + len(logs), 0])
+        weight = float(np.exp(cover * values[-1, 0])) if family.absolute else 1.0
+        lobe = lobe_of(family, moved, values[: len(own)], weight)
+        return np.array([number_of(lobe, what) for what in _free(family, lobe)])  # (p, c)
+
+    azimuth = np.array([what == "azimuth" for what in _free(family, lobe_of(family, shape, own))], bool)
     columns = []
     for q in range(len(start)):
         step = np.zeros_like(start)
         step[q] = STEP * np.maximum(np.abs(start[q]), LEAST) if q < len(own) else STEP
-        more, less = (_numbers(model, start + side * step, covers) for side in (1.0, -1.0))
-        change = more - less
-        azimuth = _is_azimuth(model)
+        change = numbers(start + step) - numbers(start - step)
         change[azimuth] = (change[azimuth] + 90.0) % 180.0 - 90.0  # half a turn is none
         columns.append(change / (2.0 * step[q]))
-    count = len(_is_azimuth(model))
-    return np.moveaxis(np.array(columns).reshape(len(start), count, own.shape[1]), (0, 1, 2), (2, 1, 0))
-
-
-def _numbers(model: Model, values: np.ndarray, covers: Sequence[float]) -> np.ndarray:
-    """(p, c) the lobes' numbers from those of the fit, (q, c)."""
-    own = len(model.lobe_coefficients)
-    shapes = own + len(model.lobes.flat())
-    moved = model.lobes.with_flat(values[own:shapes, 0])
-    factors = iter(np.exp(np.asarray(covers) * values[shapes:, 0]))
-    said = []
-    for family, shape, part in _parts(moved, values[:own]):
-        lobe = lobe_of(family, shape, part, float(next(factors)) if family.absolute else 1.0)
-        said += [number_of(lobe, what) for what in _free(family, lobe)]
-    return np.array(said).reshape(-1, values.shape[1])
-
-
-def _is_azimuth(model: Model) -> np.ndarray:
-    return np.array([name.endswith("azimuth") for name in lobe_parameters(model)], bool)
+    return np.moveaxis(np.array(columns), (0, 1, 2), (2, 1, 0))
 
 
 def _free(family: Family, lobe: Lobe) -> list[str]:

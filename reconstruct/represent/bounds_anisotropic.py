@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -32,6 +33,7 @@ from photogonio.reconstruct.represent.bounds import (
 from photogonio.reconstruct.represent.minima import (
     DirectionGrid,
     Surface,
+    dark_values,
     directions,
     expansion,
     followed,
@@ -71,11 +73,12 @@ MOVES = np.array(
 def violated_turning(brdf: Brdf, error: Callable[[Cells], np.ndarray]) -> bool:
     """As :func:`.bounds.violated` at all azimuths; ``error`` takes cells to standard errors (n, c)."""
     grid = _grid(brdf.order)
-    value = values(brdf, grid)
-    trifle = TRIFLE * _sizes(value, grid)
-    i, r = _told(value, np.any(value < -trifle[:, None, None], axis=0))
-    if len(i) and (value[:, i, r].T < -(error(pairs(grid, i, r)) + trifle)).any():
-        return True
+    value = dark_values(brdf, grid)
+    if (value < 0.0).any():
+        trifle = TRIFLE * _size_by_few(brdf, grid)
+        i, r = _told(value, np.any(value < -trifle[:, None, None], axis=0))
+        if len(i) and (value[:, i, r].T < -(error(pairs(grid, i, r)) + trifle)).any():
+            return True
     if brdf.scale != "absolute":
         return False
     fine = _albedo_grid(brdf.order)
@@ -161,7 +164,12 @@ class _LobeAlbedo:
     def of(cls, lobe: Lobe, polar: int, waves: int) -> _LobeAlbedo:
         theta, count = np.linspace(0.0, HIGHEST, polar), waves if lobe.turning else 1
         turns = 0.5 * np.pi * (np.arange(count) + 0.5) / count
-        sent = np.stack([lobe.directional_albedo(theta, lobe.azimuth + turn) for turn in turns], axis=1)
+        if lobe.turning and lobe.fresnel == "schlick":  # of which many differ in azimuth alone
+            axes = round(lobe.axes[0], 12), round(lobe.axes[1], 12)
+            parts = _sent(axes, (lobe.distribution, lobe.masking), polar, waves)
+            sent = parts @ lobe.terms().factors
+        else:
+            sent = np.stack([lobe.directional_albedo(theta, lobe.azimuth + turn) for turn in turns], axis=1)
         cosines = np.cos(2.0 * np.outer(np.arange(count), turns))
         shares = np.where(np.arange(count) == 0, 1.0, 2.0)[:, None] / count * cosines
         return cls(CubicSpline(theta, np.einsum("mt,atc->amc", shares, sent)), lobe.azimuth)
@@ -174,6 +182,16 @@ class _LobeAlbedo:
         waves = self.waves(theta)
         turns = 2.0 * (np.asarray(phi) - self.azimuth)[..., None] * np.arange(waves.shape[-2])
         return np.einsum("...m,...mc->...c", np.cos(turns), waves)
+
+
+@lru_cache(maxsize=256)
+def _sent(axes: tuple[float, float], kind: tuple[str, str], polar: int, waves: int) -> np.ndarray:
+    """(polar, waves, 2) what a lobe of weight 1 sends out, and the part of it that Schlick's term adds."""
+    one = Lobe(axes, np.array([1.0, 0.0]), np.ones(2), distribution=kind[0], masking=kind[1])
+    turns = 0.5 * np.pi * (np.arange(waves) + 0.5) / waves
+    return np.stack(
+        [one.directional_albedo(np.linspace(0.0, HIGHEST, polar), turn) for turn in turns], axis=1
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,6 +323,15 @@ def _sizes(value: np.ndarray, grid: DirectionGrid) -> np.ndarray:
     """(c,) mean size of f (c, d, d), cosine weighted."""
     weight = np.sin(2.0 * grid.theta) / np.sin(2.0 * grid.theta).sum()
     return weight @ (np.abs(value) @ weight).T
+
+
+def _size_by_few(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
+    """(c,) the same of ``brdf``, with light from four azimuths alone."""
+    i = np.flatnonzero(np.arange(len(grid.theta)) % (grid.azimuths // 4) == 0)
+    angles = grid.theta[i, None], grid.phi[i, None], grid.theta, grid.phi
+    weight = np.sin(2.0 * grid.theta)
+    mean = np.einsum("i,irc,r->c", weight[i], np.abs(brdf.evaluate(*angles)), weight, optimize=True)
+    return mean / (weight[i].sum() * weight.sum())
 
 
 def _told(value: np.ndarray, broken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

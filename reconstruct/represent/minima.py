@@ -46,6 +46,12 @@ class DirectionGrid:
         """(d,) bool: one only of the directions that are the pole."""
         return (self.theta > 0.0) | (self.phi == 0.0)
 
+    @property
+    def half_turn(self) -> np.ndarray:
+        """(d,) directions half a turn of azimuth on."""
+        row, turn = np.divmod(np.arange(len(self.theta)), self.azimuths)
+        return row * self.azimuths + (turn + self.azimuths // 2) % self.azimuths
+
     def neighbours(self, place: np.ndarray) -> np.ndarray:
         """(4, n) directions on either side, in both ways, of those at ``place`` (n,); itself beyond the last."""
         row, turn = np.divmod(place, self.azimuths)
@@ -82,6 +88,30 @@ def values(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
         table = np.moveaxis(lobe.evaluate(theta[:, None, None], theta[None, :, None], azimuth), -1, 0)
         result += table[:, row[:, None], row[None], between]
     return result
+
+
+def dark_values(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
+    """:func:`values` where the modes alone are below 0; elsewhere f is no less than this, as lobes only add light.
+
+    Pairs that are the same but exchanged or, of isotropic modes, half a turn on, are looked at once.
+    """
+    value, lobes = expansion(brdf.symmetry, brdf.modes, brdf.coefficients, grid), brdf.lobes
+    if not all((lobe.terms().factors >= 0.0).all() for lobe in lobes):
+        return values(brdf, grid)
+    i, r = np.nonzero((value < 0.0).any(0))
+    same = [(i, r)] if brdf.symmetry == "general" else [(i, r), (r, i)]
+    if brdf.symmetry == "isotropic":
+        same += [(grid.half_turn[a], grid.half_turn[b]) for a, b in same]
+    code = i * len(grid.theta) + r
+    first = np.all([code <= a * len(grid.theta) + b for a, b in same], axis=0)
+    at_i, at_r = i[first], r[first]
+    theta_i, phi_i, theta_r, phi_r = grid.theta[at_i], grid.phi[at_i], grid.theta[at_r], grid.phi[at_r]
+    here = value[:, at_i, at_r]
+    for lobe in lobes:
+        here += lobe.evaluate(theta_i, theta_r, phi_r - phi_i, phi_i).T
+    for a, b in same:
+        value[:, a[first], b[first]] = here
+    return value
 
 
 def expansion(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, grid: DirectionGrid) -> np.ndarray:

@@ -102,8 +102,9 @@ def average_of(
     said = sum(weight[k] * left_out[k] for k in kept) * size
     model, covariance = _mixed(rows, tried[kept], members, solved, size)
     error, leverage = np.zeros_like(said), np.zeros(len(said))
+    spreads = {ratio: rows.spread(ratio) for ratio in {likely[k] for k in kept}}
     for k, one, part in zip(kept, members, solved, strict=True):
-        spread, share = rows.spread(likely[k])
+        spread, share = spreads[likely[k]]
         error += one.weight * (spread[:, None] * part.variance * size**2 + (one.left_out - said) ** 2)
         leverage += one.weight * share
     return _told(cells, model, covariance, members, (said, np.sqrt(error), leverage, rows.fold))

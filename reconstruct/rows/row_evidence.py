@@ -109,30 +109,29 @@ class RowEvidence:
         root = np.sqrt(self.weight)
         smooth = root * self.design[:, 1:] * self.degree[1:] ** -DECAY
         energy, turn = np.linalg.eigh(smooth.T @ smooth)
-        energy = np.maximum(energy, 0.0)
-        place = np.cumsum([0, self.value.shape[1], 1, *(one.shape[1] for one in self.columns)])
-        every = root * np.hstack([self.value, self.design[:, :1], *self.columns])
-        along = turn.T @ (smooth.T @ every)
-        gram = every.T @ every
+        energy, project = np.maximum(energy, 0.0), turn.T @ smooth.T
         # with C = S S' + ratio I, x' C^-1 y = (x' y - sum_i along_xi along_yi / (energy_i + ratio)) / ratio
         share = 1.0 / (energy + NOISE[:, None])
-        inverse = (gram - np.einsum("ix,ri,iy->rxy", along, share, along, optimize=True)) / NOISE[
-            :, None, None
-        ]
-        n, logs = len(self.value), np.log(energy + NOISE[:, None]).sum(1)
-        size = logs + (n - len(energy)) * np.log(NOISE)
-        y = slice(0, place[1])
-        found = []
-        for k in range(len(self.columns)):
-            found.append(
-                _restricted(inverse, y, np.r_[place[1], place[k + 2] : place[k + 3]], n, size, least)
-            )
-        best = np.array([int(np.argmax(one)) for one in found])
-        return np.array([one[b] for one, b in zip(found, best, strict=True)]), NOISE[best]
+        n, channels = self.value.shape
+        size = np.log(energy + NOISE[:, None]).sum(1) + (n - len(energy)) * np.log(NOISE)
+        shared, found = np.hstack([self.value, self.design[:, :1]]), np.empty((len(self.columns), len(NOISE)))
+        counts = np.array([one.shape[1] for one in self.columns])
+        for count in np.unique(counts):
+            these = np.flatnonzero(counts == count)
+            own = np.stack([self.columns[k] for k in these])
+            every = root * np.concatenate([np.broadcast_to(shared, (len(own), *shared.shape)), own], axis=2)
+            along, gram = project @ every, np.swapaxes(every, 1, 2) @ every
+            inverse = (gram - _products(along, share)) / NOISE[:, None, None, None]
+            found[these] = _restricted(inverse, channels, n, size, least).T
+        best = found.argmax(1)
+        return found[np.arange(len(found)), best], NOISE[best]
 
     def left_out(self, k: int, ratio: float) -> np.ndarray:
         """(n, c) what candidate ``k`` says of each row by those of all other folds."""
         rest = self.folded.statistics(self.value, self.columns[k]).without_each()
+        return self._by_others(rest, k, ratio)
+
+    def _by_others(self, rest: Statistics, k: int, ratio: float) -> np.ndarray:
         if ratio not in self.factors:
             self.factors[ratio] = self._factors(rest, ratio)
         modes, lobes = self._solve(rest, k, self.factors[ratio])
@@ -176,7 +175,8 @@ class RowEvidence:
 
     def ridge(self) -> tuple[float, np.ndarray]:
         """The ratio with which the ridge alone predicts rows left out best, and what (n, c) it says of them."""
-        tried = [(ratio, self.left_out(0, ratio)) for ratio in RIDGES.tolist()]
+        rest = self.folded.statistics(self.value, self.columns[0]).without_each()
+        tried = [(ratio, self._by_others(rest, 0, ratio)) for ratio in RIDGES.tolist()]
         return min(tried, key=lambda one: float(np.sum(self.weight * (self.value - one[1]) ** 2)))
 
     def spread(self, ratio: float) -> tuple[np.ndarray, np.ndarray]:
@@ -206,24 +206,33 @@ def _quadratic(rows: np.ndarray, gram: np.ndarray) -> np.ndarray:
     return np.sum(solve_triangular(np.linalg.cholesky(scaled), (rows / scale).T, lower=True) ** 2, axis=0)
 
 
-def _restricted(
-    inverse: np.ndarray, y: slice, free: np.ndarray, n: int, size: np.ndarray, least: float = 0.0
-) -> np.ndarray:
-    """(r,) restricted log likelihood of all channels, their noise profiled out, for each ratio.
+def _products(along: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(r, k, x, x) sums over i of products of ``along`` (k, i, x), times ``share`` (r, i)."""
+    k, i, x = along.shape
+    products = np.moveaxis(along[:, :, :, None] * along[:, :, None, :], 1, 0)
+    return (share @ products.reshape(i, -1)).reshape(-1, k, x, x)
 
-    ``inverse`` (r, x, x) holds products by the inverse covariance, ``free`` the places of the free columns, and
-    ``size`` (r,) the logarithm of the covariance's determinant. ``least`` is a noise beside the one found.
+
+def _restricted(
+    inverse: np.ndarray, channels: int, n: int, size: np.ndarray, least: float = 0.0
+) -> np.ndarray:
+    """(r, k) restricted log likelihood of all channels, their noise profiled out, for each ratio and candidate.
+
+    ``inverse`` (r, k, x, x) holds products by the inverse covariance, of the channels' values, the constant, and the
+    columns; ``size`` (r,) the logarithm of the covariance's determinant. ``least`` is a noise beside the one found.
     """
-    a = inverse[:, free][:, :, free]
-    scale = np.sqrt(np.maximum(np.einsum("rxx->rx", a), np.finfo(float).tiny))
-    a = a / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(len(free))
-    b = inverse[:, free, y] / scale[:, :, None]
+    y, free = slice(channels), slice(channels, None)
+    a = inverse[..., free, free]
+    scale = np.sqrt(np.maximum(np.diagonal(a, axis1=2, axis2=3), np.finfo(float).tiny))
+    a = a / (scale[..., :, None] * scale[..., None, :]) + TINY * np.eye(a.shape[-1])
+    b = inverse[..., free, y] / scale[..., None]
     coefficients = np.linalg.solve(a, b)
-    rest = np.einsum("rcc->rc", inverse[:, y, y]) - np.sum(b * coefficients, axis=1)
-    freedom, channels = n - len(free), b.shape[2]
+    rest = np.diagonal(inverse[..., y, y], axis1=2, axis2=3) - np.sum(b * coefficients, axis=2)
+    freedom = n - a.shape[-1]
     rest = np.maximum(rest, np.finfo(float).tiny) + freedom * least**2
-    determinant = np.linalg.slogdet(a)[1] + 2.0 * np.log(scale).sum(1)
-    told = -0.5 * freedom * np.log(rest / freedom).sum(1) - 0.5 * channels * (size + determinant)
+    determinant = np.linalg.slogdet(a)[1] + 2.0 * np.log(scale).sum(2)
+    told = -0.5 * freedom * np.log(rest / freedom).sum(2)
+    told -= 0.5 * channels * (size[:, None] + determinant)
     # a lobe that would have to take light away is none
-    negative = (coefficients[:, 1:] / scale[:, 1:, None]).sum(2) < 0.0
-    return np.where(negative.any(1), -np.inf, told)
+    negative = (coefficients[..., 1:, :] / scale[..., 1:, None]).sum(3) < 0.0
+    return np.where(negative.any(2), -np.inf, told)

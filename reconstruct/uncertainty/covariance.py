@@ -19,6 +19,7 @@ from photogonio.reconstruct.estimate.folded_design import Common, FoldedDesign
 from photogonio.reconstruct.estimate.normal_equations import Statistics, cholesky, cholesky_solve
 
 RIDGE = 1e-10  # of the mean diagonal
+RANK = 1e-15  # of the largest eigenvalue: below it rounding
 # standard deviation of a shape's logarithm before the data: about that of even odds between its bounds
 SHAPE_SPREAD = 1.0
 MOST_ALTERNATIVES = 12  # whose own noise is found; of more, a systematic sample by weight stands for all
@@ -164,8 +165,10 @@ def _regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution of a symmetric system; 0 for unknowns that nothing depends on, as the shape of a lobe of no weight."""
     size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
     inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
-    scaled = np.linalg.pinv(matrix * np.outer(inverse, inverse), hermitian=True)
-    return inverse[:, None] * (scaled @ (inverse[:, None] * right))
+    energy, turn = np.linalg.eigh(matrix * np.outer(inverse, inverse))
+    told = np.abs(energy) > RANK * np.abs(energy).max()
+    share = np.divide(1.0, energy, out=np.zeros_like(energy), where=told)
+    return inverse[:, None] * (turn @ (share[:, None] * (turn.T @ (inverse[:, None] * right))))
 
 
 def _embedded(problem: Problem, one: Alternative, solution: np.ndarray) -> np.ndarray:

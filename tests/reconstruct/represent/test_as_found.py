@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.brdf.parameters import slopes
-from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import TYPICAL_F0
 from photogonio.reconstruct.represent.as_found import STEP, lobe_jacobian, lobe_of, lobe_parameters, lobes_of
 from photogonio.reconstruct.table.cells import Cells
@@ -71,6 +71,34 @@ def test_the_files_numbers_change_as_the_fits_do(family):
         exact = (ends[0].evaluate(where) - ends[1].evaluate(where)) / (2.0 * STEP)
         off = np.abs(said[:, len(own) + s] - exact).max()
         assert off < 0.01 * np.abs(exact).max() + 1e-5
+
+
+def test_the_numbers_of_several_lobes_change_with_their_own_alone():
+    families = [*[family for family in OTHERS if family.absolute][:2], OTHERS[-1]]
+    models = [model_of(family) for family in families]
+    lobes = LobeSet(tuple(families), tuple(one.lobes.shapes[0] for one in models))
+    own = np.concatenate([one.lobe_coefficients for one in models])
+    covers = [0.2, 0.3][: sum(family.absolute for family in families)]
+    every = lobe_jacobian(replace(models[0], lobes=lobes, lobe_coefficients=own), covers)
+    blocks, left = [], list(covers)
+    for family, one in zip(families, models, strict=True):
+        blocks.append(lobe_jacobian(one, [left.pop(0)] if family.absolute else []))
+    parts = [len(one.lobe_coefficients) for one in models]
+    shapes = [len(one.lobes.shapes[0]) for one in models]
+    at = np.split(np.arange(every.shape[2]), np.cumsum([*parts, *shapes]))
+    first, rest = 0, every.copy()
+    for k, block in enumerate(blocks):
+        place = np.concatenate([at[k], at[len(parts) + k], at[-1][k : k + 1] if families[k].absolute else []])
+        rows = np.arange(first, first + block.shape[1])
+        np.testing.assert_allclose(every[:, rows][:, :, place.astype(int)], block, atol=1e-12)
+        rest[np.ix_(np.arange(len(rest)), rows, place.astype(int))] = 0.0
+        first += block.shape[1]
+    assert (
+        first
+        == every.shape[1]
+        == len(lobe_parameters(replace(models[0], lobes=lobes, lobe_coefficients=own)))
+    )
+    assert not rest.any()
 
 
 def test_what_an_absolute_lobe_covers_is_its_weight():

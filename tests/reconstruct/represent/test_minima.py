@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from photogonio.reconstruct.represent.minima import (
     HALVINGS,
     Surface,
+    dark_values,
     directions,
     followed,
     lowest_directions,
@@ -52,6 +55,21 @@ def test_values_on_the_grid_are_those_of_the_brdf(symmetry):
     where = pairs(GRID, i, r)
     expected = brdf.evaluate(where.theta_i, where.phi_i, where.theta_r, where.phi_r)
     np.testing.assert_allclose(found[:, i, r].T, expected, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("symmetry", ["isotropic", "reciprocal", "general"])
+def test_where_modes_are_dark_values_are_those_of_the_grid_and_nowhere_less(symmetry):
+    brdf = brdf_of(mirror(0.4), mirror((0.5, 0.3), azimuth=0.4), symmetry=symmetry)
+    every, dark = values(brdf, GRID), dark_values(brdf, GRID)
+    below = (values(replace(brdf, lobes=()), GRID) < 0.0).any(0)
+    assert 0.1 < below.mean() < 1.0
+    np.testing.assert_allclose(dark[:, below], every[:, below], rtol=1e-9, atol=1e-9)
+    assert ((dark >= 0.0) | below).all() and (dark <= every + 1e-9).all()
+
+
+def test_a_lobe_that_takes_light_away_is_looked_at_everywhere():
+    brdf = brdf_of(replace(mirror((0.5, 0.3)), weight=-np.ones(3)), symmetry="reciprocal")
+    np.testing.assert_array_equal(dark_values(brdf, GRID), values(brdf, GRID))
 
 
 def test_a_surface_beside_pairs_is_the_brdf_there():
