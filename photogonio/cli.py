@@ -21,7 +21,7 @@ from photogonio.system.drawing import without_docstrings
 from photogonio.system.memory import collect_seldom, keep_freed
 from photogonio.system.outputs import to_json
 from photogonio.system.progress import Reporter
-from photogonio.system.stops import ask_again
+from photogonio.system.stops import ask, ask_again, is_asked, stop_heard
 
 _DONE, _FAILED, _BAD_INPUT, _DISTRUSTED, _INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -49,10 +49,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with _stoppable():
             return _run(args, reporter)
     except KeyboardInterrupt as stop:
-        reporter.clear()
-        print(f"photogonio: stopped; {str(stop) or 'nothing was written'}", file=sys.stderr)
-        return _INTERRUPTED
-    except BrokenPipeError:
+        return _stopped(reporter, str(stop))
+    except Exception as error:
+        if is_asked():  # what a library made of it
+            return _stopped(reporter)
+        if not isinstance(error, BrokenPipeError):
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _FAILED
 
@@ -81,7 +83,15 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     return _DISTRUSTED if reporter.distrusted else _DONE
 
 
+def _stopped(reporter: Reporter, done: str = "") -> int:
+    reporter.clear()
+    print(f"photogonio: stopped; {done or 'nothing was written'}", file=sys.stderr)
+    return _INTERRUPTED
+
+
 def _fail(reporter: Reporter, message: str, status: int) -> int:
+    if is_asked():  # nothing else failed
+        return _stopped(reporter)
     reporter.clear()
     print("photogonio: " + " ".join(message.split()), file=sys.stderr)
     return status
@@ -97,6 +107,7 @@ def _stoppable() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    stop_heard()  # one of an earlier call
     numbers = [signal.SIGINT, signal.SIGTERM, *([signal.SIGALRM] if hasattr(signal, "SIGALRM") else [])]
     # who was started with interrupts ignored, as jobs in the background are, goes on ignoring them
     numbers = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
@@ -114,7 +125,7 @@ def _stoppable() -> Iterator[None]:
 def _interrupt(signum: int, frame: object) -> None:
     if isinstance(sys.exc_info()[1], KeyboardInterrupt):
         return  # on its way, and cleaning up
-    ask_again(AGAIN)
+    ask(AGAIN)
     raise KeyboardInterrupt
 
 

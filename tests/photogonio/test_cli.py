@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from photogonio.arguments import build_parser
+from photogonio.capture.errors import InputError
 from photogonio.cli import main
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.modes.angles import unit_vectors
@@ -242,6 +243,31 @@ def test_a_stop_that_a_library_swallows_is_asked_for_again(capsys, monkeypatch, 
         signal.signal(number, former)
     assert swallowed
     assert "stopped" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("made", [RuntimeError("no such type"), InputError("a", "b"), OSError(28, "full")])
+def test_what_a_library_makes_of_a_stop_is_that_stop_in_one_line(capsys, monkeypatch, number, made):
+    """As numba does while it compiles, and who takes its error for one of the input."""
+
+    def work(args, reporter):
+        try:
+            os.kill(os.getpid(), number)
+            time.sleep(30)
+        except KeyboardInterrupt as stop:
+            raise made from stop
+
+    monkeypatch.setattr("photogonio.commands.init.run", work)
+    former = signal.signal(number, signal.default_int_handler)
+    try:
+        assert main(["init", "folder"]) == 130
+    finally:
+        signal.signal(number, former)
+    told = capsys.readouterr().err
+    assert "stopped" in told and told.count("\n") == 1
+    monkeypatch.setattr("photogonio.commands.init.run", lambda args, reporter: 1 / 0)
+    with pytest.raises(ZeroDivisionError):  # of which no stop is made
+        main(["init", "folder"])
 
 
 @pytest.mark.parametrize(
