@@ -35,6 +35,12 @@ def load_scores(path: Path, kind: str = "scene") -> dict[str, Row]:
         text(row.get(kind), f"{path}: {kind}s[{k}] {kind}")
         for name in () if row.get("refused") else (ERRORS[kind], "seconds"):
             number(low=0.0)(row.get(name), f"{path}: {kind}s[{k}] {name}")
+    names = [row[kind] for row in rows]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(
+            path, f"has several {kind}s of the same name, which cannot be told apart: {twice[0]}"
+        )
     return {row[kind]: row for row in rows}
 
 

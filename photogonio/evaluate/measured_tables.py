@@ -20,6 +20,7 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import blocks_of, folds_of
 from photogonio.reconstruct.estimate.outlier_views import pair_places
 from photogonio.reconstruct.fit import fit_table
+from photogonio.reconstruct.goniometer.foreign import known_everywhere, of_coefficients
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.told import Told
 from photogonio.reconstruct.rows.smooth_ridge import ORDER, smooth_ridge
@@ -54,24 +55,51 @@ class TableScore:
 
 
 def evaluate_tables(names: Sequence[str], told: Told, reporter: Reporter) -> list[TableScore]:
-    """Each table, and each in each folder.
+    """Each table, and each in each folder; what there is no table, or cannot be left out in turn, is told and passed
+    over. All are read before the first is fitted.
 
     Raises:
-        InputError: no table is named, or one cannot be read.
+        InputError: no table is named, or one that is named itself cannot be read or left out in turn.
     """
-    files = [file for name in names for file in _files(Path(name))]
-    if not files:
+    tables: dict[Path, FacetTable] = {}
+    for name in names:
+        path = Path(name)
+        for file in sorted(path.glob("*.csv")) if path.is_dir() else [path]:
+            try:
+                tables.setdefault(file.resolve(), _table_of(file, told))
+            except InputError as error:
+                if file == path:
+                    raise
+                reporter.warn(f"passed over: {error}")
+    if not tables:
         raise InputError("evaluate --tables", "expected tables (.csv), or folders of them")
     scores = []
-    for file in files:
-        scores.append(score_of(file.name, samples_table(read_samples(file, told))))
+    for called, table in zip(names_of(list(tables)), tables.values(), strict=True):
+        scores.append(score_of(called, table))
         reporter.say(line_of(scores[-1]))
     reporter.say(summary_of(scores))
     return scores
 
 
-def _files(path: Path) -> list[Path]:
-    return sorted(path.glob("*.csv")) if path.is_dir() else [path]
+def _table_of(file: Path, told: Told) -> FacetTable:
+    if known_everywhere(file) is not None or of_coefficients(file) is not None:
+        raise InputError(file, "says f everywhere: there are no measured rows to leave out")
+    table = samples_table(read_samples(file, told))
+    _folds_of(str(file), cells_of(table))
+    return table
+
+
+def names_of(files: Sequence[Path]) -> list[str]:
+    """The files' names, with as many of their folders' before them as tell each from all others."""
+    result = []
+    for file in files:
+        depth = 1
+        while (
+            depth < len(file.parts) and [one.parts[-depth:] for one in files].count(file.parts[-depth:]) > 1
+        ):
+            depth += 1
+        result.append("/".join(file.parts[-depth:]))
+    return result
 
 
 def line_of(score: TableScore) -> str:
@@ -99,12 +127,7 @@ def summary_of(scores: Sequence[TableScore]) -> str:
 def score_of(name: str, table: FacetTable) -> TableScore:
     """The four ways on one table. Raises InputError where its rows lie in too few neighbourhoods."""
     cells = cells_of(table)
-    fold = block_folds(cells)
-    if not np.bincount(fold, minlength=FOLDS).all():
-        raise InputError(
-            name,
-            f"its {len(cells)} rows lie in fewer than {FOLDS} neighbourhoods, which are left out in turn",
-        )
+    fold = _folds_of(name, cells)
     found = {way: np.empty_like(cells.value) for way in ("fit", *_SMOOTHERS)}
     seconds, turning, held = 0.0, 0, 0
     for k in range(FOLDS):
@@ -124,6 +147,16 @@ def score_of(name: str, table: FacetTable) -> TableScore:
     return TableScore(
         table=name, rows=len(cells), **errors, held=share, seconds=seconds / FOLDS, turning=turning
     )
+
+
+def _folds_of(name: str, cells: Cells) -> np.ndarray:
+    fold = block_folds(cells)
+    if not np.bincount(fold, minlength=FOLDS).all():
+        raise InputError(
+            name,
+            f"its {len(cells)} rows lie in fewer than {FOLDS} neighbourhoods, which are left out in turn",
+        )
+    return fold
 
 
 def block_folds(cells: Cells, folds: int = FOLDS) -> np.ndarray:
