@@ -17,11 +17,11 @@ from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE
 from photogonio.reconstruct.export.principled import (
     Gloss,
+    Halves,
     Principled,
     fit_principled,
     of_metal,
     schlick,
-    specular,
 )
 
 _RINGS, _SEGMENTS = 48, 96
@@ -49,13 +49,12 @@ def read_gltf(path: Path) -> Principled:
 
 
 def metallic_roughness(
-    metal: bool, gloss: Gloss, f0: float, incident: np.ndarray, exit: np.ndarray
+    metal: bool, gloss: Gloss, f0: float, seen: Halves, lobe: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """See :data:`.principled.Model`."""
-    lobe, cos = specular(gloss, incident, exit)
     if metal:
-        return of_metal(lobe, cos)
-    reflected = schlick(f0, cos)
+        return of_metal(lobe, seen)
+    reflected = schlick(f0, seen)
     return lobe * reflected, (1 - reflected) / np.pi
 
 

@@ -16,10 +16,10 @@ from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE
 from photogonio.reconstruct.export.principled import (
     Gloss,
+    Halves,
     Principled,
     fit_principled,
     of_metal,
-    specular,
 )
 from photogonio.reconstruct.lobes.interface import coat_albedo, dielectric_fresnel
 
@@ -100,16 +100,15 @@ def read_openpbr(path: Path) -> Principled:
 
 
 def openpbr(
-    metal: bool, gloss: Gloss, f0: float, incident: np.ndarray, exit: np.ndarray
+    metal: bool, gloss: Gloss, f0: float, seen: Halves, lobe: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """See :data:`.principled.Model`."""
-    lobe, cos = specular(gloss, incident, exit)
     if metal:
-        return of_metal(lobe, cos)
+        return of_metal(lobe, seen)
     if f0 <= 0:
         return np.zeros_like(lobe), np.full_like(lobe, 1 / np.pi)
-    through = 1 - albedo_of_gloss(gloss.mean, f0, exit[:, 2])
-    return lobe * dielectric_fresnel(cos, f0), through / np.pi
+    through = 1 - albedo_of_gloss(gloss.mean, f0, seen.exit[2])
+    return lobe * dielectric_fresnel(seen.cos, f0), through / np.pi
 
 
 def albedo_of_gloss(alpha: float, f0: float, cos: np.ndarray) -> np.ndarray:

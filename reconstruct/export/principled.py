@@ -75,24 +75,44 @@ class Principled:
 
     def __call__(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         """f (n, 3), 1/sr, of unit vectors (n, 3), as the engine's model has it."""
-        fixed, linear = self.model(self.metal, self.gloss, self.f0, incident, exit)
+        seen = Halves.of(incident, exit)
+        fixed, linear = self.model(self.metal, self.gloss, self.f0, seen, specular(self.gloss, seen))
         return fixed[:, None] + linear[:, None] * self.base_color
 
 
-# metal, gloss, f0, incident, exit -> what does not depend on the colour, and what a colour is multiplied by; (n,)
-Model = Callable[[bool, Gloss, float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+@dataclass(frozen=True, slots=True)
+class Halves:
+    """Pairs of directions, and what no roughness changes of them."""
+
+    incident: np.ndarray  # (3, n) unit vectors, as all
+    exit: np.ndarray
+    half: np.ndarray
+    cos: np.ndarray  # (n,) between half vector and light
+    miss: np.ndarray  # (n,) (1 - cos)^5
+
+    @classmethod
+    def of(cls, incident: np.ndarray, exit: np.ndarray) -> Halves:
+        """Of unit vectors (n, 3)."""
+        incident, exit = np.ascontiguousarray(incident.T), np.ascontiguousarray(exit.T)
+        half = incident + exit
+        half /= np.maximum(_length(*half), 1e-12)
+        cos = np.clip(incident[0] * half[0] + incident[1] * half[1] + incident[2] * half[2], 0.0, 1.0)
+        return cls(incident, exit, half, cos, (1 - cos) ** 5)
+
+
+# metal, gloss, f0, directions, their lobe (n,) -> what does not depend on the colour, and what a colour is multiplied
+# by; (n,)
+Model = Callable[[bool, Gloss, float, Halves, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, slots=True)
 class _Wanted:
     """What a material is to be near to, and what it may send out."""
 
-    incident: np.ndarray  # (n, 3)
-    exit: np.ndarray  # (n, 3)
+    seen: Halves  # n pairs
     weight: np.ndarray  # (n,)
     value: np.ndarray  # (n, 3) 1/sr
-    light: np.ndarray  # (a, m, 3) directions all round, for each viewer
-    viewer: np.ndarray  # (a, m, 3)
+    sent: Halves  # a * m pairs: directions all round, for each viewer
     area: np.ndarray  # (a, m) projected solid angles
     most: np.ndarray  # (a, 3) share of even light that may reach each viewer
 
@@ -116,14 +136,21 @@ class _Wanted:
             light, viewer, areas = sides[0][:3]
             most = np.min([sent for *_, sent in sides], axis=0)
         value = rgb(brdf, np.maximum(brdf(incident, exit), 0.0))
-        return cls(incident, exit, weight, value, light, viewer, areas, most)
+        all_round = Halves.of(light.reshape(-1, 3), viewer.reshape(-1, 3))
+        return cls(Halves.of(incident, exit), weight, value, all_round, areas, most)
 
-    def nearest(self, model: Model, metal: bool, gloss: Gloss, f0: float) -> tuple[float, np.ndarray]:
+    def lobes(self, gloss: Gloss) -> tuple[np.ndarray, np.ndarray]:
+        """Of the pairs and of those all round: the dear part, and the same for any reflectance."""
+        return specular(gloss, self.seen), specular(gloss, self.sent)
+
+    def nearest(
+        self, model: Model, metal: bool, gloss: Gloss, f0: float, lobes: tuple[np.ndarray, np.ndarray]
+    ) -> tuple[float, np.ndarray]:
         """How far the material is, squared, and its best colour: the brightest that adds no light, if need be."""
-        fixed, linear = model(metal, gloss, f0, self.incident, self.exit)
+        fixed, linear = model(metal, gloss, f0, self.seen, lobes[0])
         rest = self.value - fixed[:, None]
         color = (self.weight * linear) @ rest / np.maximum(self.weight @ linear**2, 1e-300)
-        sent = model(metal, gloss, f0, self.light.reshape(-1, 3), self.viewer.reshape(-1, 3))
+        sent = model(metal, gloss, f0, self.sent, lobes[1])
         lobe, ground = ((self.area * one.reshape(self.area.shape)).sum(axis=1)[:, None] for one in sent)
         room = self.most - lobe
         color = np.clip(np.minimum(color, (room / np.maximum(ground, 1e-300)).min(axis=0)), 0.0, 1.0)
@@ -131,25 +158,35 @@ class _Wanted:
         off = float((self.weight @ (rest - linear[:, None] * color) ** 2).sum())
         return off + _PENALTY * float((beyond**2).max() * (self.weight @ self.value**2).sum()), color
 
+    def start(self, model: Model, some: slice) -> tuple[bool, Gloss, float]:
+        """The nearest of some metals and dielectrics: metal, gloss, f0."""
+        tried = []
+        for gloss in [Gloss(r) for r in _ROUGHNESS[some]]:
+            lobes = self.lobes(gloss)
+            for metal, f0 in [(True, 0.0), *((False, f0) for f0 in _F0[some])]:
+                tried.append((self.nearest(model, metal, gloss, f0, lobes)[0], metal, gloss, f0))
+        return min(tried, key=lambda one: one[:2])[1:]  # of two as near, a dielectric
+
 
 def fit_principled(brdf: Brdf, model: Model, *, turning: bool = False) -> Principled:
     """The material nearest to the BRDF, by projected solid angle, where it is valid (at most 80 degrees), of those that
     send no more light to a viewer than the BRDF does; with ``turning`` its gloss may have two roughnesses."""
     wanted = _Wanted.of(brdf, turning)
-    some = slice(None, None, 2 if turning else 1)
-    rough = [Gloss(r) for r in _ROUGHNESS[some]]
-    starts = [(False, g, f) for g in rough for f in _F0[some]] + [(True, g, 0.0) for g in rough]
-    metal, gloss, f0 = min(starts, key=lambda start: wanted.nearest(model, *start)[0])
+
+    def nearest(metal: bool, gloss: Gloss, f0: float) -> tuple[float, np.ndarray]:
+        return wanted.nearest(model, metal, gloss, f0, wanted.lobes(gloss))
+
+    metal, gloss, f0 = wanted.start(model, slice(None, None, 2 if turning else 1))
     if turning:
         wide = [Gloss(gloss.roughness * k, a, t) for k in (0.8, 1.0) for a in _ANISOTROPY for t in _ROTATION]
-        gloss = min(wide, key=lambda one: wanted.nearest(model, metal, one, f0)[0])
+        gloss = min(wide, key=lambda one: nearest(metal, one, f0)[0])
     count = 4 if turning else 2
     first = np.array([gloss.roughness, f0, gloss.anisotropy, gloss.rotation])[:count]
     step = np.array(
         [0.05 * gloss.roughness, 0.05 * f0 + 2.5e-4, -0.1 if gloss.anisotropy > 0.5 else 0.1, 0.2]
     )
     found = minimize(
-        lambda p: wanted.nearest(model, metal, Gloss(p[0], *p[2:]), p[1])[0],
+        lambda p: nearest(metal, Gloss(p[0], *p[2:]), p[1])[0],
         first,
         method="Nelder-Mead",
         bounds=[(0.03, 1.0), (0.0, 0.3 if not metal else 1e-9), (0.0, 0.98), (-np.pi, 2.0 * np.pi)][:count],
@@ -161,7 +198,7 @@ def fit_principled(brdf: Brdf, model: Model, *, turning: bool = False) -> Princi
         },
     )
     roughness, f0, *turned = (float(p) for p in found.x)
-    color = wanted.nearest(model, metal, Gloss(roughness, *turned), f0)[1]
+    color = nearest(metal, Gloss(roughness, *turned), f0)[1]
     return Principled(metal, color, roughness, f0, model, *turned)
 
 
@@ -171,31 +208,39 @@ def rgb(brdf: Brdf, value: np.ndarray) -> np.ndarray:
     return np.repeat(value.mean(axis=1, keepdims=True), 3, axis=1) if order is None else value[:, order]
 
 
-def specular(gloss: Gloss, incident: np.ndarray, exit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) D G2 / (4 cos_i cos_r), and the cosine between half vector and light."""
-    half = incident + exit
-    half = half / np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-12)
-    cos, sin = np.cos(gloss.rotation), np.sin(gloss.rotation)
-    about = np.array(
-        [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]
-    )  # the sample's frame to the gloss's
-    wide = np.array([*gloss.axes, 1.0])
-    slopes = ((half @ about / wide) ** 2).sum(1)
-    light, viewer = (np.linalg.norm(one @ about * wide, axis=1) for one in (incident, exit))
-    masked = np.maximum(exit[:, 2] * light + incident[:, 2] * viewer, 1e-12)
-    lobe = 0.5 / (np.pi * wide[0] * wide[1] * slopes**2 * masked)
-    return lobe, np.clip((incident * half).sum(1), 0.0, 1.0)
+def specular(gloss: Gloss, seen: Halves) -> np.ndarray:
+    """(n,) D G2 / (4 cos_i cos_r)."""
+    along, across = gloss.axes
+    turn = (float(np.cos(gloss.rotation)), float(np.sin(gloss.rotation)))
+    x, y, z = _turned(seen.half, turn)
+    slopes = (x / along) ** 2 + (y / across) ** 2 + z**2
+    x, y, z = _turned(seen.incident, turn)
+    light = _length(x * along, y * across, z)
+    x, y, z = _turned(seen.exit, turn)
+    viewer = _length(x * along, y * across, z)
+    masked = np.maximum(seen.exit[2] * light + seen.incident[2] * viewer, 1e-12)
+    return 0.5 / (np.pi * along * across * slopes**2 * masked)
 
 
-def of_metal(lobe: np.ndarray, cos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _turned(vectors: np.ndarray, turn: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The sample's frame to the gloss's, which is turned by the angle of that cosine and sine."""
+    cos, sin = turn
+    x, y, z = vectors
+    return (x, y, z) if sin == 0.0 else (cos * x + sin * y, cos * y - sin * x, z)
+
+
+def _length(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def of_metal(lobe: np.ndarray, seen: Halves) -> tuple[np.ndarray, np.ndarray]:
     """A conductor's gloss by Schlick's reflectance: see :data:`Model`."""
-    miss = (1 - cos) ** 5
-    return lobe * miss, lobe * (1 - miss)
+    return lobe * seen.miss, lobe * (1 - seen.miss)
 
 
-def schlick(f0: float, cos: np.ndarray) -> np.ndarray:
-    """Schlick's reflectance; none at all where ``f0`` is 0."""
-    return f0 + (1 - f0) * (1 - cos) ** 5 if f0 > 0 else np.zeros_like(cos)
+def schlick(f0: float, seen: Halves) -> np.ndarray:
+    """(n,) Schlick's reflectance; none at all where ``f0`` is 0."""
+    return f0 + (1 - f0) * seen.miss if f0 > 0 else np.zeros_like(seen.miss)
 
 
 def _seen(brdf: Brdf) -> float:
