@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import cv2
@@ -16,16 +16,28 @@ from photogonio.pipeline import process
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.table.table_file import PHOTOS, load_with, save_table
 from photogonio.report import page
+from photogonio.result import Result
 from photogonio.run.circumstances import unpacked
 from photogonio.tabulated import fit
 from tests.drawn.tiny_set import RADIUS, TinySet
 
+PLAIN = Options(order=1, lobes=0)
 
-@pytest.fixture(autouse=True)
-def plain_pictures(monkeypatch):
+
+@pytest.fixture(autouse=True, scope="module")
+def plain_pictures():
     pixel = cv2.imencode(".png", np.zeros((1, 1, 3), np.uint8))[1].tobytes()
     drawn = tuple(page.Drawn(name, name, "", pixel) for name in ("coverage", "fit", "lobes"))
-    monkeypatch.setattr(page, "draw_pictures", lambda result, *, source: drawn)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "draw_pictures", lambda result, *, source: drawn)
+        yield
+
+
+@pytest.fixture(scope="module")
+def plain(plain_pictures, tmp_path_factory) -> tuple[Path, Result]:
+    """What ``process`` leaves of the tiny set, and gives: made once, only read."""
+    folder = tmp_path_factory.mktemp("plain")
+    return folder / "first", process(TinySet(folder / "tiny").folder, folder / "first", PLAIN)
 
 
 def document(folder: Path) -> dict[str, object]:
@@ -57,16 +69,16 @@ def test_the_same_coefficients_to_the_last_bit(tmp_path, tiny_set: TinySet, aske
     assert document(tmp_path / "first") == document(tmp_path / "third")
 
 
-def test_channels_may_be_chosen_later(tmp_path, tiny_set: TinySet):
-    process(tiny_set.folder, tmp_path / "green", Options(order=1, lobes=0, channels=("G",)))
-    process(tiny_set.folder, tmp_path / "all", Options(order=1, lobes=0))
-    fit(tmp_path / "all/table.npz", tmp_path / "again", Options(order=1, lobes=0, channels=("G",)))
+def test_channels_may_be_chosen_later(tmp_path, tiny_set: TinySet, plain):
+    green = replace(PLAIN, channels=("G",))
+    process(tiny_set.folder, tmp_path / "green", green)
+    fit(plain[0] / "table.npz", tmp_path / "again", green)
     assert document(tmp_path / "green") == document(tmp_path / "again")
 
 
 def test_stray_light_view_errors_and_lamps_come_along(tmp_path, tiny_set: TinySet):
     grounded(tiny_set)
-    found = process(tiny_set.folder, tmp_path / "first", Options(order=1, lobes=0))
+    found = process(tiny_set.folder, tmp_path / "first", PLAIN)
     table, beside = load_with(tmp_path / "first/table.npz")
     known = unpacked(beside, table, "table.npz")
     assert known.shown.brightness == found.known.shown.brightness
@@ -77,18 +89,16 @@ def test_stray_light_view_errors_and_lamps_come_along(tmp_path, tiny_set: TinySe
         np.testing.assert_array_equal(view.light.place, same.light.place)
 
 
-def test_a_sphere_is_asked_nothing_that_process_would_refuse(tmp_path, tiny_set: TinySet):
-    process(tiny_set.folder, tmp_path / "first", Options(order=1, lobes=0))
+def test_a_sphere_is_asked_nothing_that_process_would_refuse(plain):
     with pytest.raises(InputError, match="sphere"):
-        fit(tmp_path / "first/table.npz", None, Options(symmetry="general"))
+        fit(plain[0] / "table.npz", None, Options(symmetry="general"))
 
 
-def test_tables_of_before_are_fitted_as_before(tmp_path, tiny_set: TinySet):
+def test_tables_of_before_are_fitted_as_before(tmp_path, plain):
     """Without what belongs to their photos."""
-    process(tiny_set.folder, tmp_path / "first", Options(order=1, lobes=0))
-    table, beside = load_with(tmp_path / "first/table.npz")
+    table, beside = load_with(plain[0] / "table.npz")
     save_table(table, tmp_path / "old.npz", source=str(beside["source"]))
-    found = fit(tmp_path / "old.npz", tmp_path / "again", Options(order=1, lobes=0))
+    found = fit(tmp_path / "old.npz", tmp_path / "again", PLAIN)
     assert found.setup is None and found.brdf.scale == "relative"
     assert found.name == "old"
 
@@ -106,19 +116,18 @@ def test_tables_of_before_are_fitted_as_before(tmp_path, tiny_set: TinySet):
         lambda told: told.update(left_out=[1]),
     ],
 )
-def test_circumstances_that_cannot_be_are_refused(tmp_path, tiny_set: TinySet, spoil):
-    process(tiny_set.folder, tmp_path / "first", Options(order=1, lobes=0))
-    table, beside = load_with(tmp_path / "first/table.npz")
+def test_circumstances_that_cannot_be_are_refused(tmp_path, plain, spoil):
+    table, beside = load_with(plain[0] / "table.npz")
     told = json.loads(str(beside[PHOTOS]))
     spoil(told)
     save_table(table, tmp_path / "bad.npz", beside=beside | {PHOTOS: np.array(json.dumps(told))})
     with pytest.raises(InputError, match=r"bad\.npz"):
-        fit(tmp_path / "bad.npz", tmp_path / "out", Options(order=1, lobes=0))
+        fit(tmp_path / "bad.npz", tmp_path / "out", PLAIN)
     assert not (tmp_path / "out").exists()
 
 
-def test_the_table_itself_is_as_it_was(tmp_path, tiny_set: TinySet):
-    found = process(tiny_set.folder, tmp_path / "first", Options(order=1, lobes=0))
-    table, _ = load_with(tmp_path / "first/table.npz")
+def test_the_table_itself_is_as_it_was(plain):
+    first, found = plain
+    table, _ = load_with(first / "table.npz")
     for f in fields(FacetTable):
         np.testing.assert_array_equal(getattr(table, f.name), getattr(found.table, f.name))
