@@ -1,5 +1,6 @@
 """A board as a camera sees it, drawn by following every pixel's rays to the paper; nothing of the detector's."""
 
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -22,6 +23,7 @@ _RAYS = 4  # a side of each pixel
 BLACK, WHITE = 0.04, 0.8
 
 
+@cache
 def pattern(scale: int = _SCALE) -> np.ndarray:
     """The print seen from the front, upright, (h, w) float32."""
     marks = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -47,15 +49,19 @@ def plane_points(camera: Camera, pose: Pose, height: float = 0.0) -> tuple[np.nd
     rays = camera.rays(np.column_stack([x.ravel(), y.ravel()]))
     flat = (rays[:, :2] / rays[:, 2:]).reshape(rows, width, 2)
     down, across = np.gradient(flat, axis=(0, 1))
-    line = (np.arange(_RAYS) + 0.5) / _RAYS - 0.5
-    found = []
-    for dy in line:
-        for dx in line:
-            part = flat + dx * across + dy * down
-            world = np.concatenate([part, np.ones((rows, width, 1))], axis=2) @ pose.rotation
-            reach = (height - pose.center[2]) / world[..., 2]
-            found.append(pose.center[:2] + reach[..., None] * world[..., :2])
-    return np.array(found)[..., 0], np.array(found)[..., 1]
+    toward, aside, below = (
+        np.ascontiguousarray(np.moveaxis(part @ pose.rotation[:2], 2, 0)) for part in (flat, across, down)
+    )
+    toward += pose.rotation[2][:, None, None]
+    eye, line = pose.center, (np.arange(_RAYS) + 0.5) / _RAYS - 0.5
+    found = np.empty((2, _RAYS, _RAYS, rows, width))
+    for i, dy in enumerate(line):
+        for j, dx in enumerate(line):
+            world = toward + dx * aside + dy * below
+            reach = (height - eye[2]) / world[2]
+            for k in range(2):
+                found[k, i, j] = eye[k] + reach * world[k]
+    return found[0].reshape(-1, rows, width), found[1].reshape(-1, rows, width)
 
 
 def draw(
