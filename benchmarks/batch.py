@@ -1,11 +1,13 @@
 """Many small sets: ``batch`` with two workers against ``process`` of one after another.
 
     python -m benchmarks.batch [--quick] [--sets 200] [--chunk 20] [--workers 2] [--options "--order 0 --lobes none"]
+    python -m benchmarks.batch --laws 60,250,1000 [--workers 2] [--options "--order 0 --lobes none --level 2"]
 
 Drawn sets of 8 photos of 160 x 120 pixels, camera and lamps given, nothing kept between runs. Chunks of the sets take
 turns, so that both sides meet the same load of the machine; "one start-up" is paid by ``batch`` once a chunk (0: all
 sets are one chunk). Times are the clock's and the processor's of all processes. Coefficients and tables must be the
-same bytes, else the exit status is 1.
+same bytes, else the exit status is 1. --laws does as many sets by ``batch`` alone, tells the time, the parent's largest
+memory and the bytes written, and the powers p of each ~ sets^p.
 """
 
 from __future__ import annotations
@@ -75,6 +77,49 @@ def compared(
     return times, different
 
 
+def grown(sets: Sequence[Path], out: Path, workers: int, options: Sequence[str]) -> dict[str, float]:
+    """What a batch of so many sets costs."""
+    words = ["batch", *map(str, sets), "-o", str(out), "--executor", f"local:{workers}", *options, "--quiet"]
+    start, before, peak = time.perf_counter(), os.times(), 0.0
+    process = subprocess.Popen(
+        [sys.executable, "-m", "photogonio", *words], cwd=ROOT, env=os.environ | {VARIABLE: ""}
+    )
+    status = Path(f"/proc/{process.pid}/status")
+    while process.poll() is None:
+        lines = status.read_text().splitlines() if status.exists() else []
+        peak = max([peak, *(int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM"))])
+        time.sleep(0.2)
+    after = os.times()
+    used = after.children_user + after.children_system - before.children_user - before.children_system
+    written = sum(path.stat().st_size for path in out.rglob("*") if path.is_file()) / 1e6
+    page = (out / "summary.html").stat().st_size / 1e6
+    return {
+        "s": time.perf_counter() - start,
+        "s of processors": used,
+        "MB of the parent": peak,
+        "MB": written,
+        "MB of page": page,
+    }
+
+
+def laws(sizes: Sequence[int], made: Path, workers: int, options: Sequence[str]) -> None:
+    """A line for each number of sets, and the powers."""
+    sets = [made / "archive" / f"set-{k:05}" for k in range(max(sizes))]
+    for one in sets:
+        draw(one)
+    took([["process", str(sets[0]), "-o", str(made / "warm"), *options]])  # compiles
+    rows = []
+    for size in sizes:
+        rows.append(grown(sets[:size], made / f"{size}", workers, options))
+        print(
+            f"{size:6} sets  " + "  ".join(f"{value:.4g} {name}" for name, value in rows[-1].items()),
+            flush=True,
+        )
+    for name in rows[0] if len(rows) > 1 else ():
+        power = np.polyfit(np.log(sizes), np.log([row[name] for row in rows]), 1)[0]
+        print(f"{name:18} ~ sets^{power:.2f}")
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="two sets: shows that it runs")
@@ -82,7 +127,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--chunk", type=int, default=20)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--options", default="", help="of process and batch")
+    parser.add_argument("--laws", default="", metavar="SETS", help="numbers of sets, by batch alone")
     asked = parser.parse_args(arguments)
+    if asked.laws:
+        with tempfile.TemporaryDirectory() as folder:
+            laws([int(n) for n in asked.laws.split(",")], Path(folder), asked.workers, asked.options.split())
+        return 0
     if asked.quick:
         asked.sets, asked.options = 2, "--order 0 --lobes none --level 2"
     total, wrong = np.zeros((2, 2)), 0

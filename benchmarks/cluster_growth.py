@@ -3,6 +3,7 @@
     python -m benchmarks.cluster_growth [--quick] [--photos 60,240,960] [--workers 2] [--megapixels 0.3] [--send]
                                         [--kills 0]
     python -m benchmarks.cluster_growth --scheduler 10000 [--workers 2] [--kilobytes 113]
+    python -m benchmarks.cluster_growth --graph 10000 [--workers 2] [--megapixels 0.01]
 
 Drawn photos with the calibration known, reduced here and by workers that are processes of a local dask cluster, in
 turns. "there" over "here" is the ratio of their times, with the same number of workers; "sent" are the photos' bytes
@@ -11,7 +12,8 @@ that holds the scheduler and nothing else. With --kills, so many times two worke
 reduced; their nannies start others. "cpu" are the seconds of processors on either side, all processes: where other work
 has the machine, their ratio tells more than the clock's. Bytes of tables must be the same, else the exit status is 1.
 Last, the powers p of quantity ~ photos^p. --scheduler sends back so many tables of chance, as large as those of photos
-here, as many under way as `process` has, and tells the scheduler's largest memory on the way.
+here, as many under way as `process` has, and tells the scheduler's largest memory on the way. --graph tells the same of
+so many photos as `process` reduces them, with all that is sent for each; small ones do.
 """
 
 from __future__ import annotations
@@ -150,6 +152,28 @@ def tell_scheduler(cluster: Cluster, scheduler: Scheduler, options: argparse.Nam
                 print(f"{done:6} tables  scheduler {scheduler.peak():6.1f} MB  {seconds:7.1f} s", flush=True)
 
 
+def tell_graph(folder: Path, cluster: Cluster, scheduler: Scheduler, options: argparse.Namespace) -> None:
+    """Memory of the scheduler's process while photos are reduced."""
+    setup = made_setup(options.graph, ".png", SHARE, options.megapixels)
+    make_set(folder, setup, ".png")
+    reader, start = prepare(load_photoset(folder)), time.perf_counter()
+    steps = {options.graph, *(k * 10**n for n in range(1, 9) for k in (1, 3))}
+
+    def tell(done: int, total: int) -> None:
+        if done in steps:
+            seconds = time.perf_counter() - start
+            print(f"{done:6} photos  scheduler {scheduler.peak():6.1f} MB  {seconds:7.1f} s", flush=True)
+
+    before = scheduler.busy() + time.process_time()
+    table = reduce_photos(
+        reader, setup, Plan(LEVEL, ReduceOptions(), options.workers, cluster=cluster), tell
+    ).table
+    used = scheduler.busy() + time.process_time() - before
+    print(
+        f"{used / options.graph * 1e3:.1f} ms of processors a photo, {len(table)} cells, {table.nbytes / 1e6:.1f} MB"
+    )
+
+
 def timed(reader: RadianceReader, setup: Setup, plan: Plan) -> tuple[float, FacetTable]:
     start = time.perf_counter()
     table = reduce_photos(reader, setup, plan).table
@@ -226,12 +250,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="few small photos: shows that it runs")
     parser.add_argument("--photos", default="60,240,960")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--megapixels", type=float, default=0.3)
+    parser.add_argument("--megapixels", type=float, help="of a photo; 0.3, or with --graph 0.01")
     parser.add_argument("--send", action="store_true", help="photos are sent to the workers")
     parser.add_argument("--kills", type=int, default=0)
     parser.add_argument("--scheduler", type=int, default=0, metavar="TABLES", help="only its memory")
+    parser.add_argument("--graph", type=int, default=0, metavar="PHOTOS", help="only its memory, with photos")
     parser.add_argument("--kilobytes", type=int, default=113, help="of a table of chance")
     options = parser.parse_args(arguments)
+    if options.megapixels is None:
+        options.megapixels = 0.01 if options.graph else 0.3
     if options.quick:
         options.photos, options.megapixels = "2,4", 0.05
     scheduler, rows = Scheduler(options.workers), []
@@ -241,6 +268,9 @@ def main(arguments: list[str] | None = None) -> int:
             cluster.client.wait_for_workers(options.workers)
             if options.scheduler:
                 tell_scheduler(cluster, scheduler, options)
+                return 0
+            if options.graph:
+                tell_graph(Path(made) / "graph", cluster, scheduler, options)
                 return 0
             for photos in map(int, options.photos.split(",")):
                 folder = Path(made) / str(photos)

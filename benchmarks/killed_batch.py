@@ -1,8 +1,10 @@
 """``batch`` killed (-9) at random moments and run again: the bytes of one run that nobody disturbed.
 
-    python -m benchmarks.killed_batch [--kills 20] [--sets 4] [--seed 1]
+    python -m benchmarks.killed_batch [--kills 20] [--sets 16] [--seed 1]
 
-Prints a line for each kill; after it, finished sets must be there unchanged. Exit status 1 if anything differs.
+Each kill falls within the time that a set takes, a third of that before the first is begun or after it is done: so that
+nearly all meet work under way, which is counted. Prints a line for each kill; after it, finished sets must be there
+unchanged. Exit status 1 if anything differs.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from photogonio.batch.ledger import read_ledger
+from photogonio.batch.ledger import LEDGER, read_ledger
 from photogonio.cache.store import VARIABLE
 from tests.drawn.tiny_set import TinySet
 
@@ -30,6 +32,13 @@ def started(archive: Path, out: Path, cache: Path) -> subprocess.Popen[bytes]:
     words = [sys.executable, "-m", "photogonio", "batch", str(archive), "-o", str(out), *QUICK]
     environment = os.environ | {VARIABLE: str(cache)}
     return subprocess.Popen(words, cwd=ROOT, env=environment, start_new_session=True)
+
+
+def undisturbed(archive: Path, out: Path, cache: Path) -> float:
+    """Seconds of a run."""
+    start = time.monotonic()
+    started(archive, out, cache).wait()
+    return time.monotonic() - start
 
 
 def kill(process: subprocess.Popen[bytes]) -> None:
@@ -53,14 +62,14 @@ def contents(out: Path) -> dict[str, bytes]:
 
 def times_of_finished(out: Path) -> dict[Path, int]:
     """When the files of sets that the ledger calls finished were written."""
-    done = [name for name, entry in read_ledger(out / "ledger.jsonl").items() if entry.finished]
+    done = [name for name, entry in read_ledger(out / LEDGER).items() if entry.finished]
     return {path: path.stat().st_mtime_ns for name in done for path in (out / name).iterdir()}
 
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=20)
-    parser.add_argument("--sets", type=int, default=4)
+    parser.add_argument("--sets", type=int, default=16)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
     rng, wrong = np.random.default_rng(options.seed), 0
@@ -71,24 +80,30 @@ def main(arguments: list[str] | None = None) -> int:
         started(
             archive, Path(made) / "warm", Path(made) / "cache-warm"
         ).wait()  # compiles: kills are to meet work
-        start = time.monotonic()
-        started(archive, plain, Path(made) / "cache-plain").wait()
-        whole = time.monotonic() - start
-        print(f"undisturbed: {whole:.1f} s", flush=True)
+        # the second finds all done: what is left is start and end
+        whole, idle = (undisturbed(archive, plain, Path(made) / "cache-plain") for _ in range(2))
+        each, met = (whole - idle) / options.sets, 0
+        print(f"undisturbed: {whole:.1f} s, {each:.1f} s a set", flush=True)
         for k in range(options.kills):
             before = times_of_finished(out)
-            after = float(rng.uniform(0.0, whole))
+            after = max(0.0, idle + each * float(rng.uniform(-1 / 3, 4 / 3)))
             process = started(archive, out, Path(made) / "cache")
             try:
                 process.wait(after)
             except subprocess.TimeoutExpired:
                 pass
+            alive = process.poll() is None
             kill(process)
+            under_way = (
+                alive and sum(entry.finished for entry in read_ledger(out / LEDGER).values()) < options.sets
+            )
+            met += under_way
             now = times_of_finished(out)
             touched = [path for path in before if now.get(path) != before[path]]
             wrong += len(touched)
             print(
-                f"kill {k} after {after:.1f} s: {len(before)} files before, {len(touched)} touched",
+                f"kill {k} after {after:.1f} s{'' if under_way else ', all done'}: {len(before)} files before, "
+                f"{len(touched)} touched",
                 flush=True,
             )
         started(archive, out, Path(made) / "cache").wait()
@@ -96,7 +111,8 @@ def main(arguments: list[str] | None = None) -> int:
         different = [name for name in sorted({*mine, *theirs}) if mine.get(name) != theirs.get(name)]
         leftovers = [path for path in out.rglob(".part-*")]
         print(
-            f"{len(theirs)} files, {len(different)} different, {len(leftovers)} leftovers of kills",
+            f"{met} of {options.kills} kills met work under way; {len(theirs)} files, {len(different)} different, "
+            f"{len(leftovers)} leftovers of kills",
             *different,
         )
     return int(wrong > 0 or bool(different))
