@@ -32,14 +32,15 @@ def read_table(table: object, keys: Mapping[str, Key], where: str) -> dict[str, 
 
     ``where`` names the file and the table, such as ``set/photoset.toml: [sample]``.
     """
+    of = where.removesuffix(":")  # of a file's own keys
     if not isinstance(table, dict):
-        raise InputError(where, f"expected a table, found {shown(table)}")
+        raise InputError(of, f"expected a table, found {shown(table)}")
     for name in table:
         if name not in keys:
-            raise InputError(where, f"unknown key {name!r}{did_you_mean(name, keys)}")
+            raise InputError(of, f"unknown key {name!r}{did_you_mean(name, keys)}")
     for name, key in keys.items():
         if key.required and name not in table:
-            raise InputError(where, f"the key {name!r} is required")
+            raise InputError(of, f"the key {name!r} is required")
     return {name: keys[name].rule(value, f"{where} {name}") for name, value in table.items()}
 
 

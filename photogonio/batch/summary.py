@@ -31,6 +31,7 @@ COLUMNS = (
     "left_out",
     "warnings",
     "said",
+    "scale",
 )
 _BALL = 96  # pixels
 
@@ -50,6 +51,7 @@ def row_of(entry: SetEntry) -> dict[str, object]:
         "left_out": n.get("left_out", ""),
         "warnings": " ".join(map(str, _listed(n.get("warnings")))),
         "said": entry.said,
+        "scale": n.get("scale", ""),
     }
 
 
@@ -97,8 +99,8 @@ def _mean(value: object) -> str:
         numbers = np.array([] if value is None else value, float).ravel()
     except (TypeError, ValueError):  # a ledger may say anything
         return ""
-    return f"{numbers.mean():.4g}" if numbers.size else ""
+    return f"{numbers.mean():.4g}" if numbers.size and np.isfinite(numbers).all() else ""
 
 
 def _number(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, (int, float)) else ""
+    return f"{value:.4g}" if isinstance(value, (int, float)) and np.isfinite(value) else ""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-TASK = 0.25  # seconds of a task, of small photos some: each costs some 15 ms of scheduler, network and client
+TASK = 0.25  # a processor's seconds of a task: each costs scheduler, network and client some 15 ms besides
 MOST = 16  # photos a task
 
 

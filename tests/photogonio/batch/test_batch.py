@@ -44,6 +44,7 @@ def test_a_bad_set_is_named_and_stops_no_other(library):
         "bad": "failed",
     }
     assert "shape" in entries["bad"].said and "photoset.toml" in entries["bad"].said
+    assert "::" not in entries["bad"].said
     assert (out / "b" / "c" / "report.html").is_file() and not (out / "bad").exists()
 
 
@@ -55,10 +56,19 @@ def test_the_summary_has_a_line_a_set(library):
     assert float(rows[0]["albedo"]) > 0 and float(rows[0]["misfit"]) < 0.02 and rows[2]["albedo"] == ""
     # a hundred thousand noisy pixels tell the albedo to far better than a tenth; nothing is known to no error at all
     assert 0.0 < float(rows[0]["error"]) < 0.1 and rows[2]["error"] == ""
+    assert [row["scale"] for row in rows] == ["relative", "relative", ""]
     page = (out / "summary.html").read_text()
+    assert page.count("up to an unknown scale") == 2
     assert all(f'data-key="{key}"' in page for key in ("albedo", "roughness", "error", "count"))
     assert page.count('class="card"') == 3 and page.count("data:image/png") == 2
     assert "http://" not in page and "https://" not in page
+
+
+def test_numbers_that_are_none_are_left_out():
+    """A browser sorts nothing by what is no number."""
+    numbers = {"albedo": [0.5, float("nan")], "roughness": float("inf"), "relative_median": [], "error": "?"}
+    row = summary.row_of(SetEntry("a", "", "done", numbers=numbers))
+    assert [row[name] for name in ("albedo", "roughness", "misfit", "error")] == [""] * 4
 
 
 def snapshot(out):
