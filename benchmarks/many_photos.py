@@ -4,9 +4,9 @@
     python -m benchmarks.many_photos --settled 12,24,48,96
 
 Drawn tables of one matte ball, of so many photos with so many pixels each: joined, kept as `table.npz` ("file", MB),
-read again and fitted. With --settled instead a calibration: drawn corners, highlights and limbs of photos by a camera that
-moves and a lamp each, settled together. Each size is a process of its own, except with --quick. Times are a processor's
-seconds, "peak" the process's largest resident memory. Last, the powers p of quantity ~ photos^p.
+read again and fitted. With --settled instead a calibration: drawn corners, highlights and limbs of photos by a camera
+that moves and a lamp each, settled together. Each size is a process of its own, except with --quick. Times are a
+processor's seconds, "peak" the process's largest resident memory. Last, the powers p of quantity ~ photos^p.
 """
 
 from __future__ import annotations
