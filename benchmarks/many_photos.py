@@ -75,17 +75,10 @@ def timed(task: Callable[[], Made]) -> tuple[Made, float]:
     return task(), time.process_time() - start
 
 
-def measure_apart(photos: int, pixels: int) -> dict[str, float]:
-    """:func:`measure` in a process of its own."""
-    command = [
-        sys.executable,
-        "-m",
-        "benchmarks.many_photos",
-        "--child",
-        str(photos),
-        "--pixels",
-        str(pixels),
-    ]
+def measure_apart(what: str, photos: int, pixels: int) -> dict[str, float]:
+    """:func:`measure` or :func:`settled` in a process of its own."""
+    words = ["--child", what, str(photos), "--pixels", str(pixels)]
+    command = [sys.executable, "-m", "benchmarks.many_photos", *words]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=Path(__file__).parents[1])
     return json.loads(done.stdout)
 
