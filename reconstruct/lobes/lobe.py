@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from photogonio.reconstruct.lobes.coat import Interface, coat_albedo_of
 from photogonio.reconstruct.lobes.even_light import even_light_parts
 from photogonio.reconstruct.lobes.lobe_sums import LobeTerms, add_lobe
-from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
+from photogonio.reconstruct.modes.integrals import POINTS, albedo_by_quadrature
 from photogonio.reconstruct.modes.parallel import over_rows
 from photogonio.reconstruct.modes.quadrature import elevation_rule
 
@@ -80,14 +80,17 @@ class Lobe:
         over_rows(lambda a, b: add_lobe(terms, [one[a:b] for one in flat], result[a:b]), len(result))
         return result.reshape(*given[0].shape, result.shape[1])
 
-    def directional_albedo(self, theta_i: ArrayLike, phi_i: float = 0.0) -> np.ndarray:
-        """(..., c) fraction of the light from (theta_i, phi_i) that the lobe sends out."""
+    def directional_albedo(
+        self, theta_i: ArrayLike, phi_i: float = 0.0, *, points: int = POINTS
+    ) -> np.ndarray:
+        """(..., c) fraction of the light from (theta_i, phi_i) that the lobe sends out; ``points`` as of
+        :func:`.integrals.albedo_by_quadrature`."""
         if self.ground is not None and not self.turning:
             table = coat_albedo_of(self.interface)
             sent = table.at(np.cos(np.asarray(theta_i, float)))[..., None]
             return self.weight * sent + (1.0 - sent) * (1.0 - table.mean) * self.ground
         return albedo_by_quadrature(
-            lambda i, r, dphi: self._both_sides(i, r, dphi, phi_i), theta_i, self.finest
+            lambda i, r, dphi: self._both_sides(i, r, dphi, phi_i), theta_i, self.finest, points=points
         )
 
     def bihemispherical_albedo(self) -> np.ndarray:

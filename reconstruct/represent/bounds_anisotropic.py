@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.lobes.lobe import Lobe
-from photogonio.reconstruct.modes.integrals import directional_albedo, exit_integral
+from photogonio.reconstruct.modes.integrals import POINTS, directional_albedo, exit_integral
 from photogonio.reconstruct.modes.parallel import cores
 from photogonio.reconstruct.modes.zernike import zernike_count, zernike_sequence
 from photogonio.reconstruct.represent.bounds import (
@@ -52,7 +52,7 @@ POLAR, ALBEDO_POLAR = 18, 35  # angles of the grids: 5 and 2.5 degrees apart
 MORE_POLAR = (0, 3, 5)  # of one grid after another
 A_WAVE = 6  # azimuths to the finest mode's wave
 ALBEDO_WAVES = 5  # in azimuth, of a lobe of two roughnesses
-FEW = (9, 2)  # polar angles and waves, of albedos that are
+FEW = (9, 2, 5)  # polar angles, waves and points of a panel, of albedos that are
 FAR = 0.8  # or less: far enough below 1 to be believed
 AZIMUTHS = (36, 96)  # at least and at most
 FOLLOWED = TOLERANCE / 6  # valleys less deep are left; the rest is for valleys that the grid does not show
@@ -138,8 +138,10 @@ class _Albedo:
     lobes: tuple[_LobeAlbedo, ...]
 
     @classmethod
-    def of(cls, brdf: Brdf, polar: int = ALBEDO_POLAR, waves: int = ALBEDO_WAVES) -> _Albedo:
-        return cls(tuple(_LobeAlbedo.of(lobe, polar, waves) for lobe in brdf.lobes))
+    def of(
+        cls, brdf: Brdf, polar: int = ALBEDO_POLAR, waves: int = ALBEDO_WAVES, points: int = POINTS
+    ) -> _Albedo:
+        return cls(tuple(_LobeAlbedo.of(lobe, polar, waves, points) for lobe in brdf.lobes))
 
     def only(self, c: int) -> _Albedo:
         """Of one channel."""
@@ -161,15 +163,16 @@ class _LobeAlbedo:
     azimuth: float
 
     @classmethod
-    def of(cls, lobe: Lobe, polar: int, waves: int) -> _LobeAlbedo:
+    def of(cls, lobe: Lobe, polar: int, waves: int, points: int) -> _LobeAlbedo:
         theta, count = np.linspace(0.0, HIGHEST, polar), waves if lobe.turning else 1
         turns = 0.5 * np.pi * (np.arange(count) + 0.5) / count
         if lobe.turning and lobe.fresnel == "schlick":  # of which many differ in azimuth alone
             axes = round(lobe.axes[0], 12), round(lobe.axes[1], 12)
-            parts = _sent(axes, (lobe.distribution, lobe.masking), polar, waves)
+            parts = _sent(axes, (lobe.distribution, lobe.masking), polar, waves, points)
             sent = parts @ lobe.terms().factors
         else:
-            sent = np.stack([lobe.directional_albedo(theta, lobe.azimuth + turn) for turn in turns], axis=1)
+            every = [lobe.directional_albedo(theta, lobe.azimuth + turn, points=points) for turn in turns]
+            sent = np.stack(every, axis=1)
         cosines = np.cos(2.0 * np.outer(np.arange(count), turns))
         shares = np.where(np.arange(count) == 0, 1.0, 2.0)[:, None] / count * cosines
         return cls(CubicSpline(theta, np.einsum("mt,atc->amc", shares, sent)), lobe.azimuth)
@@ -185,13 +188,14 @@ class _LobeAlbedo:
 
 
 @lru_cache(maxsize=256)
-def _sent(axes: tuple[float, float], kind: tuple[str, str], polar: int, waves: int) -> np.ndarray:
+def _sent(
+    axes: tuple[float, float], kind: tuple[str, str], polar: int, waves: int, points: int
+) -> np.ndarray:
     """(polar, waves, 2) what a lobe of weight 1 sends out, and the part of it that Schlick's term adds."""
     one = Lobe(axes, np.array([1.0, 0.0]), np.ones(2), distribution=kind[0], masking=kind[1])
     turns = 0.5 * np.pi * (np.arange(waves) + 0.5) / waves
-    return np.stack(
-        [one.directional_albedo(np.linspace(0.0, HIGHEST, polar), turn) for turn in turns], axis=1
-    )
+    theta = np.linspace(0.0, HIGHEST, polar)
+    return np.stack([one.directional_albedo(theta, turn, points=points) for turn in turns], axis=1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,15 +67,21 @@ class Average:
 
 
 def average_of(
-    cells: Cells, deviation: np.ndarray, order: int, lobes: Sequence[LobeSet] | None = None
+    cells: Cells,
+    deviation: np.ndarray,
+    order: int,
+    lobes: Sequence[LobeSet] | None = None,
+    least: float = 0.0,
 ) -> Average:
     """Of measured rows whose errors are ``deviation`` (n, c) up to a factor, on isotropic modes up to ``order``;
-    ``lobes`` are those to try beside none, None for a grid of shapes."""
+    ``lobes`` are those to try beside none, None for a grid of shapes. They have a share of ``least``, whatever
+    neighbourhoods left out say."""
     lobes = grid() if lobes is None else lobes
     rows = RowEvidence.of(cells, deviation, order, (LobeSet(), *lobes))
     evidence, ratio = rows.evidence()
     good = np.argsort(-evidence, kind="stable")[:MOST]
-    tried = np.union1d(good[evidence[good] >= evidence.max() - HOPELESS], [0])
+    likeliest = evidence[1:].max(initial=-np.inf) if least else evidence.max()
+    tried = np.union1d(good[evidence[good] >= likeliest - HOPELESS], [0])
     ridge, predicted = rows.ridge()
     tried, ratio, likely = (
         np.append(0, tried),
@@ -85,7 +91,9 @@ def average_of(
     left_out = [predicted, *(rows.left_out(*one) for one in zip(tried[1:], ratio[1:], strict=True))]
     missed = np.stack([(np.sqrt(rows.weight) * (rows.value - one)).ravel() for one in left_out])
     told = np.append(-np.inf, evidence[tried[1:]])
-    weight = _weights(told, missed, np.repeat(rows.fold, cells.value.shape[1]))
+    if least and np.isfinite(likeliest):
+        told[tried == 0] = -np.inf
+    weight = _weights(told, missed, np.repeat(rows.fold, cells.value.shape[1]), least)
     kept = np.flatnonzero(weight > 0.0)
     size = level(cells)
     members = tuple(
@@ -169,18 +177,23 @@ def grid() -> tuple[LobeSet, ...]:
     return tuple(LobeSet((kind,), (np.array([one]),)) for kind in kinds for one in ROUGHNESS)
 
 
-def _weights(evidence: np.ndarray, missed: np.ndarray, fold: np.ndarray) -> np.ndarray:
+def _weights(evidence: np.ndarray, missed: np.ndarray, fold: np.ndarray, least: float = 0.0) -> np.ndarray:
     """(k,) of candidates with logarithms of ``evidence`` (k,) and residuals ``missed`` (k, n) of rows left out, that
-    are in ``fold`` (n,); the first is the ridge. Small ones are dropped."""
+    are in ``fold`` (n,); the first is the ridge. Small ones are dropped. Where all others together would have less
+    than ``least``, they have that, by evidence alone."""
     believed = np.exp(evidence - evidence.max())
     rich = 0.5 * (believed / believed.sum() + _stacked(missed))
     squares = [np.bincount(fold, one**2) for one in (missed[0], rich @ missed)]
     saved = squares[0] - squares[1]
     sure = saved.sum() - CHANCE * np.sqrt(len(saved)) * saved.std(ddof=1) if len(saved) > 1 else 0.0
     share = np.sqrt(max(sure, 0.0) / max(squares[0].sum(), np.finfo(float).tiny))
+    if share < least:
+        share, rich = least, believed / believed.sum()
     weight = min(share, MOST_RICH) * rich
     weight[0] += 1.0 - weight.sum()
-    weight[weight < LEAST] = 0.0
+    kept = weight >= LEAST
+    kept[1 + np.argmax(rich[1:])] |= least > 0.0
+    weight[~kept] = 0.0
     return weight / weight.sum()
 
 

@@ -3,10 +3,14 @@
 Smooth isotropic modes follow whatever an isotropic surface may do between the rows, so that a lobe of two roughnesses
 gains by the sample's turn alone, not by a misfit of another kind: its evidence beside that of the same lobe of one
 roughness, both with the same modes and noise. The shapes tried are a grid, over which evidence is averaged, so that
-trying many costs what it should.
+trying many costs what it should. Where they tell nothing it is asked what they would have told of the same surface
+with a lobe that turns. The verdict does not hang on what an average of models makes of it, whose weights are those of
+neighbourhoods left out: where a peak was left out all lobes go astray.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -16,7 +20,7 @@ from photogonio.reconstruct.estimate.weights import error_model
 from photogonio.reconstruct.lobes.families import turned_roughness
 from photogonio.reconstruct.rows.row_average import Average, average_of, between, grid
 from photogonio.reconstruct.rows.row_evidence import RowEvidence
-from photogonio.reconstruct.symmetry.trials import turned
+from photogonio.reconstruct.symmetry.trials import MATERIAL, TOLD, turned
 from photogonio.reconstruct.symmetry.verdict import ONE_ROTATION, Verdict, odds_in_words, one_rotation
 from photogonio.reconstruct.table.cells import Cells
 
@@ -30,6 +34,9 @@ MOST_ROWS = 1500  # evenly taken of more
 LIKELIER = np.log(100.0)  # log odds, and
 SURE = 2.0  # standard errors of what rows predicted by all others gain
 SHARE = 0.6  # of the weight, that an average which turns has beside the one that does not
+LEAST_SHARE = (
+    0.3  # of the first one's, that lobes have whatever neighbourhoods left out say, if rows surely turn
+)
 
 
 def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
@@ -41,24 +48,51 @@ def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
     """
     if one_rotation(cells):
         return ONE_ROTATION, average
-    odds, gain, stretched = _compared(cells, average.fresh.noise.at(cells, average.said))
+    found = _compared(cells, average.fresh.noise.at(cells, average.said))
+    odds, gain = found.odds, found.gain
     said = f"odds for a lobe that turns {odds_in_words(odds)}"
-    if odds >= LIKELIER:
-        said += f"; rows predicted by all others gain {gain:.1f} standard errors by it"
-    if odds < LIKELIER or gain < SURE:
+    if odds < LIKELIER:
+        return Verdict(
+            "isotropic", _why_isotropic(said, found.could_show), odds, None, found.could_show
+        ), average
+    said += f"; rows predicted by all others gain {gain:.1f} standard errors by it"
+    if gain < SURE:
         return Verdict("isotropic", said, odds), average
-    turning = average_of(cells, error_model(cells), average.model.basis.order, (*grid(), *stretched))
+    order, error = average.model.basis.order, error_model(cells)
+    turning = average_of(cells, error, order, (*grid(), *found.stretched))
     if not turning.model.turning:
-        return Verdict("isotropic", f"{said}; neighbourhoods left out gain nothing", odds), average
+        turning = average_of(cells, error, order, found.stretched, LEAST_SHARE)
+        said += "; neighbourhoods left out gain nothing"
+    if not turning.model.turning:
+        return Verdict("isotropic", said, odds), average
     kept = [one for one in turning.members if one.lobes.turning]
     most, least, azimuth = turned_roughness(max(kept, key=lambda one: one.weight).lobes.shapes[0])
     axes = f"roughness {most:.2g} along {np.degrees(azimuth):.0f} degrees from x, {least:.2g} across"
     return Verdict("reciprocal", f"{said}; {axes}", odds), between(cells, turning, average, SHARE)
 
 
-def _compared(cells: Cells, deviation: np.ndarray) -> tuple[float, float, list[LobeSet]]:
-    """Of rows whose errors are ``deviation`` (n, c): the logarithm of the odds for a lobe of two roughnesses, what rows
-    predicted by all others gain by the likeliest, in standard errors, and the lobes that were tried."""
+def _why_isotropic(said: str, could_show: float | None) -> str:
+    if could_show is None:
+        return f"{said}; there is no gloss, whose roughnesses could differ"
+    if could_show < LIKELIER:
+        return f"assumed: roughnesses in the ratio {TOLD} would not have shown ({said})"
+    return f"{said}; roughnesses in the ratio {TOLD} would have had {odds_in_words(could_show)}, at least"
+
+
+@dataclass(frozen=True, slots=True)
+class _Compared:
+    """Lobes of two roughnesses beside those of one."""
+
+    odds: float  # logarithm
+    gain: (
+        float  # of rows predicted by all others, by the likeliest, in standard errors; 0 where odds are small
+    )
+    stretched: list[LobeSet]  # that were tried
+    could_show: float | None  # log odds that unequal roughnesses would have had, at least, if odds are small
+
+
+def _compared(cells: Cells, deviation: np.ndarray) -> _Compared:
+    """Of rows whose errors are ``deviation`` (n, c)."""
     few = np.arange(0, len(cells), -(-len(cells) // MOST_ROWS))
     cells, deviation = cells.take(few), deviation[few]
     mirrors = [one for one in grid() if not one.families[0].retro and _rough(one, RATIOS[0]) <= ROUGHEST]
@@ -72,13 +106,34 @@ def _compared(cells: Cells, deviation: np.ndarray) -> tuple[float, float, list[L
     stretched = [_stretched(*pair, a) for pair in pairs for a in AZIMUTHS]
     both = RowEvidence.of(cells, deviation, ORDER, (*likeliest, *stretched))
     turning, (evidence, ratio) = np.array([one.lobes.turning for one in both.trials]), both.evidence()
-    odds = _mean(evidence[turning]) - _mean(evidence[~turning])
+    odds = _odds(evidence, turning)
+    best = [int(np.flatnonzero(kind)[np.argmax(evidence[kind])]) for kind in (turning, ~turning)]
     if odds < LIKELIER:
-        return odds, 0.0, stretched
-    best = [np.flatnonzero(kind)[np.argmax(evidence[kind])] for kind in (turning, ~turning)]
-    gain = np.subtract(*(both.each_by_others(int(k), float(ratio[k])) for k in best))
+        return _Compared(
+            odds, 0.0, stretched, _could_show(cells, both, best[1], float(ratio[best[1]]), turning)
+        )
+    gain = np.subtract(*(both.each_by_others(k, float(ratio[k])) for k in best))
     error = np.sqrt(len(gain)) * gain.std(ddof=1)
-    return odds, float(gain.sum() / max(error, TINY)), stretched
+    return _Compared(odds, float(gain.sum() / max(error, TINY)), stretched, None)
+
+
+def _could_show(cells: Cells, both: RowEvidence, k: int, ratio: float, turning: np.ndarray) -> float | None:
+    """Least log odds, over the azimuths of its axes, that the rows would have had if lobe ``k`` were stretched in the
+    ratio :data:`TOLD` and they missed what they miss; None where that would change next to nothing."""
+    lobes, used = both.trials[k]
+    weight = both.solved(k, ratio, ratio).lobes / both.size[k][:, None]
+    here, found = lobes.columns(cells)[1][:, used], []
+    for azimuth in AZIMUTHS[::2]:
+        change = (_stretched(lobes, TOLD, azimuth).columns(cells)[1][:, used] - here) @ weight
+        if np.mean(change**2) < MATERIAL**2 * np.mean(both.value**2):
+            return None
+        found.append(_odds(replace(both, value=both.value + change).evidence()[0], turning))
+    return min(found)
+
+
+def _odds(evidence: np.ndarray, turning: np.ndarray) -> float:
+    """The logarithm of the odds for a lobe of two roughnesses."""
+    return _mean(evidence[turning]) - _mean(evidence[~turning])
 
 
 def _rough(lobes: LobeSet, ratio: float) -> float:

@@ -69,10 +69,12 @@ class Uncertainty:
         else:  # shapes that are held, as an average's
             slopes = np.zeros((len(cells), self.covariance.shape[1] - p, len(self.covariance)))
         own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
-        said = model.evaluate(cells)
-        variance = np.stack(own, axis=1) ** 2 + (self.scale_error * said) ** 2
-        for rival in self.rivals:
-            variance += rival.weight * rival.variance(cells, said)
+        variance = np.stack(own, axis=1) ** 2
+        if self.scale_error or self.rivals:
+            said = model.evaluate(cells)
+            variance += (self.scale_error * said) ** 2
+            for rival in self.rivals:
+                variance += rival.weight * rival.variance(cells, said)
         return np.sqrt(variance)
 
     def half_width(self, error: np.ndarray, level: float = 0.95) -> np.ndarray:

@@ -48,6 +48,14 @@ def test_rows_left_out_are_the_mean_of_what_members_say(glossy):
     np.testing.assert_allclose(found.left_out, mean, rtol=1e-12)
 
 
+def test_lobes_have_the_share_that_is_asked_for_where_left_out_rows_give_none():
+    given = cells(matte(0.5))
+    free, held = (average_of(given, error_model(given), 4, LOBES, least) for least in (0.0, 0.4))
+    shares = [sum(one.weight for one in found.members if one.lobes.families) for found in (free, held)]
+    assert shares[0] < 0.2 < shares[1] < 0.45
+    assert sum(one.weight for one in held.members) == pytest.approx(1.0)
+
+
 def test_a_matte_surface_stays_one():
     """Lobes that may not take light away and modes that are pulled to nothing leave the free constant."""
     given = cells(matte(0.5), noise=0.0)
