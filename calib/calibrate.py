@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Unpack
 
 from photogonio.calib.adjust.state import observed
@@ -15,7 +16,7 @@ from photogonio.calib.outcome import setup_from
 from photogonio.calib.remarks import Remarks
 from photogonio.calib.rig.gaussian import NOTHING, RigPrior
 from photogonio.calib.rig.values import LAMP
-from photogonio.calib.setup import Setup
+from photogonio.calib.setup import PrintTone, Setup
 from photogonio.capture.photoset import PhotoSet
 
 OF_RIG = (Vignetting.code, LampBeam.code)  # what other sets of a rig say better than one
@@ -26,6 +27,7 @@ def calibrate(
     read_radiance: ReadRadiance,
     progress: Progress | None = None,
     rig: RigPrior = NOTHING,
+    tone: PrintTone | None = None,
     **asked: Unpack[Asked],
 ) -> Setup:
     """Camera, poses, lights, sample and irradiance of every sample view.
@@ -36,6 +38,7 @@ def calibrate(
     """
     tell = progress or (lambda label, done, total: None)
     state = first_state(photoset, Reader(photoset, read_radiance, **asked), tell, Remarks(), rig)
+    state = replace(state, tone=tone)
     state = scale_corners(ask(state, asked_at(Stage.MANIFEST)))
     state = observed(ask(state, asked_at(Stage.CAMERA)))
     state = ask(state, asked_at(Stage.PHOTO))

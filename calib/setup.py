@@ -108,6 +108,11 @@ class PrintTone:
     surround: float = (
         0.0  # by how much white print is dimmer where it is bright round about, slope of logarithms
     )
+    lamps: tuple[str, ...] = ()  # near ones, that print told with it
+    places: np.ndarray = field(
+        default_factory=lambda: np.zeros((0, 3))
+    )  # (l, 3); in the camera's frame if it has it
+    covariance: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # (3 l,) * 2 of them in a row
 
 
 @dataclass(frozen=True, slots=True)

@@ -243,7 +243,20 @@ def _tone(data: Mapping[str, Any], c: int) -> PrintTone:
         photos=int(_given(data["photos"])),
         scale_error=_given(data["scale_error"]),
         surround=_given(data.get("surround", 0.0)),
+        **_lamps_of_tone(data),
     )
+
+
+def _lamps_of_tone(data: Mapping[str, Any]) -> dict[str, Any]:
+    """What files of earlier versions have not."""
+    if "lamps" not in data:
+        return {}
+    lamps = tuple(_text(one) for one in _rows(data["lamps"]))
+    places, covariance = (
+        _array(data[name], *shape)
+        for name, shape in (("places", (len(lamps), 3)), ("covariance", (3 * len(lamps),) * 2))
+    )
+    return {"lamps": lamps, "places": places, "covariance": covariance}
 
 
 def _pose(data: Mapping[str, Any]) -> Pose:

@@ -18,6 +18,7 @@ from photogonio.calib.adjust.lamps import (
     place_in_world,
     sight_rays,
     start_lamps,
+    told_lamps,
 )
 from photogonio.calib.adjust.start import start_sample, start_scene
 from photogonio.calib.adjust.state import Settled, State
@@ -107,7 +108,7 @@ def _started(state: State, observations: list[Observation]) -> _Round:
     sample = start_sample(camera, observations, photoset.sample)
     scene = start_scene(photoset, camera, observations, sample)
     if scene is not None:
-        scene = replace(scene, narrow=state.narrow, falloff=state.falloff)
+        scene = replace(scene, narrow=state.narrow, falloff=state.falloff, bent=state.tone is not None)
         if (known := state.rig.get(LAMP)) is not None:
             radius, black = np.exp(known.value[:2]).tolist()
             scene = replace(scene, lamp_radius=radius, black=black)
@@ -115,7 +116,10 @@ def _started(state: State, observations: list[Observation]) -> _Round:
     for observation in observations:
         groups.setdefault(observation.light, []).append(observation)
     wanted = {name: members for name, members in groups.items() if any(not s.probe for s in members)}
-    lamps = start_lamps(photoset, camera, wanted, scene, state.tell, state.reader.workers)
+    told = told_lamps(photoset, wanted, state.tone)
+    untold = {name: members for name, members in wanted.items() if name not in told}
+    found = told | start_lamps(photoset, camera, untold, scene, state.tell, state.reader.workers)
+    lamps = {name: found[name] for name in wanted if name in found}
     values = first_values(state, observations, lamps, scene, sample)
     return _Round(state, observations, lamps, values, scene)
 

@@ -15,6 +15,7 @@ from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.mirror import mirrored_direction, mirrored_point
 from photogonio.calib.parallel import abreast
+from photogonio.calib.setup import PrintTone
 from photogonio.calib.shading.initial import first_fit
 from photogonio.calib.shading.model import ShadingScene
 from photogonio.capture.photoset import LightEntry, LooseMarkers, PhotoSet, Sphere
@@ -93,6 +94,22 @@ def start_lamps(
             lamps[name] = lamp
         tell("finding the lights", k + 1, len(groups))
     return _bring_near(photoset, lamps, groups, camera)
+
+
+def told_lamps(
+    photoset: PhotoSet, groups: dict[str, list[Observation]], tone: PrintTone | None
+) -> dict[str, Lamp]:
+    """Lamps that print told with a tone curve, where the manifest does not."""
+    found = {}
+    for name, place in () if tone is None else zip(tone.lamps, tone.places, strict=True):
+        if name not in groups:
+            continue
+        entry = _entry(photoset, groups[name])
+        if entry is None or (
+            entry.kind != "directional" and not entry.marker_ids and _given(name, entry) is None
+        ):
+            found[name] = Lamp(name, entry, "point", place, "board")
+    return found
 
 
 def _entry(photoset: PhotoSet, members: list[Observation]) -> LightEntry | None:

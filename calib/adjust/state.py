@@ -18,6 +18,7 @@ from photogonio.calib.detect.photo_reader import Progress, Reader
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.remarks import Remarks
 from photogonio.calib.rig.gaussian import NOTHING, RigPrior
+from photogonio.calib.setup import PrintTone
 from photogonio.calib.shading.correction import NO_CORRECTION, NO_FALLOFF, Corrections, PhotometricCorrection
 from photogonio.calib.shading.fit import ShadingFit
 from photogonio.calib.shading.model import ShadingScene
@@ -60,6 +61,9 @@ class State:
     highlights: Mapping[str, tuple[Highlight, ...]] | None = None  # by view, as seen before anything settled
     found: Mapping[str, Diagnosis] = field(default_factory=dict)  # by code: the latest of lamps and lens
     rig: RigPrior = NOTHING  # what other sets of one rig lead to expect
+    tone: PrintTone | None = (
+        None  # what print told of the tone curve by which photos are read, and of lamps with it
+    )
 
     @property
     def settled(self) -> Settled:

@@ -24,6 +24,7 @@ from photogonio.calib.detect.observation import FIXED_POSE, Observation, Posed
 from photogonio.calib.rig.gaussian import RigPrior
 from photogonio.calib.rig.values import BALL as MIRROR
 from photogonio.calib.rig.values import LAMP
+from photogonio.calib.setup import PrintTone
 from photogonio.calib.shading.fit import ShadingFit
 from photogonio.calib.shading.model import ShadingScene
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
@@ -36,6 +37,8 @@ _SAMPLE_RADIUS = 0.004
 _STANDS = 0.002  # of its radius: how well a ball that stands on the paper touches it
 _LIMB_BIAS = 0.1  # pixels
 LAMP_SPREAD = (0.7, 0.3)  # of the logarithms of the lamp's radius, and of black print over white
+# beside the lens, and before it or behind: a telephone's flash; a camera's may stand elsewhere, and the term is robust
+BESIDE_LENS = (20.0, 20.0, 6.0)
 BEAM_HELD, FREE_BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
 FALLOFF_HELD, FALLOFF = 0.002, (0.5, 0.1)  # of the terms of how a lens darkens its pictures, likewise
 
@@ -120,9 +123,11 @@ def all_terms(
             terms.append((limb_term(model, s.pose_block, "sample", s.limb.pixels, s.limb.sigma), True))
         for number, limb in s.ball_limbs.items():
             terms.append((limb_term(model, s.pose_block, f"ball {number}", limb.pixels, limb.sigma), True))
-        if s.view.name in fits:
+        if s.view.name in fits and not _by_print(state, lamps[s.light]):
             terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
     terms.append((camera_term(model), False))
+    if state.tone is not None and (told := tone_term(state.tone, lamps)) is not None:
+        terms.append((told, False))
     terms += _expectations(state.photoset, values, state.rig)
     return terms + _shared_lamp(state, values) + _lamp_expectations(lamps, values, state.rig)
 
@@ -146,6 +151,29 @@ def shading_term(fit: ShadingFit, observation: Observation, lamp: Lamp, values: 
     parts += [Part(ball, slice(0, BALL)) for ball in balls]
     at = np.concatenate([fit.place] + [values[p.block][p.where] for p in parts[1:]])
     return quadratic_term(parts, at, normal, slope)
+
+
+def _by_print(state: State, lamp: Lamp) -> bool:
+    """Whether print told a lamp that moves with the camera with its tone curve: the little of its shadows that a camera
+    beside it sees lies along the ball's edge, where such photos are sharpened."""
+    return state.tone is not None and lamp.attached and lamp.name in state.tone.lamps
+
+
+def tone_term(tone: PrintTone, lamps: dict[str, Lamp]) -> Term | None:
+    """What print told of lamps with a tone curve: of those that are still sought as points. None: of none."""
+    free = {name for name, lamp in lamps.items() if lamp.kind == "point" and not lamp.fixed}
+    sought = [k for k, name in enumerate(tone.lamps) if name in free]
+    if not sought:
+        return None
+    kept = np.concatenate([3 * k + np.arange(3) for k in sought])
+    mean, blocks = tone.places[sought].ravel(), [block_name(tone.lamps[k]) for k in sought]
+    root = np.linalg.inv(np.linalg.cholesky(tone.covariance[np.ix_(kept, kept)]))
+
+    def term(values: Values) -> tuple[np.ndarray, Derivatives]:
+        now = np.concatenate([values[name] for name in blocks])
+        return root @ (now - mean), {name: root[:, 3 * k : 3 * k + 3] for k, name in enumerate(blocks)}
+
+    return term
 
 
 def _expectations(photoset: PhotoSet, values: Values, rig: RigPrior) -> list[tuple[Term, bool]]:
@@ -191,6 +219,8 @@ def _lamp_expectations(lamps: dict[str, Lamp], values: Values, rig: RigPrior) ->
             terms.append((prior_term(block, lamp.block, np.full(3, lamp.place_sigma)), False))
         elif (known := rig.get(block)) is not None and not lamp.attached:
             terms.append((expected_term(block, known.value, known.root), False))
+        elif lamp.attached:
+            terms.append((prior_term(block, np.zeros(3), np.array(BESIDE_LENS)), True))
         elif lamp.one_ray:
             terms.append((prior_term(block, lamp.block, np.full(3, one_ray_reach(lamp))), False))
     return terms

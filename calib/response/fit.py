@@ -16,6 +16,7 @@ import numpy as np
 from photogonio.calib.response.curve import BENDS, Curves, steepness
 from photogonio.calib.response.paper_codes import PaperCodes
 from photogonio.calib.response.paper_light import design_of, direct_light, light_of
+from photogonio.calib.response.start_place import likely_place
 from photogonio.calib.response.surround_tone import by_surroundings
 from photogonio.calib.response.unknowns import NO_SCATTER, Unknowns, expectations, raised, scatter_of
 from photogonio.capture import robust
@@ -43,6 +44,7 @@ class FittedResponse:
     black_misfit: float  # of black
     veil: float  # light over whole pictures, a share of white
     lens: np.ndarray  # (2,) terms of what it darkens
+    covariance: np.ndarray  # of the lamps' places, after one another
     surround: float = 0.0  # slope of white print's miss by the light round about: see surround_tone
 
 
@@ -99,7 +101,10 @@ def _finished(
     misfit, black = _misfits(layout, photos, values)
     ink, lens = np.exp(values[layout.ink :][: layout.channels]), values[layout.lens : layout.veil]
     around = by_surroundings(layout, photos, values)
-    return FittedResponse(curves, places, ink, misfit, black, float(values[layout.veil]), lens, around)
+    at = slice(layout.places, layout.even)
+    return FittedResponse(
+        curves, places, ink, misfit, black, float(values[layout.veil]), lens, spread[at, at], around
+    )
 
 
 def _approached(
@@ -166,7 +171,7 @@ def start_values(layout: Unknowns, photos: Sequence[PaperCodes]) -> np.ndarray:
     values = np.zeros(layout.size)
     for k, name in enumerate(layout.lights):
         own = [one for one in photos if one.light == name]
-        high = [raised(one.place) for one in own]
+        high = [one.place if np.isfinite(one.sure) else likely_place(one, raised(one.place)) for one in own]
         places = [one.pose.apply(p) if one.attached else p for one, p in zip(own, high, strict=True)]
         values[layout.places + 3 * k : layout.places + 3 * k + 3] = np.median(places, axis=0)
     inks = []

@@ -16,6 +16,7 @@ from photogonio.capture.photoset import PhotoSet
 
 _PHOTOS = 2  # that tell a curve, at least
 _SIZE = 511  # of its table: codes of 8 bits are among them
+_PLACES = 1.5  # times that lamps' places are less sure than squares, each by itself, let them seem
 _UNKNOWN = 0.05  # relative error where the sample's codes cannot be read
 
 _UNSURE = 0.02  # relative: of that, what is told
@@ -48,6 +49,9 @@ def tone_of_print(photoset: PhotoSet, setup: Setup, read: CodeReader) -> PrintTo
         photos=len(photos),
         scale_error=_scale_error(fitted, photos, samples),
         surround=fitted.surround,
+        lamps=tuple(fitted.places),
+        places=np.array(list(fitted.places.values())),
+        covariance=_PLACES**2 * fitted.covariance,
     )
 
 

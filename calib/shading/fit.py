@@ -33,6 +33,9 @@ _EVEN_PLANE = 0.01  # the last with a flat sample, whose own bounce is not model
 _EVEN_ANY = 0.3  # the last where nothing is taken for granted
 _SLOPE = 0.001  # relative, over half the board: how even paper and lens are
 _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may tilt
+# where codes stand for light by a curve that print told, and black for a veil besides: the slope, a sample's error in
+# full light, and how many times less sure a view is of its lamp, for sharpened edges of shadows lie elsewhere
+_SLOPE_BENT, _FLOOR_BENT, _BENT = 0.03, 0.02, 3.0
 _SLOPE_BEAM = 0.02  # for each power of the cosine: a beam whose axis passes by the sample by some degrees
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
 
@@ -76,11 +79,11 @@ def _weigh(
     else:
         thrown = board.thrown(now).of(place)
     indirect = light.tone * (thrown @ np.clip(values[THROWN], *_PLAUSIBLE))
-    sigma, most, share = _errors(board, light, indirect, scene.error)
+    sigma, most, share = _errors(board, light, indirect, scene)
     own = slice(len(reading.level))
     slope = _SLOPE + _SLOPE_BEAM * max(now.narrow, 0.0)
     bounced = median_ratio(indirect[own], np.maximum(light.bare[own], 1e-300))
-    slope = float(np.hypot(slope, _SLOPE_BOUNCE * bounced))
+    slope = float(np.hypot(slope, _SLOPE_BOUNCE * bounced + _SLOPE_BENT * now.bent))
     prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
@@ -92,15 +95,16 @@ def _weigh(
 
 
 def _errors(
-    board: LitPaper, light: LightOnPaper, indirect: np.ndarray, factor: float
+    board: LitPaper, light: LightOnPaper, indirect: np.ndarray, scene: ShadingScene
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Standard errors (n,) where the model's in shadows is ``factor`` of what is expected; how many times larger they
-    may be at most, which tells what is no error but dirt; and the share of the expected one, where that is much."""
+    """Standard errors (n,) where the model's in shadows is as the scene has it; how many times larger they may be at
+    most, which tells what is no error but dirt; and the share of the expected one, where that is much."""
     shade, far = light.shaded < 0.99 * light.bare, np.arange(len(light.bare)) < len(board.reading.level)
-    floor = (np.where(shade, board.floor[1], board.floor[0]) * light.bare) ** 2
+    full = board.floor[0] + _FLOOR_BENT * scene.bent
+    floor = (np.where(shade, board.floor[1], full) * light.bare) ** 2
     most = board.noise + floor + board.crowd * (_BOUNCE_ERROR * indirect) ** 2
     told = np.where(shade & far, floor, 0.0)
-    variance = most - (1 - factor**2) * told
+    variance = most - (1 - scene.error**2) * told
     least = np.sqrt(np.maximum(most / variance, 1.0))
     return np.sqrt(variance), least, np.where(told > most / 2, told / variance, 0.0)
 
@@ -251,6 +255,7 @@ def shading_of(at: Stand) -> ShadingFit:
     normal, slope, design, weight = _normal(at, weighing, residual, len(values))
     score = design[:LOCAL] * weight
     inflation = _inflation(normal[:4, :4], score[:4] * residual, board.square)
+    inflation *= _BENT**2 if scene.bent else 1.0
     own = slice(len(board.reading.level))
     inlier = (np.abs(residual) < 0.7 * weighing.bound)[own]
     relative = (residual * weighing.sigma / np.maximum(light.bare, 1e-300))[own][inlier]

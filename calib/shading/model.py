@@ -49,6 +49,7 @@ class ShadingScene:
     aim: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where that axis points
     error: float = 1.0  # of the model's expected error in shadows, what the set shows
     falloff: tuple[float, float] = (0.0, 0.0)  # of the lens: logarithm's terms in aside and its square
+    bent: bool = False  # by a tone curve that is not known well: how paper's light falls off is not believed
 
     def moved(self, shared: np.ndarray) -> ShadingScene:
         """The scene with ``shared`` (SHARED + BALL k,) in place of its own values."""

@@ -61,11 +61,11 @@ def calibrated(
     if setup is not None:
         reporter.say("calibrated before, with the same photos, and not again")
     else:
-        setup = _found(radiance, kept, reporter, workers, scratch, rig)
+        setup = _found(radiance, kept, reporter, workers, scratch, rig, tone)
         if (
             photoset.radiometry.vignetting == "cos4"
         ):  # takes the camera, and changes the white patch's reading
-            setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch, rig)
+            setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch, rig, tone)
         setup = kept.save(setup if tone is None else with_tone(setup, tone))
     radiance = replace(radiance, photoset=photoset.turned_to(setup.turned), decode=scratch.take)
     radiance = without_veil(with_vignetting(radiance, setup), setup)
@@ -157,12 +157,14 @@ def _found(
     workers: int,
     scratch: Scratch,
     rig: RigPrior,
+    tone: PrintTone | None = None,
 ) -> Setup:
     return find_setup(
         radiance.photoset,
         lambda _, view: radiance.read(view),
         reporter.progress,
         rig,
+        tone,
         read_part=radiance.read,
         read_level=radiance.read_level,
         workers=min(workers, ABREAST),

@@ -57,6 +57,9 @@ def setup(sample: Sphere | Plane) -> Setup:
             misfit=0.1 / 7,
             photos=10,
             scale_error=0.1 / 9,
+            lamps=("flash",),
+            places=rng.normal(size=(1, 3)),
+            covariance=rng.normal(size=(3, 3)),
         ),
     )
 

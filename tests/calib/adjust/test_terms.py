@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from photogonio.calib.adjust.bundle import adjust
+from photogonio.calib.adjust.bundle import adjust, prior_term
 from photogonio.calib.adjust.camera_model import block_pose
 from photogonio.calib.adjust.lamps import Lamp
 from photogonio.calib.adjust.terms import (
@@ -16,6 +16,7 @@ from photogonio.calib.adjust.terms import (
     fixed_blocks,
     shading_term,
     sightings,
+    tone_term,
 )
 from photogonio.calib.detect.highlights import Highlight
 from photogonio.calib.detect.observation import FIXED_POSE
@@ -149,3 +150,35 @@ def test_a_lamps_beam_is_held_unless_it_is_known(beam):
 def expected_of_lamps(lamps, values, beam):
     state = SimpleNamespace(rig=NOTHING, narrow=1.0 if beam else 0.0, falloff=NO_FALLOFF)
     return _shared_lamp(state, values) + _lamp_expectations(lamps, values, NOTHING)
+
+
+FLASH = LightEntry(id="flash", kind="point", attached_to="camera")
+
+
+def flash_by(sigma: float, place: np.ndarray) -> np.ndarray:
+    """Where a flash on the camera comes to rest that other things show at ``place`` within ``sigma``."""
+    lamps = {"flash": Lamp("flash", FLASH, "point", place, "board")}
+    values = {"light flash": place.copy()}
+    told = prior_term("light flash", place, np.full(3, sigma))
+    return adjust(values, [*_lamp_expectations(lamps, values, NOTHING), (told, False)]).values["light flash"]
+
+
+def test_a_flash_is_expected_beside_the_lens_unless_it_surely_is_not():
+    near = flash_by(15.0, np.array([10.0, -5.0, 30.0]))
+    assert abs(near[2]) < 10 and np.abs(near[:2]) == pytest.approx([10, 5], abs=5)
+    far = np.array([150.0, 0.0, 0.0])  # on a camera's shoe
+    assert flash_by(5.0, far) == pytest.approx(far, abs=5.0)
+
+
+def test_what_print_told_of_lamps_holds_those_that_are_sought():
+    place = np.array([100.0, 50.0, 300.0])
+    spread = np.diag([4.0, 9.0, 25.0])
+    tone = SimpleNamespace(
+        lamps=("a", "gone"), places=np.stack([place, place]), covariance=np.kron(np.eye(2), spread)
+    )
+    lamps = {"a": Lamp("a", None, "point", place, "board")}
+    residual, slopes = tone_term(tone, lamps)({"light a": place + np.array([2.0, 3.0, 5.0])})
+    assert residual @ residual == pytest.approx(3.0)
+    assert slopes["light a"].T @ slopes["light a"] == pytest.approx(np.linalg.inv(spread))
+    given = {"a": replace(lamps["a"], fixed=True)}
+    assert tone_term(tone, given) is None

@@ -47,6 +47,9 @@ def test_lamps_and_ink_are_found_with_it():
     truth = photos(CURVES["gentle"], count=6, channels=1, seed=5, noise=0.01)
     fitted = fit_response(truth)
     assert fitted.places["flash"] == pytest.approx(FLASH, abs=3.0)
+    assert fitted.covariance.shape == (3 * len(fitted.places),) * 2
+    off, at = fitted.places["flash"] - FLASH, 3 * list(fitted.places).index("flash")
+    assert off @ np.linalg.solve(fitted.covariance[at : at + 3, at : at + 3], off) < 16
     assert fitted.ink == pytest.approx(INK, rel=0.06)
     assert fitted.misfit < 0.002
 
