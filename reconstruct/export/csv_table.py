@@ -9,7 +9,7 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.export.loss import PLACE, Evaluate
-from photogonio.reconstruct.export.table_grid import Steps, scale_in_words, turns
+from photogonio.reconstruct.export.table_grid import TableValues, in_lines, scale_in_words
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.table.gridded import between
 
@@ -18,25 +18,22 @@ def write_csv(brdf: Brdf, path: Path) -> None:
     """theta_i, phi_i, theta_r, phi_r in degrees and f, 1/sr, one column a channel; where it is known one standard error
     of f, in a column ``sigma`` a channel. Remarks, which say the units, are below the line of headers.
 
-    Isotropic: phi_i is 0 and phi_r goes half a turn, since the other half is its mirror image; rows are denser
-    about narrow peaks, up to as many as ``fit`` takes one by one.
+    Isotropic: phi_i is 0 and phi_r goes half a turn, since the other half is its mirror image. Else phi_r - phi_i goes
+    over the same angles whatever phi_i is. Rows are denser about narrow peaks and toward grazing.
     """
-    isotropic = not brdf.turning
-    phi_i = np.zeros(1) if isotropic else turns()
-    steps = Steps.of(brdf, Steps.half_turn)
-    phi_r = steps.half_turn() if isotropic else turns()
-    polar = steps.polar_nodes()
-    grids = [grid.ravel() for grid in np.meshgrid(polar, phi_i, polar, phi_r, indexing="ij")]
-    columns, names = [brdf.evaluate(*np.radians(grids))], list(brdf.channels)
-    errors = _errors(brdf, grids)
+    table = TableValues.of(brdf)
+    angles, count = table.nodes.angles(), len(brdf.channels)
+    columns, names = [table.value.reshape(-1, count)], list(brdf.channels)
+    errors = _errors(brdf, angles)
     if errors is not None:
         columns.append(errors)
         names += [f"sigma_{name}" for name in brdf.channels] if len(names) > 1 else ["sigma"]
-    remarks = [f"# {line}" for line in _remarks(brdf, names[len(brdf.channels) :])]
-    header = "\n".join([",".join(["theta_i", "phi_i", "theta_r", "phi_r", *names]), *remarks])
-    form = ["%g"] * 4 + ["%.9g"] * len(brdf.channels) + ["%.4g"] * (len(names) - len(brdf.channels))
-    rows = np.column_stack([*grids, *columns])
-    np.savetxt(path, rows, fmt=form, delimiter=",", header=header, comments="")
+    remarks = [f"# {line}" for line in _remarks(brdf, table, names[count:])]
+    form = ",".join(["%g"] * 4 + ["%.9g"] * count + ["%.4g"] * (len(names) - count)) + "\n"
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.write("\n".join([",".join(["theta_i", "phi_i", "theta_r", "phi_r", *names]), *remarks]) + "\n")
+        for line in in_lines(form, np.column_stack([*angles, *columns])):
+            file.write(line)
 
 
 def read_csv(path: Path) -> Evaluate:
@@ -64,12 +61,12 @@ def _errors(brdf: Brdf, grids: list[np.ndarray]) -> np.ndarray | None:
     return errors if (errors > 0.0).all() else None
 
 
-def _remarks(brdf: Brdf, sigmas: list[str]) -> list[str]:
+def _remarks(brdf: Brdf, table: TableValues, sigmas: list[str]) -> list[str]:
     """What the columns are, and in what units."""
     lines = [
         "theta_i, phi_i: toward the light; theta_r, phi_r: toward the viewer; degrees; phi_r - phi_i is 0 on the lamp's"
         " side",
-        f"{', '.join(brdf.channels)}: BRDF in 1/sr, {scale_in_words(brdf)}; linear between rows",
+        f"{', '.join(brdf.channels)}: BRDF in 1/sr, {scale_in_words(brdf)}; {table.remark()}",
     ]
     if sigmas:
         told = f"{', '.join(sigmas)}: one standard error of it in 1/sr, which neighbouring rows share"

@@ -19,6 +19,10 @@ _POLAR, _AZIMUTHS = 48, 96  # nodes of an albedo's quadrature
 _SHARED = 40  # pairs of an incident direction, of a surface that turns
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # turn between points of an even spiral
 _SEED = 1996
+_ADDED = 1.004  # light that lines between a table's rows may add
+_NEAR = 5e-4  # more than that
+_WATCHED, _WATCHED_TURNING, _WATCHED_TURNS = 30, 10, 16  # incidences and turns at which that is looked at
+_FEWER = 24, 64  # nodes of an albedo's quadrature, where there are many
 PLACE = "loss not measured"  # in a file that has room to state its loss, where it goes
 
 
@@ -127,13 +131,13 @@ def _lifted(disk: np.ndarray) -> np.ndarray:
     return np.column_stack([disk, np.sqrt(np.maximum(1 - (disk**2).sum(1), 0.0))])
 
 
-def _albedo(f: Evaluate, theta_i: float, phi_i: float) -> np.ndarray:
+def _albedo(f: Evaluate, theta_i: float, phi_i: float, *nodes: int) -> np.ndarray:
     """(c,) directional albedo."""
     toward = unit_vectors(theta_i, phi_i)[None]
     known = getattr(f, "albedo", None)
     if known is not None:
         return known(toward)[0]
-    exit, weight = around(theta_i)
+    exit, weight = around(theta_i, *nodes)
     cos, sin = np.cos(phi_i), np.sin(phi_i)
     exit = exit @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return np.atleast_1d(weight @ np.nan_to_num(f(np.broadcast_to(toward, exit.shape), exit)))
@@ -156,3 +160,65 @@ def around(theta_i: float, polar: int = _POLAR, azimuths: int = _AZIMUTHS) -> tu
         weight = np.outer(d_theta * np.sin(theta) * np.cos(theta), d_phi).ravel()
         found.append((unit_vectors(t, p), weight))
     return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
+
+
+def held(brdf: Brdf, value: np.ndarray, axes: list[np.ndarray]) -> np.ndarray:
+    """(theta_i, phi_i) factors, at most 1, with which lines between a table's rows add no light to speak of.
+
+    ``value`` (theta_i, phi_i, theta_r, dphi, c) of f at nodes, radians; dphi of one phi_i alone goes half a turn. What
+    lines between them send out is a sum with weights that are known, and between two incidences the mean of both.
+    """
+    theta_i, phi_i, theta_r, dphi = axes
+    sent = np.einsum("iprdc,r,d->ipc", value, _hats(theta_r), _turned(dphi, whole=len(phi_i) > 1))
+    watched = _WATCHED if len(phi_i) == 1 else _WATCHED_TURNING
+    looks = np.unique(np.linspace(1, len(theta_i) - 1, watched).astype(int))
+    more = np.stack(
+        [
+            np.maximum(_added(brdf, axes, sent, (at, at)), _added(brdf, axes, sent, (at - 1, at)))
+            for at in looks
+        ]
+    )
+    steps = np.arange(len(theta_i))
+    over = np.stack([np.interp(steps, looks, one / _ADDED) for one in more.T], axis=1)
+    return np.where(over > 1.0 + _NEAR, 1.0 / np.maximum(over, 1.0), 1.0)
+
+
+def _added(brdf: Brdf, axes: list[np.ndarray], sent: np.ndarray, nodes: tuple[int, int]) -> np.ndarray:
+    """(phi_i,) what a table sends out over what the BRDF does, the most of a step to either side, halfway between two
+    nodes of incidence; ``sent`` (theta_i, phi_i, c) at its nodes."""
+    theta, there, phi_i = axes[0][list(nodes)].mean(), sent[list(nodes)].mean(axis=0), axes[1]
+
+    def source(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
+        return np.maximum(brdf(incident, exit), 0.0)
+
+    if len(phi_i) == 1:
+        return (there / np.maximum(_albedo(source, theta, 0.0), 1e-12)).max(axis=1)
+    turns = np.arange(_WATCHED_TURNS) * (2.0 * np.pi / _WATCHED_TURNS)
+    waves = np.fft.rfft([_albedo(source, theta, turn, *_FEWER) for turn in turns], axis=0, norm="forward")
+    here = np.fft.irfft(waves, 2 * len(phi_i), axis=0, norm="forward")
+    halfway = np.stack([there, 0.5 * (there + np.roll(there, -1, axis=0))], axis=1).reshape(here.shape)
+    over = (halfway / np.maximum(here, 1e-12)).max(axis=1)
+    return np.maximum(over, np.maximum(np.roll(over, 1), np.roll(over, -1)))[::2]
+
+
+def _hats(theta: np.ndarray) -> np.ndarray:
+    """(n,) integral by projected solid angle, a unit of azimuth, of what is 1 at each node and linear down to 0 at its
+    neighbours; beyond the last as on it."""
+    node, size = np.polynomial.legendre.leggauss(6)
+    part, wide = 0.5 * (node + 1.0), np.diff(theta)[:, None]
+    at = theta[:-1, None] + wide * part
+    weight = 0.5 * wide * size * np.sin(at) * np.cos(at)
+    found = np.zeros(len(theta))
+    found[:-1] += (weight * (1.0 - part)).sum(axis=1)
+    found[1:] += (weight * part).sum(axis=1)
+    found[-1] += 0.5 * np.cos(theta[-1]) ** 2
+    return found
+
+
+def _turned(azimuth: np.ndarray, *, whole: bool) -> np.ndarray:
+    """(n,) the same of azimuths all the way round, or of half a turn that stands for both."""
+    if whole:
+        apart = np.diff(np.append(azimuth, azimuth[0] + 2.0 * np.pi))
+        return 0.5 * (apart + np.roll(apart, 1))
+    apart = np.diff(azimuth)
+    return np.append(apart, 0.0) + np.append(0.0, apart)

@@ -13,6 +13,7 @@ Between = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 3
 DIGITS = 6  # of an angle in degrees: nodes that differ by less are one
 STEP, TURN = 15.0, 30.0  # degrees between nodes, at most
 MISSED = 12.0  # degrees: a grid that ends so far before the horizon, or begins so far from the normal, tells too little
+_MOST = 1.5  # nodes of a grid, in rows: of more some have none
 UPRIGHT = 1e-6  # sine of an angle at which an azimuth means nothing
 
 
@@ -44,29 +45,81 @@ def between_rows(incident: np.ndarray, exit: np.ndarray, value: np.ndarray) -> B
 
 
 def between_turning_rows(incident: np.ndarray, exit: np.ndarray, value: np.ndarray) -> Between | None:
-    """The same of a grid of theta_i, phi_i, theta_r and phi_r, both azimuths all the way round."""
-    places = np.round(np.degrees(_four(incident, exit)), DIGITS)
-    places[[1, 3]] = np.mod(places[[1, 3]], 360.0)
-    axes = [np.unique(one) for one in places]
+    """The same of a grid of theta_i, phi_i, theta_r and phi_r, or phi_r - phi_i in its place, both azimuths all the way
+    round."""
+    for relative in (False, True):
+        found = _between_azimuths(incident, exit, value, relative=relative)
+        if found is not None:
+            return found
+    return None
+
+
+def _between_azimuths(
+    incident: np.ndarray, exit: np.ndarray, value: np.ndarray, *, relative: bool
+) -> Between | None:
+    places = np.degrees(_four(incident, exit))
+    upright = np.sin(np.radians(places[::2])) < UPRIGHT  # where an azimuth means nothing
+    if relative:
+        places[3] -= places[1]
+    places[[1, 3]] = np.mod(np.round(places[[1, 3]], DIGITS), 360.0)
+    places = np.round(places, DIGITS)
+    oblique = ~upright.any(axis=0) if relative else np.ones(len(value), bool)
+    axes = [np.unique(places[k] if k in (0, 2) else places[k, oblique]) for k in range(4)]
     if any(len(axis) < 2 for axis in axes) or not (_polar(axes[::2]) and all(map(_round, axes[1::2]))):
         return None
-    grid = _means(axes, places, value)
-    for axis in (0, 2):  # at the normal its own azimuth means nothing
-        shape = [1, 1, 1, 1]
-        shape[axis] = len(axes[axis])
-        grid = _filled(grid, (axes[axis] == 0.0).reshape(shape), axis=axis + 1)
+    if np.prod([len(axis) for axis in axes]) > _MOST * len(value):
+        return None
+    if relative:
+        grid = _means(axes, places[:, oblique], value[oblique])
+        grid = _with_normals(grid, axes, places, value, upright)
+    else:
+        grid = _means(axes, places, value)
+        for axis in (0, 2):  # at the normal its own azimuth means nothing
+            shape = [1, 1, 1, 1]
+            shape[axis] = len(axes[axis])
+            grid = _filled(grid, (axes[axis] == 0.0).reshape(shape), axis=axis + 1)
     for axis in (1, 3):  # the first azimuth once more, a turn on
         axes[axis] = np.append(axes[axis], axes[axis][0] + 360.0)
         grid = np.concatenate([grid, grid.take([0], axis)], axis)
 
     def asked(toward: np.ndarray, away: np.ndarray) -> np.ndarray:
         angles = _four(toward, away)
+        if relative:
+            angles[3] -= angles[1]
         for k in (1, 3):
             first = np.radians(axes[k][0])
             angles[k] = first + np.mod(angles[k] - first, 2.0 * np.pi)
         return angles
 
     return _linear(axes, grid, asked)
+
+
+def _with_normals(
+    grid: np.ndarray, axes: list[np.ndarray], places: np.ndarray, value: np.ndarray, upright: np.ndarray
+) -> np.ndarray:
+    """A grid of differences of azimuths with what the rows say of either normal, which has none.
+
+    Light along it is known by exit azimuth, linear between those of its rows; light sent out along it by incident one.
+    """
+    grid = grid.copy()
+    both = upright.all(axis=0)
+    if axes[2][0] == 0.0:
+        rows, grid[:, :, 0] = upright[1] & ~both, np.nan
+        if all(np.isin(places[k, rows], axes[k]).all() for k in (0, 1)):
+            grid[:, :, 0] = _means(axes[:2], places[:2, rows], value[rows])[:, :, None]
+    if axes[0][0] == 0.0:
+        rows = upright[0] & ~both
+        turns = np.unique(places[3, rows])  # the incident azimuth is 0 there
+        if not rows.any() or not _round(turns):
+            return np.full_like(grid, np.nan)
+        known = _means([axes[2], turns], places[2:, rows], value[rows])
+        at = np.mod(axes[1][:, None] + axes[3], 360.0)
+        for c in range(value.shape[1]):
+            for r in range(len(axes[2])):
+                grid[0, :, r, :, c] = np.interp(at, turns, known[r, :, c], period=360.0)
+        if axes[2][0] == 0.0:
+            grid[0, :, 0] = value[both].mean(axis=0) if both.any() else np.nan
+    return grid
 
 
 def _means(axes: list[np.ndarray], places: np.ndarray, value: np.ndarray) -> np.ndarray:

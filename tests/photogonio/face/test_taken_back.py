@@ -29,6 +29,7 @@ def files(tmp_path_factory):
     found = {}
     monkeypatch = pytest.MonkeyPatch()
     monkeypatch.setattr(radiance_tree, "_DEEPEST", {3: 6, 4: 3})  # a tenth of the time
+    monkeypatch.setattr(table_grid, "ROWS", {False: 6000, True: 60_000})
     monkeypatch.setattr(principled, "_ROUGHNESS", np.array([0.55]))
     for name in LOST:
         form = find_format("radiance", "klems") if name == "klems" else find_format(name)
@@ -69,9 +70,7 @@ def test_each_reader_takes_each_format(files, name):
 @pytest.mark.parametrize("name", ["csv", "mitsuba"])
 def test_of_surfaces_that_turn_too(tmp_path, name, monkeypatch):
     """pab-opto's folder has a test of its own, and Radiance's four axes another."""
-    monkeypatch.setattr(
-        table_grid, "polar_nodes", lambda _step: np.arange(0.0, 85.0, 12.0)
-    )  # a sixth of the rows
+    monkeypatch.setattr(table_grid, "ROWS", {False: 5000, True: 60_000})
     brdf, path = over_ground(gloss((0.5, 0.35), azimuth=0.4), ("Y",)), tmp_path / f"a{FORMATS[name].suffix}"
     FORMATS[name].write(brdf, path)
     known = load_known(path)

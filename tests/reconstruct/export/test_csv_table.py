@@ -18,17 +18,18 @@ def test_the_program_reads_it_as_the_brdf(tmp_path):
     samples = read_samples(tmp_path / "a.csv")
     assert samples.channels == ("R", "G", "B") and samples.sigma is None
     assert samples.diagnoses == ()
-    # angles are whole degrees, values have nine digits
+    # angles have three decimals, values nine digits
     np.testing.assert_allclose(samples.value, brdf(samples.incident, samples.exit), rtol=1e-8)
-    assert np.degrees(samples.theta_r).max() == pytest.approx(88.0)
+    assert np.degrees(samples.theta_r).max() == pytest.approx(89.5)
 
 
 def test_a_narrow_gloss_has_rows_where_it_is(tmp_path):
-    """Of two polar angles and an azimuth each misses 0.4 % at the incidences looked at, at grazing twice that; rows
-    every 5 degrees lose 10 % of this gloss."""
+    """Of two polar angles and an azimuth each misses 1 %; rows every 5 degrees lose 10 % of this gloss. Light that they
+    add is an eighth of what it was of rows whose azimuths were as far apart at every incidence."""
     brdf = over_ground(gloss(0.2, 1), ("Y",))
     write_csv(brdf, tmp_path / "a.csv")
-    assert max(loss_of(brdf, read_csv(tmp_path / "a.csv")).rms) < 2 * 3**0.5 * 0.004
+    loss = loss_of(brdf, read_csv(tmp_path / "a.csv"))
+    assert max(loss.rms) < 3**0.5 * 0.01 and max(loss.albedo) < 1.005
 
 
 def test_a_turning_surface_goes_all_the_way_round_and_an_isotropic_one_half(tmp_path):
@@ -36,13 +37,15 @@ def test_a_turning_surface_goes_all_the_way_round_and_an_isotropic_one_half(tmp_
     brushed = brdf_of(mirror((0.5, 0.3), azimuth=0.4), order=0)
     write_csv(brushed, tmp_path / "b.csv")
     once, every = (np.genfromtxt(tmp_path / name, delimiter=",", names=True) for name in ("a.csv", "b.csv"))
-    assert (
-        set(once["phi_i"]) == {0.0}
-        and set(np.arange(0.0, 76.0, 15.0)) <= set(once["phi_r"])
-        and once["phi_r"].max() == 180.0
-    )
-    for column in ("phi_i", "phi_r"):
-        assert set(every[column]) == set(np.arange(0.0, 360.0, 15.0))
+    assert set(once["phi_i"]) == {0.0} and once["phi_r"].min() == 0.0 and once["phi_r"].max() == 180.0
+    turn = np.unique(every["phi_i"])
+    np.testing.assert_allclose(turn, np.arange(len(turn)) * (360.0 / len(turn)))
+    apart = [
+        np.unique(np.mod(every["phi_r"] - every["phi_i"], 360.0)[every["phi_i"] == one].round(3))
+        for one in turn
+    ]
+    assert all(np.array_equal(one, apart[0]) for one in apart)
+    np.testing.assert_allclose(np.sort(np.mod(-apart[0], 360.0)), apart[0], atol=1e-9)  # alike on both sides
     row = every[len(every) // 3]
     angles = np.radians([row[name] for name in ("theta_i", "phi_i", "theta_r", "phi_r")])
     np.testing.assert_allclose([row[c] for c in "RGB"], brushed.evaluate(*angles), rtol=1e-8)

@@ -35,7 +35,7 @@ def test_a_grey_surface_is_its_luminance_and_white_has_that_of_one(tmp_path):
 
 
 def test_a_brushed_surface_is_known_between_its_rows(tmp_path, monkeypatch):
-    monkeypatch.setattr(table_grid, "polar_nodes", lambda _step: np.arange(0.0, 81.0, 10.0))
+    monkeypatch.setattr(table_grid, "ROWS", {False: 5000, True: 60_000})
     brdf = over_ground(gloss((0.5, 0.35), azimuth=0.4))
     write_pabopto(brdf, tmp_path / "a")
     known = load_known(tmp_path / "a")
@@ -54,7 +54,7 @@ def test_radiances_converter_takes_them(tmp_path, monkeypatch):
     tool = tool if tool.is_file() else shutil.which("pabopto2bsdf", path=str(Path(sys.executable).parent))
     if tool is None:
         pytest.skip("this pyradiance has no pabopto2bsdf")
-    monkeypatch.setattr(table_grid, "polar_nodes", lambda _step: np.arange(0.0, 81.0, 20.0))
+    monkeypatch.setattr(table_grid, "ROWS", {False: 5000, True: 60_000})
     write_pabopto(matte(), tmp_path / "a")
     files = sorted(str(path) for path in (tmp_path / "a").iterdir())
     done = subprocess.run([str(tool), "-n", "1", *files], capture_output=True, check=False, timeout=60)

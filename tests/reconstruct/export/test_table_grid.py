@@ -4,45 +4,52 @@ from dataclasses import replace
 
 import numpy as np
 
+from photogonio.reconstruct.export import table_grid
+from photogonio.reconstruct.export.loss import ANGLES, loss_of
 from photogonio.reconstruct.export.table_grid import (
     LAST,
-    ROWS,
+    LAST_EXIT,
     STEP,
-    Steps,
-    polar_nodes,
+    TURN,
+    TableNodes,
+    TableValues,
     scale_in_words,
     title,
-    turns,
 )
-from photogonio.reconstruct.goniometer.merged import MOST
 from photogonio.reconstruct.modes.angles import unit_vectors
-from photogonio.reconstruct.table.gridded import between_rows, between_turning_rows
+from photogonio.reconstruct.table.gridded import between
 from tests.drawn.exports import gloss, matte, over_ground, satin
 
 
-def test_nodes_are_a_grid_that_readers_know_between_its_rows():
-    assert polar_nodes()[0] == 0.0 and polar_nodes()[-1] == LAST
-    assert len(turns()) * np.diff(turns())[0] == 360.0
-    axes = polar_nodes(), np.zeros(1), polar_nodes(), turns()
-    grids = [np.radians(one).ravel() for one in np.meshgrid(*axes, indexing="ij")]
-    pairs = unit_vectors(*grids[:2]), unit_vectors(*grids[2:])
-    assert between_rows(*pairs, np.ones((len(grids[0]), 1))) is not None
-    assert between_turning_rows(*pairs, np.ones((len(grids[0]), 1))) is None  # light from one azimuth
+def test_nodes_are_dense_about_peaks_and_toward_grazing_alone():
+    plain, peaked = TableNodes.of(matte()), TableNodes.of(over_ground(gloss(0.1)))
+    retro = TableNodes.of(over_ground(gloss(0.1, model="retro")))
+    for nodes in (plain, peaked, retro):
+        assert nodes.theta_i[0] == nodes.theta_r[0] == 0.0 == nodes.dphi[0] and nodes.dphi[-1] == 180.0
+        assert nodes.theta_i[-1] == LAST and nodes.theta_r[-1] == LAST_EXIT
+        assert max(np.diff(nodes.theta_i).max(), np.diff(nodes.theta_r).max()) < STEP + 0.01
+        assert 0.0 < np.diff(nodes.dphi).min() and np.diff(nodes.dphi).max() < TURN + 0.01
+    assert plain.rows < 6000 and np.ptp(np.diff(plain.dphi)) < 0.01
+    assert np.diff(peaked.theta_i)[-1] < 0.7 * np.diff(peaked.theta_i)[0] < 0.5 * STEP
+    # half a roughness of the half vector is an azimuth of a roughness times the cosine, when it is small
+    first = np.diff(peaked.dphi)[-1]
+    assert first < np.degrees(0.1 * np.cos(np.radians(LAST))) < 10.0 * first
+    assert np.diff(peaked.dphi).argmin() > len(peaked.dphi) // 2 > np.diff(retro.dphi).argmin()
 
 
-def test_rows_are_dense_about_peaks_alone():
-    assert Steps.of(matte(), Steps.half_turn) == Steps(STEP, STEP)
-    mirror = Steps.of(over_ground(gloss(0.1)), Steps.half_turn)
-    retro = Steps.of(over_ground(gloss(0.1, model="retro")), Steps.half_turn)
-    assert mirror.mirror < 4.0 and mirror.retro == STEP
-    assert retro.retro < 4.0 and retro.mirror == STEP
-    assert len(mirror.polar_nodes()) ** 2 * len(mirror.half_turn()) <= ROWS == MOST
-    for steps in (Steps(), mirror, retro):
-        half, whole = steps.half_turn(), steps.whole_turn()
-        assert half[0] == 0.0 and half[-1] == 180.0 and 0.0 < np.diff(half).min()
-        assert np.diff(half).max() <= 30.0  # of a grid that readers know
-        np.testing.assert_allclose(np.sort(np.mod(-whole, 360.0)), whole)  # alike on both sides
-    assert np.diff(mirror.half_turn()).argmin() > np.diff(retro.half_turn()).argmin()
+def test_lines_between_rows_add_no_light_even_of_few_rows(monkeypatch):
+    monkeypatch.setattr(table_grid, "ROWS", {False: 60_000, True: 120_000})
+    for brdf in (over_ground(gloss(0.1)), over_ground(gloss((0.5, 0.3), azimuth=0.4))):
+        table = TableValues.of(brdf)
+        nodes = table.nodes
+        assert nodes.rows <= table_grid.ROWS[brdf.turning]
+        theta_i, phi_i, theta_r, phi_r = np.radians(nodes.angles())
+        rows = unit_vectors(theta_i, phi_i), unit_vectors(theta_r, phi_r)
+        plain = brdf(*rows)
+        assert (table.value.reshape(plain.shape) <= plain * (1.0 + 1e-9)).all()
+        read = between(*rows, table.value.reshape(plain.shape))
+        assert read is not None and table.factor.max() <= 1.0
+        assert max(loss_of(brdf, read).albedo) < 1.005, ANGLES
 
 
 def test_words():
