@@ -13,6 +13,7 @@ NEIGHBOURS = 14
 ALIKE = 1e-4  # radians between pairs of directions that are one
 UNTURNED = 1e-3  # radians from the normal, within which an azimuth means nothing
 RIDGE = 1e-3  # of the spread of places, so that a direction in which none differ has no slope
+_RIDGES = RIDGE * np.array([0.0, 1.0, 1.0, 1.0])
 ROUNDS = 4  # of weighing neighbours by how far they are from the others
 _BATCH = 20000
 
@@ -95,16 +96,20 @@ def _line(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """At the origin the value (q,) and error (q,) of planes through readings (q, k), and the weights (q, k) that
     readings far from the others, a peak in the corner, have lost."""
-    ridge = np.diag([0.0, 1.0, 1.0, 1.0]) * RIDGE
     free = readings.shape[1] / max(readings.shape[1] - 4.0, 1.0)
+    across, corner = np.ascontiguousarray(np.swapaxes(design, 1, 2)), np.arange(4)
+    sides = np.zeros((len(design), 4, 2))
+    sides[:, 0, 0] = 1.0  # for the inverse's first row: how much each reading counts at the origin
     for left in range(rounds, -1, -1):
-        gram = np.einsum("qk,qka,qkb->qab", weight, design, design)
-        penalty = ridge * weight.sum(1)[:, None, None] + 1e-12 * np.eye(4)
-        solver = np.linalg.solve(gram + penalty, np.einsum("qk,qka->qak", weight, design))
-        terms = np.einsum("qak,qk->qa", solver, readings)
-        missed = np.abs(readings - np.einsum("qka,qa->qk", design, terms))
+        weighed = across * weight[:, None]
+        gram = weighed @ design
+        gram[:, corner, corner] += _RIDGES * weight.sum(1)[:, None] + 1e-12
+        sides[:, :, 1] = (weighed @ readings[..., None])[..., 0]
+        found = np.linalg.solve(gram, sides)
+        missed = np.abs(readings - (design @ found[..., 1:])[..., 0])
         if left:
             typical = robust.deviation(missed, axis=1, keepdims=True) + 1e-9
             weight = near / (1.0 + (missed / (2.0 * typical)) ** 2) ** 2
+    counts = (found[:, None, :, 0] @ weighed)[:, 0]
     variance = free * (weight * missed**2).sum(1) / np.maximum(weight.sum(1), 1e-300)
-    return terms[:, 0], np.sqrt(variance * (1.0 + np.sum(solver[:, 0] ** 2, axis=1))), weight
+    return found[:, 0, 1], np.sqrt(variance * (1.0 + np.sum(counts**2, axis=1))), weight
