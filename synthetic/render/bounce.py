@@ -123,15 +123,18 @@ def exit_albedo(brdf: Reflectance, *, turns: int = 64) -> tuple[np.ndarray, np.n
     return cos_r, np.stack(rows)
 
 
-def room_extra(world: World, brdf: Reflectance) -> Extra | None:
+def room_extra(
+    world: World, brdf: Reflectance, albedo: tuple[np.ndarray, np.ndarray] | None = None
+) -> Extra | None:
     """The room's even light on the sample, as an addition to the render; None in a dark room.
 
     Exit radiance is ambient times the integral of f cos_i over incidence; a ball on a board sees the room with
-    the part (1 + n_z) / 2 of it. Of an anisotropic sample the mean over eight azimuths is taken.
+    the part (1 + n_z) / 2 of it. Of an anisotropic sample the mean over eight azimuths is taken. ``albedo`` is that of
+    :func:`exit_albedo`, if it was worked out before.
     """
     if not np.any(world.ambient > 0):
         return None
-    cos_r, table = exit_albedo(brdf)
+    cos_r, table = exit_albedo(brdf) if albedo is None else albedo
     on_board = world.balls[0, 3] > 0 and world.page.extent[2] > world.page.extent[0]
 
     def extra(points: np.ndarray, normals: np.ndarray, exits: np.ndarray) -> np.ndarray:

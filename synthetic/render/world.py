@@ -12,7 +12,7 @@ from photogonio.capture.errors import InputError
 from photogonio.synthetic.brdf.files import Foreign, read_brdf
 from photogonio.synthetic.brdf.library import make_brdf
 from photogonio.synthetic.brdf.reflectance import Reflectance
-from photogonio.synthetic.render.print import print_of
+from photogonio.synthetic.render.print import PrintedPage, print_of
 from photogonio.synthetic.render.room import NO_SHADES, World
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.parts import PatchScene
@@ -59,12 +59,19 @@ def brdf_of_file(
     return read_brdf(path, **told, foreign=foreign)
 
 
-def world_of(scene: Scene, shot: Shot) -> World:
-    """Everything that stands in the room when ``shot`` is taken."""
+def page_of(scene: Scene) -> PrintedPage:
+    """The scene's printed board, as large as it was printed; empty if it has none."""
+    board = scene.board
+    return print_of(board.nominal() if board else None, scale=board.print_scale if board else 1.0)
+
+
+def world_of(scene: Scene, shot: Shot, page: PrintedPage | None = None) -> World:
+    """Everything that stands in the room when ``shot`` is taken; ``page`` is that of :func:`page_of`, if it was made
+    before."""
     board = scene.board
     outlines, heights, sample_sheet, reflectance = sheets(scene, shot)
     plain = (board.ink, board.paper, board.table, board.ink) if board else (0.0, 0.0, 0.0, 0.0)
-    page = print_of(board.nominal() if board else None, scale=board.print_scale if board else 1.0)
+    page = page_of(scene) if page is None else page
     half = 0.5 * float(page.extent[2] - page.extent[0])
     return World(
         page=page,

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +19,11 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import MANIFEST
 from photogonio.synthetic.brdf.files import Foreign
 from photogonio.synthetic.brdf.reflectance import Reflectance
-from photogonio.synthetic.render.bounce import bounce_extra, room_extra
+from photogonio.synthetic.render.bounce import bounce_extra, exit_albedo, room_extra
 from photogonio.synthetic.render.picture import Detail, render
+from photogonio.synthetic.render.print import PrintedPage
 from photogonio.synthetic.render.sensor import expose, exposure_time_of
-from photogonio.synthetic.render.world import CHANNELS, brdf_of, world_of
+from photogonio.synthetic.render.world import CHANNELS, ambient, brdf_of, page_of, world_of
 from photogonio.synthetic.scene.model import Scene
 from photogonio.synthetic.scene.plan import Shot, camera_of, exposure_factor, plan
 from photogonio.synthetic.write.manifest import manifest_of
@@ -31,6 +32,18 @@ from photogonio.synthetic.write.truth import copy_name, truth_of
 
 TRUTH = "truth.json"
 Progress = Callable[[int, int], None]  # photos done, photos in all
+
+
+@dataclass(frozen=True, slots=True)
+class Alike:
+    """What is the same in all photos of a scene, and long to make."""
+
+    page: PrintedPage
+    albedo: tuple[np.ndarray, np.ndarray] | None  # of the sample in even light; None in a dark room
+
+    @classmethod
+    def of(cls, scene: Scene, brdf: Reflectance) -> Alike:
+        return cls(page_of(scene), exit_albedo(brdf) if ambient(scene) > 0 else None)
 
 
 def synthesize(
@@ -73,8 +86,9 @@ def write_set(
     for shot in shots:
         series.setdefault(shot.view, []).append(shot)
     taken: dict[str, Shot] = {}  # by file: as long as the camera exposed them
+    alike = Alike.of(scene, brdf)
     with ThreadPoolExecutor(workers) as pool:
-        for some in pool.map(lambda view: take(scene, camera, brdf, view, folder), series.values()):
+        for some in pool.map(lambda view: take(scene, camera, brdf, alike, view, folder), series.values()):
             taken |= {shot.file: shot for shot in some}
             progress(len(taken), len(shots))
     shots = tuple(taken[shot.file] for shot in shots)
@@ -83,9 +97,11 @@ def write_set(
     (folder / TRUTH).write_text(json.dumps(truth_of(scene, camera, brdf, shots)), encoding="utf-8")
 
 
-def take(scene: Scene, camera: Camera, brdf: Reflectance, shots: list[Shot], folder: Path) -> list[Shot]:
+def take(
+    scene: Scene, camera: Camera, brdf: Reflectance, alike: Alike, shots: list[Shot], folder: Path
+) -> list[Shot]:
     """Renders one view and writes its exposures; returns them with their times."""
-    radiance = view_radiance(scene, camera, brdf, shots[0])
+    radiance = view_radiance(scene, camera, brdf, shots[0], alike)
     factor, taken = exposure_factor(scene), []
     for n, shot in enumerate(shots):
         seconds = shot.exposure_time
@@ -98,14 +114,17 @@ def take(scene: Scene, camera: Camera, brdf: Reflectance, shots: list[Shot], fol
     return taken
 
 
-def view_radiance(scene: Scene, camera: Camera, brdf: Reflectance, shot: Shot) -> np.ndarray:
+def view_radiance(
+    scene: Scene, camera: Camera, brdf: Reflectance, shot: Shot, alike: Alike | None = None
+) -> np.ndarray:
     """Radiance (h, w, c) of a view, before lens and sensor."""
     width, height = camera.size
     if shot.role in ("dark", "flat"):
         even = 0.0 if shot.role == "dark" else 0.7 / (shot.exposure_time * exposure_factor(scene))
         return np.full((height, width, CHANNELS), even)
-    world, detail = world_of(scene, shot), Detail(scene.render.sample, scene.render.near, scene.render.edge)
-    extra = [room_extra(world, brdf)]
+    alike, asked = alike or Alike.of(scene, brdf), scene.render
+    world, detail = world_of(scene, shot, alike.page), Detail(asked.sample, asked.near, asked.edge)
+    extra = [room_extra(world, brdf, alike.albedo)]
     if scene.render.bounce:
         extra.append(bounce_extra(world, brdf, shot.pose.center))
     return render(world, brdf, camera, shot.pose, extra=tuple(e for e in extra if e), detail=detail)
