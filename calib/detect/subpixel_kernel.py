@@ -46,16 +46,16 @@ def find_shifts(tone, clear, bare, scale, flat, level, middle, half, shift, sigm
     y. ``level`` (n, s, s) is the photo, NaN where it may not be used, ``middle`` (n, 2) the windows' middles in it.
     """
     for k in range(len(half)):
-        shift[k] = 0.0
+        shift[k, 0], shift[k, 1] = 0.0, 0.0
         sigma[k] = _fit(tone, clear, bare, scale, flat[k], level[k], middle[k], half[k], shift[k])
 
 
 @jit
 def _fit(tone, clear, bare, scale, flat, level, middle, half, shift):
     """Fills in one window's ``shift`` (2,); its standard error."""
-    known, filled = _known(clear, bare, scale, flat, half)
+    known, filled, count = _known(clear, bare, scale, flat, half)
     places, light = _usable(known, level, middle, half)
-    if not filled or len(places) < max(_FEWEST_KNOWN * known.sum(), _VALUES):
+    if not filled or len(places) < max(_FEWEST_KNOWN * count, _VALUES):
         return np.inf
     step, error = np.empty(2), np.inf
     for _ in range(_DRAWINGS):
@@ -63,7 +63,8 @@ def _fit(tone, clear, bare, scale, flat, level, middle, half, shift):
         error = _solve(_design(drawn, places, half), light, step)
         if not (error < np.inf and math.hypot(shift[0] + step[0], shift[1] + step[1]) <= _BOLDEST_MOVE):
             return np.inf
-        shift += step
+        shift[0] += step[0]
+        shift[1] += step[1]
         if math.hypot(step[0], step[1]) < _LINEAR:
             break
     return error if error < _WORST_SIGMA else np.inf
@@ -82,9 +83,10 @@ def _quadratic(of, u, v):
 
 @jit
 def _known(clear, bare, scale, flat, half):
-    """Which pixels of a window (s, s) the print fills, as far as it may be used, and whether it fills enough."""
+    """Which pixels of a window (s, s) the print fills, as far as it may be used, whether it fills enough, and how many
+    they are."""
     side, (height, width) = 2 * half + 1, clear.shape
-    known, filled = np.zeros((side, side), np.bool_), 0
+    known, filled, count = np.zeros((side, side), np.bool_), 0, 0
     for i in range(side):
         for j in range(side):
             x, y = _place(flat, (j - half) / half, (i - half) / half)
@@ -92,7 +94,8 @@ def _known(clear, bare, scale, flat, half):
                 filled += 1
                 row, column = min(int(height - y * scale), height - 1), min(int(x * scale), width - 1)
                 known[i, j] = clear[row, column] or not bare
-    return known, filled >= _FEWEST_KNOWN * side * side
+                count += known[i, j]
+    return known, filled >= _FEWEST_KNOWN * side * side, count
 
 
 @jit
@@ -181,7 +184,7 @@ def _solve(design, level, step):
     """One linear ``step`` (2,), with Tukey's weights; its standard error, infinite where the fit is bad."""
     count = len(level)
     weight, normal = np.ones(count), np.empty((_VALUES, _VALUES))
-    right, values, residual = np.empty(_VALUES), np.zeros(_VALUES), np.empty(count)
+    right, values, residual, sizes = np.empty(_VALUES), np.zeros(_VALUES), np.empty(count), np.empty(count)
     for _ in range(_WEIGHINGS):
         _sums(design, weight, level, normal, right)
         if not _cholesky(normal):
@@ -190,24 +193,29 @@ def _solve(design, level, step):
             values[k] = right[k]
         _substitute(normal, values)
         _residuals(design, values, level, residual)
-        spread = max(OF_SIZE * np.median(np.abs(residual)), 1e-9)
+        for n in range(count):
+            sizes[n] = abs(residual[n])
+        spread = max(OF_SIZE * _middle(sizes), 1e-9)
         bound = _TUKEY * max(spread, _EDGE_ERROR * abs(values[0]))
         for n in range(count):
             inside = max(1.0 - (residual[n] / bound) ** 2, 0.0)
             weight[n] = inside * inside
-    gain, scatter = values[0], 0.0
+    gain, scatter, total, inliers = values[0], 0.0, 0.0, 0
     for n in range(count):
         scatter += weight[n] * residual[n] ** 2
-    scatter = math.sqrt(scatter / max(weight.sum() - _VALUES, 1.0))
-    if not (gain > 0 and (weight > 0.1).mean() >= _FEWEST_INLIERS and scatter <= _WORST_FIT * gain):
+        total += weight[n]
+        inliers += weight[n] > 0.1
+    scatter = math.sqrt(scatter / max(total - _VALUES, 1.0))
+    if not (gain > 0 and inliers / count >= _FEWEST_INLIERS and scatter <= _WORST_FIT * gain):
         return np.inf
     step[0], step[1] = -values[7] / gain, -values[8] / gain
     total = 0.0
     for k in (7, 8):
-        unit = np.zeros(_VALUES)
-        unit[k] = 1.0
-        _substitute(normal, unit)
-        total += unit[k]
+        for i in range(_VALUES):
+            right[i] = 0.0
+        right[k] = 1.0
+        _substitute(normal, right)
+        total += right[k]
     return _CORRELATED * scatter * math.sqrt(total / 2) / gain
 
 
@@ -240,6 +248,36 @@ def _residuals(design, values, level, residual):
         value, row = values[i], design[i]
         for n in range(len(level)):
             residual[n] -= value * row[n]
+
+
+@borrowing
+def _middle(values):
+    """The median of values (n,), n at least 1, which are put in another order: Hoare's selection. Compiling numpy's
+    takes two seconds."""
+    first, last, k = 0, len(values) - 1, len(values) // 2
+    while first < last:
+        pivot, i, j = values[(first + last) // 2], first, last
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while pivot < values[j]:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i += 1
+                j -= 1
+        if k <= j:
+            last = j
+        elif k >= i:
+            first = i
+        else:
+            break
+    if len(values) % 2:
+        return values[k]
+    below = values[0]
+    for n in range(1, k):
+        below = max(below, values[n])
+    return 0.5 * (below + values[k])
 
 
 @borrowing
