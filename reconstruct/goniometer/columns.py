@@ -27,6 +27,7 @@ CIRCUMSTANCES = {
     *("samples", "run", "scan", "repeat", "rep", "file", "flag", "flags", "quality", "valid", "mask", "snr"),
     *("polarization", "polarisation", "pol", "filter", "detector", "gain", "exposure", "integration", "dark"),
     *("distance", "power", "current", "voltage", "theta", "phi", "angle", "azimuth", "elevation", "dphi"),
+    *("sza", "vza", "saa", "vaa", "raa", "aoi", "zenith", "incidence", "az", "el", "altitude"),
     *("theta_h", "theta_d", "phi_d", "thetai", "thetar", "phii", "phir", "weight", "comment", "remark"),
     *("solid", "aperture", "spot", "position", "x_mm", "y_mm", "z_mm", "operator", "instrument"),
 }
@@ -36,11 +37,37 @@ BESIDE = {
     *("irradiance", "volts", "amps", "lux", "focus", "height", "batch", "order", "step"),
 }
 # headers of angles as other programs write them, in small letters without units, blanks, dots and underscores
+_INCIDENT = ("i", "in", "inc", "incident", "incidence", "source", "illumination", "solar", "sun")
+_EXIT = ("r", "o", "out", "exit", "reflected", "view", "viewing", "observer", "sensor", "emission")
+
+
+def _with(sides: tuple[str, ...], *angles: str) -> set[str]:
+    """Words of a side and of an angle joined, either way around, with or without ``angle`` behind."""
+    both = {one for angle in angles for side in sides for one in (angle + side, side + angle)}
+    return both | {one + "angle" for one in both}
+
+
 ANGLES = {
-    "theta_i": ("thetai", "thetain", "thetainc", "thetaincident", "incidenttheta"),
-    "phi_i": ("phii", "phiin", "phiinc", "phiincident", "incidentphi"),
-    "theta_r": ("thetar", "thetaout", "thetao", "thetaexit", "thetareflected", "exittheta"),
-    "phi_r": ("phir", "phiout", "phio", "phiexit", "phireflected", "exitphi"),
+    "theta_i": _with(_INCIDENT, "theta", "zenith", "zen", "polar")
+    | {"sza", "aoi", "angleofincidence", "incidenceangle", "incidentangle", "incidence"},
+    "phi_i": _with(_INCIDENT, "phi", "azimuth", "azim", "az") | {"saa"},
+    "theta_r": _with(_EXIT, "theta", "zenith", "zen", "polar")
+    | {
+        "vza",
+        "exitangle",
+        "viewangle",
+        "viewingangle",
+        "emissionangle",
+        "angleofemission",
+        "reflectionangle",
+    },
+    "phi_r": _with(_EXIT, "phi", "azimuth", "azim", "az")
+    | {"vaa", "raa", "relativeazimuth", "relativeazimuthangle"},
+}
+# of angles above the surface, 90 degrees less those from the normal
+ELEVATIONS = {
+    name: _with(sides, "elevation", "elev", "el", "altitude")
+    for name, sides in (("theta_i", _INCIDENT), ("theta_r", _EXIT))
 }
 DEGREES, RADIANS = {"", "deg", "degs", "degree", "degrees", "°"}, {"rad", "rads", "radian", "radians"}
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
@@ -113,8 +140,11 @@ def _likely(header: tuple[str, ...], name: str) -> str:
     """The header of an angle, as it is or as others write it."""
     if name in header:
         return name
-    found = [one for one in header if _bare(one)[0] in ANGLES[name] and _bare(one)[1] in DEGREES | RADIANS]
-    return found[0] if len(found) == 1 else name
+    for known in (ANGLES[name], ELEVATIONS.get(name, set())):
+        found = [one for one in header if _bare(one)[0] in known and _bare(one)[1] in DEGREES | RADIANS]
+        if found:
+            return found[0] if len(found) == 1 else name
+    return name
 
 
 def _bare(header: str) -> tuple[str, str]:
@@ -124,6 +154,11 @@ def _bare(header: str) -> tuple[str, str]:
     for letter, word in (("θ", "theta"), ("ϑ", "theta"), ("φ", "phi"), ("ϕ", "phi")):
         name = name.replace(letter, word)
     return re.sub(r"[\s._-]", "", name.lower()), unit.group(1).lower() if unit else ""
+
+
+def is_elevation(header: str) -> bool:
+    """Whether a header of a polar angle says that it counts from the surface."""
+    return any(_bare(header)[0] in names for names in ELEVATIONS.values()) or "elevation" in words_of(header)
 
 
 def unit_of(path: Path, angles: Mapping[str, str]) -> str | None:

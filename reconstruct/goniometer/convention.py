@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.columns import is_elevation
 from photogonio.reconstruct.goniometer.text import TextTable
 from photogonio.reconstruct.goniometer.told import Told
 
@@ -26,17 +27,20 @@ def directions(
     table: TextTable, angles: Mapping[str, str], value: np.ndarray, told: Told
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """theta_i, phi_i, theta_r, phi_r (n,) in radians, phi_r - phi_i = 0 on the lamp's side; a negative theta is
-    folded to the other side. ``value`` (n,) helps to ask which side is which.
+    folded to the other side, elevations are taken from 90 degrees. ``value`` (n,) helps to ask which side is which.
 
     Raises:
         InputError: the unit or the side is not told, and cannot be taken for granted.
     """
     found = {name: table.number(header) for name, header in angles.items()}
     degree = _degrees(table, found, told)
-    if told.angles is None:
-        _ask_elevation(table, degree, found, value)
     zero = np.zeros(len(table))
     turned = {name: degree * found.get(name, zero) for name in ("theta_i", "phi_i", "theta_r", "phi_r")}
+    for name in ("theta_i", "theta_r"):
+        if is_elevation(angles[name]):
+            turned[name] = 90.0 - turned[name]
+        elif told.angles is None:
+            _ask_elevation(table, name, turned[name], value)
     if "phi_r" not in found and told.azimuth is None:
         _ask_side(table, turned["theta_i"], turned["theta_r"], value)
     theta_i, phi_i = _fold(turned["theta_i"], turned["phi_i"])
@@ -82,19 +86,16 @@ def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> f
     return 1.0
 
 
-def _ask_elevation(
-    table: TextTable, degree: float, found: Mapping[str, np.ndarray], value: np.ndarray
-) -> None:
+def _ask_elevation(table: TextTable, name: str, degrees: np.ndarray, value: np.ndarray) -> None:
     """Raises InputError where polar angles end at the horizon, with readings there, and do not begin at the normal."""
-    for name in ("theta_i", "theta_r"):
-        angle = np.abs(degree * found[name][np.isfinite(value) & (value > 0.0)])
-        angle = angle[np.isfinite(angle) & (angle < 90.0 + NORMAL)]
-        if len(angle) and angle.max() > HORIZON and ABOVE < angle.min() < 90.0 - ABOVE:
-            raise InputError(
-                table.path,
-                f"{name} is between {angle.min():.4g} and {angle.max():.4g} degrees, and at the horizon no light is "
-                "measured: are these elevations? Take them from 90, or say --angles degrees if they are not",
-            )
+    angle = np.abs(degrees[np.isfinite(value) & (value > 0.0)])
+    angle = angle[np.isfinite(angle) & (angle < 90.0 + NORMAL)]
+    if len(angle) and angle.max() > HORIZON and ABOVE < angle.min() < 90.0 - ABOVE:
+        raise InputError(
+            table.path,
+            f"{name} is between {angle.min():.4g} and {angle.max():.4g} degrees, and at the horizon no light is "
+            "measured: are these elevations? Take them from 90, or say --angles degrees if they are not",
+        )
 
 
 def _turns_by_400(found: Mapping[str, np.ndarray]) -> bool:

@@ -14,6 +14,7 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.goniometer.columns import (
     Matched,
     channel_names,
+    is_elevation,
     match_columns,
     quantity_said,
     unit_of,
@@ -24,7 +25,7 @@ from photogonio.reconstruct.goniometer.doubts import doubts_of, much_lost
 from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.repeats import channels_of, pair_numbers, refuse_mixed, refuse_repeated
 from photogonio.reconstruct.goniometer.spoilt import SpoiltRows, find_spoilt, without
-from photogonio.reconstruct.goniometer.text import TextTable, read_text
+from photogonio.reconstruct.goniometer.text import TextTable, passed_over, read_text
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 
@@ -74,13 +75,13 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     if matched.sigmas:
         sigma = np.column_stack([table.number(name) for name in matched.sigmas])
         sigma = np.broadcast_to(sigma, value.shape)
-    note = unused_note(matched)
+    notes = (unused_note(matched), _elevated(matched), passed_over(table.passed))
     samples = GoniometerSamples(
         *angles,
         value=value,
         sigma=sigma,
         channels=channel_names(matched.values),
-        notes=() if note is None else (note,),
+        notes=tuple(filter(None, notes)),
         line=table.line[:, None],
     )
     samples = _side_by_side(table, samples, matched, told)
@@ -91,6 +92,12 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     samples = _in_units(table.path, samples, told.quantity)
     doubts = doubts_of(samples, told.quantity, side_told=told.azimuth is not None)
     return replace(samples, diagnoses=(*samples.diagnoses, *_said_otherwise(table, matched, told), *doubts))
+
+
+def _elevated(matched: Matched) -> str | None:
+    """What is said of polar angles that count from the surface."""
+    named = [header for header in matched.angles.values() if is_elevation(header)]
+    return f"elevations above the surface, taken from 90 degrees: {', '.join(named)}" if named else None
 
 
 def _said_otherwise(table: TextTable, matched: Matched, told: Told) -> tuple[Diagnosis, ...]:

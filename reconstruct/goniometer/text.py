@@ -90,6 +90,7 @@ class TextTable:
     texts: tuple[tuple[str, ...], ...]
     line: np.ndarray  # (n,) line of the file
     units: tuple[str, ...] = ()  # a line of units below the header
+    passed: tuple[int, ...] = ()  # lines behind the rows that are none
 
     def __len__(self) -> int:
         return len(self.line)
@@ -105,6 +106,7 @@ class TextTable:
             self.texts,
             self.line[keep],
             self.units,
+            self.passed,
         )
 
     def is_text(self, name: str) -> bool:
@@ -145,7 +147,8 @@ def read_text(path: Path) -> TextTable:
     """Read a table: a header, then rows of as many cells; blank lines and remarks are passed over.
 
     Commas, semicolons, tabs, bars, colons or blanks separate; where no comma does, commas may be decimal marks. A
-    header may stand in a remark, or after ASTM E1392's ``VARS``, and a line of units below it.
+    header may stand in a remark, or after ASTM E1392's ``VARS``, and a line of units below it. A header that comes
+    again between rows, and lines of words behind them, are passed over.
 
     Raises:
         InputError: the file cannot be read, has no header, or a row has another number of cells.
@@ -179,8 +182,20 @@ def _read(path: Path, file: Iterable[str]) -> TextTable:
     columns = [Column() for _ in header]
     numbered: list[np.ndarray] = []
     rows = chain(ahead, _told(lines, [], mark, len(header)))
-    while chunk := list(islice(rows, _CHUNK)):
+    passed: list[tuple[int, str]] = []
+    while chunk := passed + list(islice(rows, _CHUNK)):
+        if len(chunk) == len(passed):
+            break
         plain = _plain([text for _, text in chunk], mark, comma)
+        if plain is None:
+            chunk, passed = _rows_of(
+                chunk, header, mark, bool(ahead) and _is_number(_words(ahead[0][1], mark)[0])
+            )
+            if not chunk:
+                continue
+            plain = _plain([text for _, text in chunk], mark, comma)
+        else:
+            passed = []
         if plain is not None and plain.shape[1] == len(header):
             for column, numbers in zip(columns, plain.T, strict=True):
                 column.add_numbers(numbers)
@@ -200,7 +215,46 @@ def _read(path: Path, file: Iterable[str]) -> TextTable:
         tuple(tuple(column.texts) for column in columns),
         np.concatenate(numbered),
         units,
+        tuple(number for number, _ in passed),
     )
+
+
+def _rows_of(
+    lines: list[tuple[int, str]], header: tuple[str, ...], mark: str | None, numbered: bool
+) -> tuple[list[tuple[int, str]], list[tuple[int, str]]]:
+    """Lines without those that say the header again, and those at the end that are no rows: of words, where rows are
+    ``numbered``, that is begin with a number."""
+    same = [cell.lower() for cell in header]
+    kept = [row for row in lines if row[1][:1].isdigit() or [c.lower() for c in _words(row[1], mark)] != same]
+    end = len(kept)
+    while numbered and end and _is_footer(_words(kept[end - 1][1], mark), len(header)):
+        end -= 1
+    return kept[:end], kept[end:]
+
+
+def _is_footer(cells: list[str], count: int) -> bool:
+    """Whether a line behind a table's rows is none: a row that is cut short still begins with a number."""
+    first = cells[0].lower()
+    if (first in NOTHING and len(cells) > 1) or first.startswith(NO_NUMBER) or _is_number(first):
+        return False
+    return len(cells) != count or not any(_is_number(cell) for cell in cells)
+
+
+def _words(text: str, mark: str | None) -> list[str]:
+    """Cells without blanks around; of a line whose quotes are not closed, all of it."""
+    try:
+        cells = [cell.strip() for cell in _split(text, mark)]
+    except csv.Error:
+        return [text]
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+
+def passed_over(lines: tuple[int, ...]) -> str | None:
+    """What is said of lines behind the rows; None where there are none."""
+    if not lines:
+        return None
+    where = f"line {lines[0]}" if len(lines) == 1 else f"lines {lines[0]} to {lines[-1]}"
+    return f"{where} behind the rows: no measurements, passed over"
 
 
 def _plain(texts: list[str], mark: str | None, comma: bool) -> np.ndarray | None:

@@ -102,3 +102,30 @@ def test_a_header_says_what_its_values_are(tmp_path, header, quantity):
 def test_logarithms_are_refused(tmp_path, header):
     with pytest.raises(InputError, match="logarithms"):
         quantity_said(tmp_path, (header,))
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["SZA,SAA,VZA,VAA,BRF", "Solar Zenith Angle [deg],Solar Azimuth Angle [deg],View_Zenith_Angle,view azimuth,BRF",
+     "aoi (deg),az_i,exit angle,az_r,BRF", "theta_source,phi_source,theta_view,phi_view,BRF"],
+)  # fmt: skip
+def test_angles_as_others_call_them(tmp_path, header):
+    path = tmp_path / "table.csv"
+    path.write_text(f"{header}\n10,0,20,90,0.2\n")
+    matched = match_columns(read_text(path), Told())
+    assert list(matched.angles.values()) == header.split(",")[:4]
+    assert list(matched.angles) == ["theta_i", "phi_i", "theta_r", "phi_r"] and matched.values == ("BRF",)
+
+
+def test_a_relative_azimuth_does_for_both(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("SZA,VZA,RAA,f\n10,20,90,0.2\n")
+    assert match_columns(read_text(path), Told()).angles == {
+        "theta_i": "SZA",
+        "theta_r": "VZA",
+        "phi_r": "RAA",
+    }
+
+
+def test_an_angle_beside_another_is_no_channel(tmp_path):
+    assert match_columns(table_of(tmp_path, "AOI,el_r,f", "10,70,0.2"), Told()).values == ("f",)

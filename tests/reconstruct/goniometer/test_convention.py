@@ -155,3 +155,15 @@ def test_elevations_are_asked_about(tmp_path, name):
     assert len(read_samples(path, Told(angles="degrees")).value) == 3
     path.write_text(path.read_text() + "\n0,0,0,180,0.2")
     assert len(read_samples(path).value) == 4
+
+
+@pytest.mark.parametrize("unit", ["degrees", "radians"])
+def test_elevations_named_so_count_from_the_surface(tmp_path, unit):
+    scale = 1.0 if unit == "degrees" else np.pi / 180.0
+    path = tmp_path / "elevations.csv"
+    rows = [f"{scale * e},0,{scale * (90.0 - e)},{scale * 180.0},0.2" for e in (90.0, 65.0, 35.0)]
+    path.write_text("el_i,az_i,theta_r,az_r,value\n" + "\n".join(rows))
+    samples = read_samples(path, Told(angles=unit))
+    np.testing.assert_allclose(np.degrees(samples.theta_i), [0.0, 25.0, 55.0], atol=1e-9)
+    np.testing.assert_allclose(np.degrees(samples.theta_r), [0.0, 25.0, 55.0], atol=1e-9)
+    assert any("taken from 90 degrees: el_i" in note for note in samples.notes)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.goniometer.text import read_text
+from photogonio.reconstruct.goniometer.text import passed_over, read_text
 
 ROWS = [[10, 0, 20, 90, 0.25], [30, 0, 40, 180, 1.5e-3], [50, 0, 60, 270, 2.0]]
 NAMES = ["theta_i", "phi_i", "theta_r", "phi_r", "f"]
@@ -123,3 +123,42 @@ def test_chunks_join(tmp_path, monkeypatch):
     np.testing.assert_array_equal(table.number("theta_i"), np.arange(60))
     with pytest.raises(InputError, match="line 59: f is 'saturated'"):
         table.number("f")
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-32-le", "utf-32-be"])
+def test_wide_letters_without_a_mark(tmp_path, encoding):
+    path = tmp_path / "table.csv"
+    path.write_bytes("\n".join([",".join(NAMES), "1,2,3,4,5", "6,7,8,9,10"]).encode(encoding))
+    np.testing.assert_array_equal(read_text(path).number("f"), [5.0, 10.0])
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", " "])
+@pytest.mark.parametrize("chunk", [3, 1 << 16])
+def test_headers_between_blocks_and_words_behind_rows(tmp_path, monkeypatch, mark, chunk):
+    monkeypatch.setattr("photogonio.reconstruct.goniometer.text._CHUNK", chunk)
+    rows = [mark.join(str(float(k + j)) for j in range(5)) for k in range(60)]
+    head = mark.join(NAMES)
+    lines = [
+        head,
+        *rows[:55],
+        head.upper(),
+        *rows[55:],
+        "---",
+        "End of data",
+        "Total: 60 readings of 3 scans by AB",
+    ]
+    table = read_text(written(tmp_path, lines))
+    np.testing.assert_array_equal(table.number("f"), np.arange(60) + 4.0)
+    assert table.passed == (63, 64, 65)
+    assert passed_over(table.passed) == "lines 63 to 65 behind the rows: no measurements, passed over"
+
+
+@pytest.mark.parametrize("last", ["1,2,3,4", "-,0", "1,2,3,4,5,6", ",,3"])
+def test_a_row_cut_short_is_no_footer(tmp_path, last):
+    with pytest.raises(InputError, match="line 4: expected 5 columns"):
+        read_text(written(tmp_path, [",".join(NAMES), "1,2,3,4,5", "2,2,3,4,5", last]))
+
+
+def test_words_between_rows_are_no_footer(tmp_path):
+    with pytest.raises(InputError, match="line 3: expected 5 columns, found 1"):
+        read_text(written(tmp_path, [",".join(NAMES), "1,2,3,4,5", "second scan", "2,2,3,4,5"]))
