@@ -9,6 +9,7 @@ import numpy as np
 
 from photogonio.calib.adjust.bundle import Adjusted, Values, adjust
 from photogonio.calib.adjust.camera_model import block_pose
+from photogonio.calib.adjust.lamp_steps import as_moved, within_reach
 from photogonio.calib.adjust.lamps import (
     Lamp,
     as_distant,
@@ -24,14 +25,16 @@ from photogonio.calib.adjust.start import start_sample, start_scene
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.adjust.terms import all_terms, first_values, fixed_blocks
 from photogonio.calib.detect.highlights import Highlight, ball_box, find_highlight, pixels_near
-from photogonio.calib.detect.mirror_rays import meet
+from photogonio.calib.detect.mirror_rays import MirroredRay, meet
 from photogonio.calib.detect.observation import Observation
+from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.rig.values import LAMP
 from photogonio.calib.shading.correction import NO_FALLOFF
 from photogonio.calib.shading.fit import ShadingFit, Stand, fits_better, shading_of, stepped
 from photogonio.calib.shading.model import LitPaper, ShadingScene
 from photogonio.calib.shading.model_error import pooled
+from photogonio.calib.shading.sights import Sights
 from photogonio.capture import robust
 from photogonio.capture.photoset import MirrorBall
 
@@ -40,8 +43,8 @@ _MORE = (3, 3)  # the same, where a view was left astray
 _ENOUGH_STEPS = 8  # in which fits come near enough to their ends to be compared, mostly
 _ROUGH = 3000  # samples for the way there
 # of a lamp's distance: where balls and shading differ as much, a fit is tried from where the balls show it
-_REACH, _TURN = 0.5, 0.05  # of a lamp's distance, by which one round may change it, and move it across
 _ELSEWHERE = 0.02
+_PARALLEL = 10.0  # of the board's size: from where rays of two balls on it are as good as parallel
 _WILD = 6.0  # standard errors at which a highlight is taken for something else
 _WILD_PIXELS = 2.5
 _LOOK_AGAIN = 4.0  # pixels around the place where a highlight must be
@@ -59,6 +62,7 @@ class _Round:
     scene: ShadingScene | None
     scale: float = 1.0  # of the highlights' stated errors
     fits: dict[str, ShadingFit] = field(default_factory=dict)
+    sights: dict[str, list[MirroredRay]] = field(default_factory=dict)  # by view: what its highlights say
 
     @property
     def camera(self) -> Camera:
@@ -79,16 +83,19 @@ def settle(state: State, longer: bool = False) -> State:
     rounds = _STEPS + _MORE if longer else _STEPS
     for number, steps in enumerate(rounds):
         if now.scene is not None:
-            shown = _by_highlights(now, first)
+            now.sights = _rays(now, first)
+            shown = _by_highlights(now)
             new = {k: v for k, v in shown.items() if k not in asked or _apart(v, asked[k])}
             tried = _shade(now, now.scene, steps, new)
             asked |= {name: shown[name] for name in tried}
             now.scene = replace(now.scene, error=pooled(fit.shown for fit in now.fits.values()))
         terms = all_terms(state, observations, now.lamps, now.values, now.fits, now.scale)
-        done = adjust(now.values, terms, fixed)
-        now.values = done.values | _within_reach(
-            now.values, done.values, now.lamps, middle_of(state.photoset)
-        )
+        middle, shaded = middle_of(state.photoset), _shaded_places(now)
+        places = [block_name(n) for n, one in now.lamps.items() if one.kind == "point" and not one.attached]
+        done = adjust(now.values | shaded, terms, fixed, middle, places)
+        moved = within_reach((now.values, shaded), done.values, now.lamps, middle)
+        done = as_moved(done, moved, middle)
+        now.values = done.values
         for observation in observations:
             observation.pose = block_pose(now.values[observation.pose_block])
         if now.fits:  # only where lamps are sure without the highlights
@@ -155,27 +162,16 @@ def _distant_lamps(now: _Round, covariance: dict[str, np.ndarray]) -> dict[str, 
     return found
 
 
-def _within_reach(before: Values, after: Values, lamps: dict[str, Lamp], middle: np.ndarray) -> Values:
-    """Places of lamps that moved by more than shadows hold for, as seen from the ``middle`` (3,) of what they light:
-    they turn and come nearer, or go away, by as much as is safe. Of lamps far away little tells the distance, and a
-    step may lead through the middle: it says that the lamp is nearer, and not where.
-    """
-    moved = {}
-    for name, lamp in lamps.items():
-        block = block_name(name)
-        if lamp.kind != "point" or lamp.fixed:
-            continue
-        old, new = before[block] - middle, after[block] - middle
-        far, reach = float(np.linalg.norm(old)), float(np.linalg.norm(new))
-        if old @ new <= 0:
-            new, reach = old, 0.0
-        turn = new / np.linalg.norm(new) - old / far
-        aside = float(np.linalg.norm(turn))
-        if abs(reach - far) > _REACH * far or aside > _TURN:
-            toward = old / far + turn * min(1.0, _TURN / max(aside, 1e-300))
-            reach = float(np.clip(reach, (1 - _REACH) * far, (1 + _REACH) * far))
-            moved[block] = middle + reach * toward / np.linalg.norm(toward)
-    return moved
+def _shaded_places(now: _Round) -> Values:
+    """Where this round's fits of shading ended, by block, in the mean of a lamp's views."""
+    found: dict[str, list[np.ndarray]] = {}
+    for one in now.observations:
+        if one.view.name in now.fits:
+            place, lamp = now.fits[one.view.name].place, now.lamps[one.light]
+            found.setdefault(block_name(one.light), []).append(
+                one.pose.apply(place) if lamp.attached else place
+            )
+    return {block: np.mean(places, axis=0) for block, places in found.items()}
 
 
 def _present(scene: ShadingScene, values: Values) -> ShadingScene:
@@ -191,9 +187,9 @@ def _as_taken(scene: ShadingScene, state: State) -> ShadingScene:
     return replace(scene, narrow=narrow, falloff=scene.falloff if any(state.falloff) else NO_FALLOFF)
 
 
-def _by_highlights(now: _Round, first: dict[str, tuple[Highlight, ...]]) -> dict[str, np.ndarray]:
-    """Places (3,) of the lamps by view, where the mirror balls as they now stand tell by themselves: by the highlights
-    seen at ``first`` where they were dropped since, which a lamp that went astray does to the right ones."""
+def _rays(now: _Round, first: dict[str, tuple[Highlight, ...]]) -> dict[str, list[MirroredRay]]:
+    """Rays toward the lamps by view, from the mirror balls as they now stand: by the highlights seen at ``first`` where
+    they were dropped since, which a lamp that went astray does to the right ones."""
     photoset, camera = now.state.photoset, now.camera
     blocks = [now.values[f"ball {k}"] for k in range(len(photoset.mirror_balls))]
     moved = replace(photoset, mirror_balls=tuple(MirrorBall(b[:3], float(b[3])) for b in blocks))
@@ -202,9 +198,24 @@ def _by_highlights(now: _Round, first: dict[str, tuple[Highlight, ...]]) -> dict
         seen = max(
             observation.highlights, first[observation.view.name], key=lambda one: len({h.ball for h in one})
         )
-        rays = sight_rays(moved, camera, replace(observation, highlights=list(seen)))
-        if len({h.ball for h in seen}) > 1 and len(rays) > 1:
-            found[observation.view.name] = meet(rays, "point", 1.0).place
+        found[observation.view.name] = sight_rays(moved, camera, replace(observation, highlights=list(seen)))
+    return found
+
+
+def _by_highlights(now: _Round) -> dict[str, np.ndarray]:
+    """Places (3,) of the lamps by view, where two mirror balls or more tell by themselves: where their rays meet, or,
+    of lamps far away, whose rays meet anywhere, as far as they are now taken to be."""
+    middle, board, found = middle_of(now.state.photoset), now.state.photoset.board, {}
+    for observation in now.observations:
+        rays, lamp = now.sights[observation.view.name], now.lamps.get(observation.light)
+        if len({ray.ball for ray in rays}) < 2:
+            continue
+        met = meet(rays, "point", 1.0).place
+        if board is not None and lamp is not None and lamp.kind == "point" and not lamp.attached:
+            reach = float(np.linalg.norm(now.values[block_name(lamp.name)] - middle))
+            if reach > _PARALLEL * board_size(board).max():
+                met = middle + reach * meet(rays, "directional", 1.0).place
+        found[observation.view.name] = met
     return found
 
 
@@ -229,9 +240,10 @@ def _shade(now: _Round, scene: ShadingScene, steps: int, shown: dict[str, np.nda
             return None, False
         start = place if observation.shading is None else np.concatenate([place, observation.shading[3:]])
         few, last = reading.thinned(_ROUGH), steps
+        sights = Sights.of(now.sights.get(observation.view.name, ()), now.scale)
         if steps > _STEPS[-1] and few is not reading:  # while its end is far few samples show where that is
-            start, last = stepped(LitPaper.of(few), scene, start, steps).local, _STEPS[-1]
-        found = stepped(LitPaper.of(reading), scene, start, last)
+            start, last = stepped(LitPaper.of(few, sights), scene, start, steps).local, _STEPS[-1]
+        found = stepped(LitPaper.of(reading, sights), scene, start, last)
         others, other = [], shown.get(observation.view.name)
         if other is not None and other[2] > 0 and not lamp.attached and _apart(other, found.local[:3]):
             others.append(other)
@@ -257,7 +269,7 @@ def _best(found: Stand, starts: Sequence[np.ndarray]) -> Stand:
     best one has ended is no other; the best is fitted to its end by all samples, if that is not what was found."""
     board, scene, few = found.board, found.scene, found.board.reading.thinned(_ROUGH)
     some = few is not board.reading
-    board = LitPaper.of(few) if some else board
+    board = LitPaper.of(few, board.sights) if some else board
     best = found if found.ended and not some else stepped(board, scene, found.local, _ENOUGH_STEPS)
     for start in starts:
         one = stepped(board, scene, start, _ENOUGH_STEPS, best)

@@ -7,7 +7,7 @@ derivatives by block; the sparse least squares is SciPy's, robust on what may be
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,8 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import aslinearoperator
+
+from photogonio.calib.adjust.bearing import Bearing
 
 _ROBUST = 3.0  # standard errors beyond which a robust row counts less
 _ROUNDS = 50
@@ -32,8 +34,18 @@ class Part:
     where: slice
     turn: np.ndarray | None = None
     shift: np.ndarray | None = None
+    bearing: Bearing | None = None  # of a place: the part is how it is seen
 
     def value(self, values: Values) -> np.ndarray:
+        taken = self._taken(values)
+        return taken if self.bearing is None else self.bearing.seen(taken)
+
+    def slope(self, values: Values, piece: np.ndarray) -> np.ndarray:
+        """Derivative (k, n) by the block's values of what changes by ``piece`` (k, m) with :meth:`value`."""
+        piece = piece if self.bearing is None else piece @ self.bearing.by_place(self._taken(values))
+        return piece if self.turn is None else piece @ self.turn
+
+    def _taken(self, values: Values) -> np.ndarray:
         taken = values[self.block][self.where]
         return taken if self.turn is None else self.turn @ taken + self.shift
 
@@ -54,7 +66,7 @@ def quadratic_term(parts: Sequence[Part], at: np.ndarray, normal: np.ndarray, sl
             width = len(values[p.block][p.where])
             piece = rows[:, column : column + width]
             whole = derivatives.setdefault(p.block, np.zeros((len(rows), len(values[p.block]))))
-            whole[:, p.where] += piece if p.turn is None else piece @ p.turn
+            whole[:, p.where] += p.slope(values, piece)
             column += width
         return start + rows @ (now - at), derivatives
 
@@ -90,9 +102,14 @@ class Adjusted:
 
 
 def adjust(
-    start: Values, terms: Sequence[tuple[Term, bool]], fixed: frozenset[str] = frozenset()
+    start: Values,
+    terms: Sequence[tuple[Term, bool]],
+    fixed: frozenset[str] = frozenset(),
+    middle: np.ndarray | None = None,
+    places: Sequence[str] = (),
 ) -> Adjusted:
-    """Least squares over all blocks but the ``fixed`` ones; each term comes with whether its loss is robust."""
+    """Least squares over all blocks but the ``fixed`` ones; each term comes with whether its loss is robust. ``places``
+    are sought as they are seen from the ``middle`` (3,): some may be far away."""
     names = [n for n in start if n not in fixed]
     edges = np.cumsum([0] + [len(start[n]) for n in names])
     place = {n: slice(edges[k], edges[k + 1]) for k, n in enumerate(names)}
@@ -103,8 +120,13 @@ def adjust(
 
     latest: list[tuple[bytes, list[tuple[np.ndarray, Derivatives]]]] = []
 
+    seen = {} if middle is None else {n: Bearing(middle, start[n]) for n in places if n in place}
+
     def unpack(x: np.ndarray) -> Values:
-        return start | {n: x[place[n]] for n in names}
+        return start | {n: seen[n].place(x[place[n]]) if n in seen else x[place[n]] for n in names}
+
+    def slopes(x: np.ndarray) -> dict[str, np.ndarray]:
+        return {n: one.by_seen(x[place[n]]) for n, one in seen.items()}
 
     def worked_out(x: np.ndarray) -> list[tuple[np.ndarray, Derivatives]]:
         """All terms; residuals and derivatives at the same place are asked for one after the other."""
@@ -117,7 +139,7 @@ def adjust(
         return np.concatenate([found for found, _ in worked_out(x)])
 
     def jacobian(x: np.ndarray) -> csr_matrix:
-        return _assemble([slopes for _, slopes in worked_out(x)], sizes, place, int(edges[-1]))
+        return _assemble([one for _, one in worked_out(x)], sizes, place, int(edges[-1]), slopes(x))
 
     def loss(z: np.ndarray) -> np.ndarray:
         return _mixed_loss(z, robust)
@@ -136,14 +158,18 @@ def adjust(
     )
     x = origin + basis @ found.x
     last = residual(x)
-    inverse = _inverse(_normal(jacobian(x), last, robust))
+    inverse, slope = _inverse(_normal(jacobian(x), last, robust)), slopes(x)
     values = unpack(x)
     return Adjusted(
         {n: np.array(v) for n, v in values.items()},
-        {n: inverse[place[n], place[n]] for n in names},
+        {n: _turned(inverse[place[n], place[n]], slope.get(n)) for n in names},
         np.split(last, np.cumsum(sizes)[:-1]),
         float(found.cost),
     )
+
+
+def _turned(covariance: np.ndarray, slope: np.ndarray | None) -> np.ndarray:
+    return covariance if slope is None else slope @ covariance @ slope.T
 
 
 def _normal(jacobian: csr_matrix, residual: np.ndarray, robust: np.ndarray) -> np.ndarray:
@@ -179,12 +205,20 @@ def _inverse(normal: np.ndarray) -> np.ndarray:
     )
 
 
-def _assemble(parts: list[Derivatives], sizes: list[int], place: dict[str, slice], width: int) -> csr_matrix:
+def _assemble(
+    parts: list[Derivatives],
+    sizes: list[int],
+    place: dict[str, slice],
+    width: int,
+    slopes: Mapping[str, np.ndarray],
+) -> csr_matrix:
+    """The sparse Jacobian; derivatives by a block in ``slopes`` go on by what it changes with."""
     rows, columns, entries = [], [], []
     top = 0
     for derivatives, size in zip(parts, sizes, strict=True):
         for name, matrix in derivatives.items():
             if name in place and size:
+                matrix = matrix @ slopes[name] if name in slopes else matrix
                 y, x = np.nonzero(matrix)
                 rows.append(top + y)
                 columns.append(place[name].start + x)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from photogonio.calib.adjust.bearing import Bearing
 from photogonio.calib.adjust.bundle import (
     Derivatives,
     Part,
@@ -17,7 +18,7 @@ from photogonio.calib.adjust.bundle import (
     quadratic_term,
 )
 from photogonio.calib.adjust.camera_model import CameraModel, block_pose, camera_term, pose_block
-from photogonio.calib.adjust.lamps import Lamp, block_name
+from photogonio.calib.adjust.lamps import Lamp, block_name, middle_of
 from photogonio.calib.adjust.sightings import Sighting, corner_term, highlight_term, limb_term
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation, Posed
@@ -115,7 +116,7 @@ def all_terms(
     their axis, and pictures be darker aside of their middle, where the state says that they do."""
     model = state.model
     terms = corner_terms(model, state.boards, observations)
-    seen = sightings(observations, lamps, scale)
+    seen, middle = sightings(observations, lamps, scale), middle_of(state.photoset)
     if seen:
         terms.append((highlight_term(model, seen), True))
     for s in observations:
@@ -124,7 +125,7 @@ def all_terms(
         for number, limb in s.ball_limbs.items():
             terms.append((limb_term(model, s.pose_block, f"ball {number}", limb.pixels, limb.sigma), True))
         if s.view.name in fits and not _by_print(state, lamps[s.light]):
-            terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values), False))
+            terms.append((shading_term(fits[s.view.name], s, lamps[s.light], values, middle), False))
     terms.append((camera_term(model), False))
     if state.tone is not None and (told := tone_term(state.tone, lamps)) is not None:
         terms.append((told, False))
@@ -132,8 +133,11 @@ def all_terms(
     return terms + _shared_lamp(state, values) + _lamp_expectations(lamps, values, state.rig)
 
 
-def shading_term(fit: ShadingFit, observation: Observation, lamp: Lamp, values: Values) -> Term:
-    """What one view's shading says of lamp, sample, print and polished balls, its own values eliminated."""
+def shading_term(
+    fit: ShadingFit, observation: Observation, lamp: Lamp, values: Values, middle: np.ndarray
+) -> Term:
+    """What one view's shading says of lamp, sample, print and polished balls, its own values eliminated. Of the lamp it
+    tells how it is seen from the ``middle`` (3,) of the board."""
     has_sample = "sample" in values
     own = slice(3, LOCAL)
     kept = np.r_[0:3, (LOCAL if has_sample else LOCAL + BALL) : len(fit.normal)]
@@ -141,7 +145,7 @@ def shading_term(fit: ShadingFit, observation: Observation, lamp: Lamp, values: 
     cross = np.linalg.solve(fit.normal[own, own], fit.normal[own][:, kept])
     normal = fit.normal[np.ix_(kept, kept)] - fit.normal[kept][:, own] @ cross
     slope = fit.gradient[kept] - cross.T @ fit.gradient[own]
-    light = Part(block_name(observation.light), slice(0, 3))
+    light = Part(block_name(observation.light), slice(0, 3), bearing=Bearing(middle, fit.place))
     if lamp.attached:
         pose = block_pose(values[observation.pose_block]).inverse()
         light = replace(light, turn=pose.rotation, shift=pose.translation)

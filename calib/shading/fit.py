@@ -175,6 +175,7 @@ def stepped(
         weighing, residual = _weigh(board, values, scene, light, weighing)
         now = Stand(board, values, scene, light)
         normal, slope, *_ = _normal(now, weighing, residual, LOCAL)
+        _add_sights(board, values, normal, slope)
         moved = _step(now, weighing, normal, slope, residual, damping)
         ended = moved is None
         if moved is None:
@@ -187,14 +188,28 @@ def stepped(
     return Stand(board, values, scene, light, normal, ended)
 
 
+def _add_sights(board: LitPaper, values: np.ndarray, normal: np.ndarray, slope: np.ndarray) -> None:
+    """What highlights say of the place goes to the paper's normal matrix and gradient."""
+    if board.sights is not None:
+        more, down = board.sights.normal(values[:3])
+        normal[:3, :3] += more
+        slope[:3] += down
+
+
+def _by_sights(board: LitPaper, values: np.ndarray) -> float:
+    return 0.0 if board.sights is None else board.sights.cost(values[:3])
+
+
 def fits_better(one: Stand, other: Stand) -> bool:
-    """Whether ``one`` explains the reading of both better than ``other``, under errors that are the same for both: each
-    fit's own grow with the bounce that it supposes, which makes a wrong place with much of it look good."""
+    """Whether ``one`` explains the reading of both, and highlights, better than ``other``, under errors that are the
+    same for both: each fit's own grow with the bounce that it supposes, which makes a wrong place with much of it look
+    good."""
     own = [_weigh(at.board, at.values, at.scene, at.light)[0] for at in (one, other)]
     sigma, bound = np.sqrt(own[0].sigma * own[1].sigma), np.maximum(own[0].bound, own[1].bound)
     alike = [replace(weighing, sigma=sigma, bound=bound) for weighing in own]
     first, second = (
         _cost(at.board.residual(at.light, at.values, weighing), at.values, weighing)
+        + _by_sights(at.board, at.values)
         for at, weighing in zip((one, other), alike, strict=True)
     )
     return first < second
@@ -209,14 +224,15 @@ def _step(
     damping: float,
 ) -> tuple[np.ndarray, LightOnPaper, float] | None:
     """A damped step (LOCAL,) that lowers the cost, the light after it, and the next damping; None if there is none."""
-    cost = _cost(residual, now.values, weighing)
+    cost = _cost(residual, now.values, weighing) + _by_sights(now.board, now.values)
     while damping < 1e8:
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -slope)
         tried = now.values.copy()
         tried[:LOCAL] += step
         if tried[2] > 0:
             light = now.board.light(tried, now.scene)
-            if _cost(now.board.residual(light, tried, weighing), tried, weighing) <= cost:
+            paper = _cost(now.board.residual(light, tried, weighing), tried, weighing)
+            if paper + _by_sights(now.board, tried) <= cost:
                 return step, light, max(damping / 8, 1e-9)
         damping *= 8
     return None
@@ -249,7 +265,7 @@ def _normal(
 
 
 def shading_of(at: Stand) -> ShadingFit:
-    """A fit that ends where it stands."""
+    """A fit that ends where it stands: what the paper alone says there, without highlights that led it."""
     board, values, scene, light = at.board, at.values, at.scene, at.light
     weighing, residual = _weigh(board, values, scene, light)
     normal, slope, design, weight = _normal(at, weighing, residual, len(values))

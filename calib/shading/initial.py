@@ -12,6 +12,7 @@ from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.shading.fit import fit_local
 from photogonio.calib.shading.kernel import misfits
 from photogonio.calib.shading.model import LitPaper, ShadingScene
+from photogonio.calib.shading.sights import Sights
 from photogonio.capture import robust
 
 _RANGES = (0.8, 1.3, 2.0, 3.2, 5.0)  # of the board's diagonal: how far lamps may stand
@@ -80,7 +81,7 @@ def first_fit(
     place fit badly."""
     alone = _by_lamp_alone(reading, scene)
     coarse, fine = thinned(alone, _COARSE), thinned(alone, _MIDDLING)
-    board = LitPaper.of(fine)
+    board = LitPaper.of(fine, Sights.of(rays))
     soft = replace(scene, lamp_radius=2 * scene.lamp_radius, soft=_SOFT * diagonal)
 
     def fitted(place: np.ndarray) -> tuple[float, np.ndarray]:

@@ -13,6 +13,7 @@ from photogonio.calib.geometry.visibility import lit_fraction
 from photogonio.calib.shading.interreflection import Thrown
 from photogonio.calib.shading.kernel import lens, light_on_board, straight_light
 from photogonio.calib.shading.parameters import BALL, EVEN, LOCAL, SHARED, THROWN, TILTS
+from photogonio.calib.shading.sights import Sights
 from photogonio.capture import robust
 
 _FLOOR = 0.003  # relative error of the model at one place
@@ -116,10 +117,11 @@ class LitPaper:
     across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
     crowd: float  # samples of a square
     cut: np.ndarray  # (n,) noise of a pixel, radiance, where codes end at 0 and cut it off; else 0
+    sights: Sights | None = None  # what highlights say of the lamp
     known: dict[bytes, Thrown] = field(default_factory=dict)  # what balls throw, by their table
 
     @classmethod
-    def of(cls, reading: PaperReading) -> LitPaper:
+    def of(cls, reading: PaperReading, sights: Sights | None = None) -> LitPaper:
         samples, close = reading.samples, reading.close
         low, high = (end[:, None] for end in reading.span)
         crowd = len(reading.level) / max(len(np.unique(samples.square)), 1)
@@ -137,7 +139,9 @@ class LitPaper:
             cut = np.concatenate([cut, np.zeros(len(close.level))])
         across = (2 * np.ascontiguousarray(own[0][:, :2].T) - low - high) / (high - low)
         points, white, level, noise, square, spread, aside = own
-        return cls(reading, points, white, level, noise, square, spread, aside, floor, across, crowd, cut)
+        return cls(
+            reading, points, white, level, noise, square, spread, aside, floor, across, crowd, cut, sights
+        )
 
     def light(self, values: np.ndarray, scene: ShadingScene) -> LightOnPaper:
         """At ``values`` (LOCAL + shared,)."""

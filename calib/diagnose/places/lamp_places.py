@@ -6,24 +6,29 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from photogonio.calib.adjust.lamps import block_name, middle_of
 from photogonio.calib.adjust.state import Settled, State
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.diagnose.photos.moved_lamp import SHARED_APART, SURE_APART, aside
 from photogonio.calib.diagnose.photos.unusable_photos import contradiction
 from photogonio.capture.diagnosis import Diagnosis, Entry
+from photogonio.capture.photoset import Plane
+
+UNSURE = 0.0873  # radians: a gloss of a flat sample would be seen elsewhere by its own width
 
 
 class LampNotBelieved(Departure):
-    """Photos of a lamp that was not found, or of which mirror balls alone tell and contradict one another, are left
-    out."""
+    """Photos of a lamp that was not found, of which mirror balls alone tell and contradict one another, or whose
+    direction nothing tells, are left out."""
 
     stage = Stage.LAMP
     entries = (
         Entry(
             "lamp-not-believed",
             "A photo's lamp was not found, or its mirror balls contradict one another, or the white patch shows "
-            "another falloff than that lamp's. It is left out.",
+            "another falloff than that lamp's, or, of a flat sample, its direction is known to no better than 5 "
+            "degrees. It is left out.",
             "See that the balls are not cut off, in shadow, or elsewhere than the manifest says.",
         ),
     )
@@ -34,6 +39,8 @@ class LampNotBelieved(Departure):
             name: contradiction(settled, [s for s in state.observations if s.light == name])
             for name in settled.lamps
         }
+        if isinstance(state.photoset.sample, Plane):
+            doubts |= unsure(settled, middle_of(state.photoset), [s.light for s in state.observations])
         why = {
             s.view.name: doubts.get(s.light, f"light {s.light!r} is seen in no mirror ball and on no paper")
             for s in state.observations
@@ -48,6 +55,32 @@ class LampNotBelieved(Departure):
         for name, reason in found[0].grounds.items():
             state.remarks.leave_out(name, reason, "lamp-not-believed")
         return state.keeping(s for s in state.observations if s.view.name not in found[0].views)
+
+
+def unsure(settled: Settled, middle: np.ndarray, lights: Sequence[str]) -> dict[str, str]:
+    """Lamps whose directions from the ``middle`` (3,) are all but unknown, with the reason, where those of most photos'
+    ``lights`` are known: their highlights lie outside the picture, and too little of the balls' shadows is in it.
+
+    A sample that is a ball tells its lamp's direction itself; a flat one has the light of each photo from one, and
+    would be taken for another surface.
+    """
+    errors = {}
+    for name, lamp in settled.lamps.items():
+        if lamp.fixed or lamp.attached or lamp.one_ray or block_name(name) not in settled.covariance:
+            continue
+        offset = settled.values[block_name(name)] - (middle if lamp.kind == "point" else 0.0)
+        far = float(np.linalg.norm(offset))
+        across = np.eye(3) - np.outer(offset, offset) / far**2
+        spread = across @ settled.covariance[block_name(name)] @ across
+        errors[name] = float(np.sqrt(np.linalg.norm(spread, 2))) / far
+    left = {name: error for name, error in errors.items() if error > UNSURE}
+    if 2 * sum(light in left for light in lights) >= len(lights):
+        return {}
+    return {
+        name: "its lamp's direction is known to no better than "
+        f"{min(np.degrees(error), 90.0):.0f} degrees: no mirror ball shows it, and too little of their shadows is seen"
+        for name, error in left.items()
+    }
 
 
 class LonelyHighlights(Departure):

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.coverage import deviations
-from photogonio.calib.adjust.alternate import _by_highlights, _Round, _shade, _within_reach
+from photogonio.calib.adjust.alternate import _by_highlights, _rays, _Round, _shade
+from photogonio.calib.adjust.bundle import Adjusted
+from photogonio.calib.adjust.lamp_steps import as_moved, within_reach
 from photogonio.calib.adjust.lamps import Lamp, block_name
 from tests.drawn.calibrations import Drawn
 from tests.drawn.setups import (
@@ -51,12 +53,35 @@ def test_a_step_beyond_a_lamps_distance_is_cut_short():
     lamps = {n: Lamp(n, None, "point", MIDDLE + start, "board", fixed=n == "d") for n in "abcde"}
     before = {name: MIDDLE + start for name in steps}
     after = {name: MIDDLE + start + step for name, step in steps.items()}
-    moved = {n: place - MIDDLE for n, place in _within_reach(before, after, lamps, MIDDLE).items()}
+    moved = {n: place - MIDDLE for n, place in within_reach([before], after, lamps, MIDDLE).items()}
     assert set(moved) == {"light a", "light b", "light e"}
     np.testing.assert_allclose(moved["light a"], [0.0, 0.0, 500.0])
     assert np.hypot(*moved["light b"][:2]) / moved["light b"][2] == pytest.approx(0.05, rel=0.5)
     assert np.linalg.norm(moved["light b"]) == pytest.approx(np.hypot(800.0, 1000.0))
     np.testing.assert_allclose(moved["light e"], [0.25, 0.0, 1500.0], atol=0.01)
+
+
+def test_a_step_is_counted_from_where_shading_has_a_lamp_too():
+    """A first guess may be far off; the shadows that lead it home hold there, not where it came from."""
+    lamps = {n: Lamp(n, None, "point", MIDDLE, "board") for n in "ab"}
+    guess, place = np.array([600.0, 0.0, 1000.0]), np.array([10.0, 0.0, 1000.0])
+    shaded, after = (
+        {"light a": MIDDLE + place},
+        {n: MIDDLE + place + [5.0, 0.0, 0.0] for n in ("light a", "light b")},
+    )
+    before = {"light a": MIDDLE + guess, "light b": MIDDLE + guess}
+    assert set(within_reach([before, shaded], after, lamps, MIDDLE)) == {"light b"}
+
+
+def test_a_lamp_that_is_kept_nearer_keeps_the_error_of_its_direction():
+    up = np.array([0.0, 0.0, 1.0])
+    far, near = MIDDLE + 1e6 * up, MIDDLE + 1e4 * up
+    covariance = np.diag([2e4, 1e4, 1e6]) ** 2
+    found = Adjusted({"light a": far}, {"light a": covariance}, [], 0.0)
+    kept = as_moved(found, {"light a": near}, MIDDLE).covariance["light a"]
+    np.testing.assert_allclose(
+        np.sqrt(np.diag(kept)), [200.0, 100.0, 100.0], rtol=1e-9
+    )  # of inverse distance
 
 
 def test_no_lamp_settles_beside_where_its_mirror_balls_show_it():
@@ -91,9 +116,12 @@ def test_highlights_that_were_dropped_still_show_a_lamp():
     now = _Round(state, observations, found.lamps, found.values, found.scene)
     first = {s.view.name: tuple(s.highlights) for s in observations}
     none, name = dict.fromkeys(first, ()), observations[2].view.name
-    kept = _by_highlights(now, none)
+    now.sights = _rays(now, none)
+    kept = _by_highlights(now)
     observations[2].highlights = []
-    shown = _by_highlights(now, first)
+    now.sights = _rays(now, first)
+    shown = _by_highlights(now)
     assert len(kept) == len(observations)
     np.testing.assert_array_equal([shown[k] for k in kept], list(kept.values()))
-    assert name not in _by_highlights(now, none)
+    now.sights = _rays(now, none)
+    assert name not in _by_highlights(now)
