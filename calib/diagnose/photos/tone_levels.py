@@ -138,13 +138,19 @@ def told_by_levels(photos: Sequence[PrintLevels], power: Power | None = None) ->
     for curve, other in found.items():
         if other.unlikely > _PLAUSIBLE:
             continue
-        floor = max(other.misfit, _BEST)
-        closer = count * ((max(own.misfit, floor) / floor) ** 2 - 1)
-        surer[curve] = closer + own.unlikely - other.unlikely
+        surer[curve] = count * _closer(own.misfit, other.misfit) + own.unlikely - other.unlikely
         if power is not None:
             surer[curve] += power.against(1.0) - power.against(power_between(bins, photos, curve))
     best = max(surer, key=lambda curve: surer[curve])
     return ToneVerdict(best, read, own, found.get(best, own), surer)
+
+
+def _closer(own: float, other: float) -> float:
+    """How much nearer another curve brings the print than the one it was read by, in squares of its errors. One that
+    leaves it farther off than errors do, and than its own does, speaks against itself: whatever white's power says,
+    which a second light or a lamp that balls show poorly makes anything."""
+    floor, expected = max(other, _BEST), max(own, 1.0)
+    return (max(own, floor) / floor) ** 2 - (max(other, expected) / expected) ** 2
 
 
 def read_curve(encoding: Encoding) -> Curve:

@@ -126,3 +126,11 @@ def test_curves_by_name():
     assert read_curve(Encoding()) == LINEAR
     assert read_curve(Encoding("gamma", ADOBE_GAMMA)) == ADOBE
     assert read_curve(Encoding("curves", curves=(BT709,))) == BT709
+
+
+def test_a_power_cannot_choose_a_curve_that_the_print_speaks_against():
+    """Light of the room, or a lamp that small mirror balls place poorly, makes white grow by any power; under BT.709
+    this ink's share would go with the light."""
+    found = told_by_levels(drawn(LINEAR, LINEAR, ink=0.08), Power(0.53, 0.07))
+    assert not found.contradicted
+    assert found.odds.get(BT709, 0.0) <= 0.0
