@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from photogonio.calib.adjust.bearing import Bearing
 from photogonio.calib.adjust.bundle import adjust, prior_term
 from photogonio.calib.adjust.camera_model import block_pose
 from photogonio.calib.adjust.lamps import Lamp
@@ -24,7 +25,7 @@ from photogonio.calib.rig.gaussian import NOTHING
 from photogonio.calib.shading.correction import NO_FALLOFF
 from photogonio.calib.shading.parameters import BALL, LOCAL, SHARED
 from photogonio.capture.photoset import CameraEntry, LightEntry
-from tests.drawn.setups import BALLS, SAMPLE, photoset_of
+from tests.drawn.setups import BALLS, MIDDLE, SAMPLE, photoset_of
 
 POLISHED = 2
 COUNT = LOCAL + SHARED + BALL * POLISHED
@@ -61,13 +62,13 @@ def lowest(fit, step: np.ndarray) -> float:
 
 def test_shading_says_of_what_is_shared_all_that_is_left_once_its_own_values_give_way(told):
     fit, values, observation = told
-    term = shading_term(fit, observation, Lamp("a", None, "point", fit.place, "board"), values)
+    term = shading_term(fit, observation, Lamp("a", None, "point", fit.place, "board"), values, MIDDLE)
     start = 0.5 * float(np.sum(term(values)[0] ** 2)) - lowest(fit, np.zeros(COUNT))
     rng = np.random.default_rng(2)
     for _ in range(5):
         step, moved = np.zeros(COUNT), {name: value.copy() for name, value in values.items()}
         step[:3], step[LOCAL:] = rng.normal(size=3), rng.normal(size=COUNT - LOCAL)
-        moved["light a"] += step[:3]
+        moved["light a"] = Bearing(MIDDLE, fit.place).place(fit.place + step[:3])  # how it is seen
         place = LOCAL
         for name, part in NAMES:
             moved[name] += step[place : place + part.stop]
@@ -79,9 +80,9 @@ def test_shading_says_of_what_is_shared_all_that_is_left_once_its_own_values_giv
 def test_a_flash_is_told_in_the_cameras_frame(told):
     """Its block is a place in front of the camera: the same world place gives the same residuals."""
     fit, values, observation = told
-    plain = shading_term(fit, observation, Lamp("a", None, "point", fit.place, "board"), values)
+    plain = shading_term(fit, observation, Lamp("a", None, "point", fit.place, "board"), values, MIDDLE)
     entry = LightEntry("a", attached_to="camera")
-    flash = shading_term(fit, observation, Lamp("a", entry, "point", fit.place, "board"), values)
+    flash = shading_term(fit, observation, Lamp("a", entry, "point", fit.place, "board"), values, MIDDLE)
     pose, place = block_pose(values["pose s0"]), np.array([290.0, 31, 420])
     one = plain(values | {"light a": place})[0]
     other = flash(values | {"light a": pose.apply(place)})[0]
