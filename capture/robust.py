@@ -51,4 +51,7 @@ def rooted_cauchy(residual: np.ndarray, scale: float) -> np.ndarray:
 
 def tukey_weight(residual: np.ndarray, bound: np.ndarray | float) -> np.ndarray:
     """Weights, 1 at no residual and 0 from ``bound`` on, whose squares are those of Tukey's loss."""
-    return 1 - np.minimum((residual / bound) ** 2, 1)
+    share = residual / bound  # the one array of it: each step of a fit asks for many of them
+    share *= share
+    np.minimum(share, 1.0, out=share)
+    return np.subtract(1.0, share, out=share)
