@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, TypeGuard
@@ -202,14 +203,20 @@ def opened(code: str, packed: bytes) -> Work | None:
     """On a worker: what the photos of a set share; None if its version is another."""
     if code != code_key():
         return None
+    return pickle.loads(packed)
+
+
+@lru_cache(maxsize=1)
+def as_a_program() -> None:
+    """What the command line does as it starts, once in each worker: it may have from another what photos share."""
     keep_freed()
     keep_fresh()
-    return pickle.loads(packed)
 
 
 def answers_of(code: str, work: Work | None, asks: Sequence[Ask]) -> bytes:
     """On a worker: what photos give, and the processor's seconds that it took, as one string of bytes: the network's
     messages have a price for each array."""
+    as_a_program()
     start = time.thread_time()
     found = [answer(code, work, ask) for ask in asks]
     return pickle.dumps((found, time.thread_time() - start), 5)

@@ -82,7 +82,7 @@ def test_workers_of_another_version_are_refused_by_name(scheduler, monkeypatch):
             cluster.Cluster(workers.client, "--executor")
 
 
-def test_a_worker_looks_at_the_version_and_at_the_files(photos):
+def test_a_worker_looks_at_the_version_and_at_the_files(photos, monkeypatch):
     work = cluster.Work(prepare(load_photoset(photos)), made_setup(FILES), 2, ReduceOptions())
     view = made_setup(FILES).views[0]
     mark = cluster.FileMark.of(photos / FILES[0], hash_file(photos / FILES[0]))
@@ -96,7 +96,11 @@ def test_a_worker_looks_at_the_version_and_at_the_files(photos):
     ask = replace(ask, files={FILES[0]: replace(later, digest="")})
     assert cluster.answer(cluster.code_key(), work, ask) == cluster.Lacking()
     sent = replace(ask, sent={FILES[0]: (photos / FILES[0]).read_bytes()})
-    found = cluster.answer(cluster.code_key(), work, sent)
+    readied = []
+    monkeypatch.setattr(cluster, "as_a_program", lambda: readied.append(1))
+    # also where another worker unpacked what photos share
+    (found,), seconds = pickle.loads(cluster.answers_of(cluster.code_key(), work, [sent]))
+    assert readied and seconds > 0.0
     assert bytes_of(found.table) == bytes_of(cluster.seen_in(work, view, ask.photo).table)
 
 
