@@ -41,11 +41,12 @@ from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.reconstruct.table.facet_table import SUMS, FacetTable
-from photogonio.run.cluster import ABREAST, Cluster, cluster_of
+from photogonio.run.cluster import ABREAST, Cluster, as_a_program, cluster_of
 from photogonio.run.reduce_photos import Plan, reduce_photos
 
 LEVEL, SHARE = 3, 0.06
 SECONDS = 3.0  # between kills, at most
+UNWATCHED = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}  # as packaging/slurm-one-set.sh has it
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +83,7 @@ class Scheduler:
             "1",
             "--no-dashboard",
         ]
-        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1]), **UNWATCHED}
         self.workers = subprocess.Popen(
             [*dask, *words, "--local-directory", self.folder.name], env=environment, **quiet
         )
@@ -261,6 +262,7 @@ def main(arguments: list[str] | None = None) -> int:
         options.megapixels = 0.01 if options.graph else 0.3
     if options.quick:
         options.photos, options.megapixels = "2,4", 0.05
+    as_a_program()  # as workers do, and `process`
     scheduler, rows = Scheduler(options.workers), []
     try:
         with tempfile.TemporaryDirectory() as made, cluster_of(scheduler.address) as cluster:

@@ -2,9 +2,10 @@
 
     python -m benchmarks.killed_batch [--kills 20] [--sets 16] [--seed 1]
 
-Each kill falls within the time that a set takes, a third of that before the first is begun or after it is done: so that
-nearly all meet work under way, which is counted. Prints a line for each kill; after it, finished sets must be there
-unchanged. Exit status 1 if anything differs.
+All sets differ. A kill falls at a random moment within the time of one set and a half, counted from where the run kept
+the first it had worked out, which is well within its first set; every fifth within start-up. Counted are the kills when
+sets were under way. Prints a line for each kill; after it, finished sets must be there unchanged. Exit status 1 if
+anything differs.
 """
 
 from __future__ import annotations
@@ -22,10 +23,17 @@ import numpy as np
 
 from photogonio.batch.ledger import LEDGER, read_ledger
 from photogonio.cache.store import VARIABLE
-from tests.drawn.tiny_set import TinySet
+from tests.drawn.tiny_set import LIGHTS, TinySet, ball_photo, toward
 
 ROOT = Path(__file__).parents[1]
 QUICK = ("--order", "0", "--lobes", "none", "--level", "2", "--executor", "local:2", "--quiet")
+
+
+def draw(folder: Path, number: int) -> None:
+    """A set like no other."""
+    made = TinySet(folder)
+    for name, light in zip(made.photos, LIGHTS, strict=True):
+        made.write(name, ball_photo(toward(*light)) * (3.0 - 0.05 * number))
 
 
 def started(archive: Path, out: Path, cache: Path) -> subprocess.Popen[bytes]:
@@ -34,11 +42,18 @@ def started(archive: Path, out: Path, cache: Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen(words, cwd=ROOT, env=environment, start_new_session=True)
 
 
-def undisturbed(archive: Path, out: Path, cache: Path) -> float:
-    """Seconds of a run."""
-    start = time.monotonic()
-    started(archive, out, cache).wait()
-    return time.monotonic() - start
+def traces(out: Path, cache: Path) -> set[str]:
+    """What a run leaves while it works: what it keeps, and what it is writing."""
+    return {str(path) for path in (*cache.rglob("*.table"), *cache.rglob("*.json"), *out.rglob(".part-*"))}
+
+
+def until_work(process: subprocess.Popen[bytes], out: Path, cache: Path, before: set[str]) -> bool:
+    """Waits until there are traces of work that were not there before; False if it ends without."""
+    while process.poll() is None:
+        if traces(out, cache) - before:
+            return True
+        time.sleep(0.05)
+    return False
 
 
 def kill(process: subprocess.Popen[bytes]) -> None:
@@ -75,38 +90,41 @@ def main(arguments: list[str] | None = None) -> int:
     rng, wrong = np.random.default_rng(options.seed), 0
     with tempfile.TemporaryDirectory() as made:
         archive, out, plain = (Path(made) / name for name in ("archive", "killed", "plain"))
+        cache = Path(made) / "cache"
         for k in range(options.sets):
-            TinySet(archive / f"set-{k}")
+            draw(archive / f"set-{k}", k)
         started(
             archive, Path(made) / "warm", Path(made) / "cache-warm"
         ).wait()  # compiles: kills are to meet work
-        # the second finds all done: what is left is start and end
-        whole, idle = (undisturbed(archive, plain, Path(made) / "cache-plain") for _ in range(2))
-        each, met = (whole - idle) / options.sets, 0
-        print(f"undisturbed: {whole:.1f} s, {each:.1f} s a set", flush=True)
+        process, start = started(archive, plain, Path(made) / "cache-plain"), time.monotonic()
+        until_work(process, plain, Path(made) / "cache-plain", set())
+        begun = time.monotonic()
+        process.wait()
+        whole, first = time.monotonic() - start, begun - start
+        each, met = (whole - first) / options.sets, 0
+        print(f"undisturbed: {whole:.1f} s, {first:.1f} s until work is seen, {each:.1f} s a set", flush=True)
         for k in range(options.kills):
-            before = times_of_finished(out)
-            after = max(0.0, idle + each * float(rng.uniform(-1 / 3, 4 / 3)))
-            process = started(archive, out, Path(made) / "cache")
-            try:
-                process.wait(after)
-            except subprocess.TimeoutExpired:
-                pass
-            alive = process.poll() is None
+            before, known = times_of_finished(out), traces(out, cache)
+            process = started(archive, out, cache)
+            if k % 5 == 4:
+                after, working = float(rng.uniform(0.0, first)), False
+                time.sleep(after)
+            else:
+                working, after = until_work(process, out, cache, known), float(rng.uniform(0.0, 1.5 * each))
+                time.sleep(after if working else 0.0)
+            finished = sum(entry.finished for entry in read_ledger(out / LEDGER).values())
+            under_way = working and process.poll() is None and finished < options.sets
             kill(process)
-            under_way = (
-                alive and sum(entry.finished for entry in read_ledger(out / LEDGER).values()) < options.sets
-            )
             met += under_way
             now = times_of_finished(out)
             touched = [path for path in before if now.get(path) != before[path]]
             wrong += len(touched)
+            when = f"{after:.1f} s {'into work' if working else 'into start-up'}"
             print(
-                f"kill {k} after {after:.1f} s{'' if under_way else ', all done'}: {len(before)} files before, "
-                f"{len(touched)} touched",
+                f"kill {k} {when}: {finished} sets done, {len(before)} files before, {len(touched)} touched",
                 flush=True,
             )
-        started(archive, out, Path(made) / "cache").wait()
+        started(archive, out, cache).wait()
         mine, theirs = contents(out), contents(plain)
         different = [name for name in sorted({*mine, *theirs}) if mine.get(name) != theirs.get(name)]
         leftovers = [path for path in out.rglob(".part-*")]
