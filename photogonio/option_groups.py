@@ -35,7 +35,6 @@ def table_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--quantity",
         choices=_QUANTITIES,
-        default="brdf",
         help="what the values are; cos: of the exit angle; percent: of a perfect white diffuser (default: brdf)",
     )
     parser.add_argument(

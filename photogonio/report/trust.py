@@ -110,6 +110,10 @@ def _cosine(result: Result) -> str:
     return _told(result, "table-cosine")
 
 
+def _quantity(result: Result) -> str:
+    return _told(result, "table-quantity")
+
+
 def _mirrored(result: Result) -> str:
     return _told(result, "table-mirrored")
 
@@ -242,6 +246,13 @@ OF_FITS = (
         "exchanged pairs of directions differ in a table, and a cosine explains it",
         "the values are cosine-corrected, or intensities: --quantity says which",
         _cosine,
+    ),
+    Check(
+        "quantity-in-header",
+        "a table's header names its values as per cent, a reflectance factor or cosine-corrected, and they are read "
+        "as f",
+        "f is pi, 100 pi or a cosine away: --quantity says which, or brdf if they are f all the same",
+        _quantity,
     ),
     Check(
         "azimuth-mirrored",

@@ -68,9 +68,9 @@ def quantity_developed(path: Path, options: Options, told: Told) -> str:
         InputError: a quantity is told of a facet table, which holds f, and not to be developed.
     """
     plain = options.prior == "none" and not options.robust
-    if plain and told.quantity in DEVELOPED:
-        return DEVELOPED[told.quantity]
-    if path.suffix == ".npz" and told.quantity != "brdf":
+    if plain and told.values_are in DEVELOPED:
+        return DEVELOPED[told.values_are]
+    if path.suffix == ".npz" and told.values_are != "brdf":
         raise InputError(
             f"--quantity {told.quantity}",
             f"{path} is a facet table, which holds f; with --prior none --robust off, {', '.join(DEVELOPED)} "

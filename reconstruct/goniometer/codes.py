@@ -33,7 +33,7 @@ ENTRIES = (
         "table-quantity",
         "A table's header names its values as another quantity than f, as which they are read: per cent, a reflectance "
         "factor, cosine-corrected.",
-        "`--quantity`, as the header says; nothing, if its values are f all the same.",
+        "`--quantity`, as the header says; `--quantity brdf`, if its values are f all the same.",
     ),
     Entry(
         "table-lamp-side",

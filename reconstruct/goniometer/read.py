@@ -89,8 +89,8 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     pair = pair_numbers((samples.theta_i, samples.phi_i, samples.theta_r, samples.phi_r))
     refuse_repeated(table.path, pair, samples.value.mean(1))
     samples = believed(samples)
-    samples = _in_units(table.path, samples, told.quantity)
-    doubts = doubts_of(samples, told.quantity, side_told=told.azimuth is not None)
+    samples = _in_units(table.path, samples, told.values_are)
+    doubts = doubts_of(samples, told.values_are, side_told=told.azimuth is not None)
     return replace(samples, diagnoses=(*samples.diagnoses, *_said_otherwise(table, matched, told), *doubts))
 
 
@@ -103,10 +103,13 @@ def _elevated(matched: Matched) -> str | None:
 def _said_otherwise(table: TextTable, matched: Matched, told: Told) -> tuple[Diagnosis, ...]:
     """Whether a header says that the values are another quantity than they are taken for."""
     said = quantity_said(table.path, matched.values)
-    if said is None or told.quantity != "brdf":
+    if said is None or told.quantity is not None:
         return ()
     header, quantity = said
-    message = f"column {header!r} seems to hold another quantity than f, as which it is read: say --quantity {quantity}"
+    message = (
+        f"column {header!r} seems to hold another quantity than f, as which it is read: say --quantity {quantity}, or "
+        "brdf if it is f"
+    )
     return (Diagnosis("table-quantity", message),)
 
 

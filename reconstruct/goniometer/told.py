@@ -16,10 +16,17 @@ class Told:
 
     columns: Mapping[str, str] = field(default_factory=dict)  # the reader's name -> the file's header
     where: Sequence[tuple[str, str]] = ()  # header, value: rows to take
-    quantity: str = "brdf"  # one of QUANTITIES: what the values are
+    quantity: str | None = (
+        None  # one of QUANTITIES: what the values are; None: brdf, doubted where a header says another
+    )
     angles: str | None = None  # one of ANGLES; None: degrees, refused where they look like radians
     azimuth: str | None = None  # one of AZIMUTHS: the side where phi_r - phi_i is 0; None: the lamp's
     channel_by: str | None = None  # header whose values become channels
+
+    @property
+    def values_are(self) -> str:
+        """What the values are taken for."""
+        return self.quantity or "brdf"
 
     def to_dict(self) -> dict[str, object]:
         """What was told, as command-line options; what was not is None."""
@@ -29,7 +36,7 @@ class Told:
             for name, told in pairs.items()
         }
         return joined | {
-            "quantity": None if self.quantity == "brdf" else self.quantity,
+            "quantity": self.quantity,
             "angles": self.angles,
             "azimuth": self.azimuth,
             "channel-by": self.channel_by,

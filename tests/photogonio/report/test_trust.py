@@ -58,6 +58,16 @@ def test_a_right_result_is_trusted(capsys, tmp_path):
     assert "not to be trusted" not in (tmp_path / "out/report.html").read_text()
 
 
+def test_a_header_that_names_another_quantity_is_asked_about_unless_it_is_told(capsys, tmp_path):
+    """A dark sample's reflectance factor is no albedo above 1: nothing but the header tells."""
+    table = written(tmp_path / "table.csv", matte_rows(0.5))
+    table.write_text(table.read_text().replace(",Y", ",BRF"))
+    for options, expected in ((), 3), (("--quantity", "brdf"), 0), (("--quantity", "reflectance-factor"), 0):
+        assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--json", *options]) == expected
+        codes = json.loads(capsys.readouterr().out)["trust"]["codes"]
+        assert codes == ["quantity-in-header"] * (expected == 3)
+
+
 @pytest.mark.parametrize(("factor", "code"), [(100.0 * np.pi, "albedo-above-one"), (-1.0, "negative-albedo")])
 def test_an_unphysical_result_is_written_and_every_outcome_says_so(capsys, tmp_path, factor, code):
     status, numbers, err = fitted(capsys, tmp_path, matte_rows(factor))
