@@ -60,7 +60,8 @@ FIT = (
     ),
     Entry(
         "mirror-unseen",
-        "No photo looks near the mirror direction: a gloss there was not seen.",
+        "No photo looks near the mirror direction, or only where light and camera stand together, as with a flash "
+        "beside the lens: a gloss there was not seen.",
         "Add photos with the lamp opposite the camera, or know that the surface was not seen there.",
     ),
     Entry(

@@ -135,6 +135,16 @@ def doubts(fit: FitResult) -> list[Diagnosis]:
         if nearest > UNSEEN:
             message = f"no photo looks within {nearest:.0f} degrees of {where}: {what} there was not seen"
             told.append(Diagnosis(code, message, amount=float(nearest), least=UNSEEN))
+    mirrored = along - across >= np.cos(np.radians(UNSEEN))
+    if (
+        mirrored.any()
+        and (apart_from := np.degrees(np.arccos((along + across)[mirrored].min()))) < 2 * UNSEEN
+    ):
+        message = (
+            f"the mirror direction was seen head-on alone, where light and camera are no more than {apart_from:.0f} "
+            "degrees apart: a gloss elsewhere was not seen; add photos with a lamp opposite the camera"
+        )
+        told.append(Diagnosis("mirror-unseen", message, amount=float(apart_from), least=2 * UNSEEN))
     return told + _steep(fit)
 
 

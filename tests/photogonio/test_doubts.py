@@ -35,6 +35,16 @@ def test_a_retro_peak_that_would_not_have_been_seen_is_told(fit):
     assert "retro-unseen" in codes(doubts(looked_at(fit, np.radians(25.0))))
 
 
+@pytest.mark.parametrize(("most", "told"), [(12.0, True), (60.0, False)])
+def test_a_mirror_that_was_seen_head_on_alone_is_told(fit, most, told):
+    """As a ball under a flash beside the lens is; ``most`` degrees between light and camera."""
+    cells = fit.cells
+    along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
+    phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
+    near = replace(fit, cells=cells.take(phase <= np.radians(most)))
+    assert ("mirror-unseen" in codes(doubts(near))) == told
+
+
 def test_photos_that_agree_raise_no_doubt_and_photos_at_odds_do(fit):
     assert "photos-contradict" not in codes(doubts(fit))
     at_odds = replace(fit, diagnostics=fit.diagnostics | {"contradiction": 0.2})
