@@ -62,7 +62,7 @@ def appearance(judged: Evaluate, reference: Evaluate, channels: Sequence[str]) -
     a, b = np.maximum(a, 0.0) / white, np.maximum(b, 0.0) / white
     inside = np.isfinite(b[..., 0])
     itp, lab = (np.full(inside.shape, np.nan) for _ in range(2))
-    itp[inside] = _delta_e_itp(a[inside], b[inside])
+    itp[inside] = difference_itp(a[inside], b[inside])
     lab[inside] = _delta_e_2000(a[inside], b[inside])
     return Appearance(a, b, itp, lab, _psnr(a[inside], b[inside]))
 
@@ -76,7 +76,7 @@ def _balls(evaluate: Evaluate, channels: Sequence[str]) -> np.ndarray:
     return np.repeat(balls.mean(-1, keepdims=True), 3, -1)
 
 
-def _delta_e_itp(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def difference_itp(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Delta E ITP (ITU-R BT.2124) of linear sRGB, white at :data:`_WHITE_LUMINANCE`."""
     import colour
 

@@ -19,6 +19,7 @@ from benchmarks import (
     kernel,
     lamps,
     left_out_rows,
+    mitsuba_renders,
     modes_alone,
     narrow_gloss,
     png,
@@ -228,6 +229,15 @@ def test_what_consumers_read(capsys):
     )
     assert [row[:2] for row in rows] == [(f, m) for f in ("mitsuba", "csv") for m in ("matte", "gloss 0.3")]
     assert all(float(lost) < 1.0 for _, _, lost in rows)
+
+
+@pytest.mark.long
+def test_what_mitsuba_makes_of_a_file(capsys):
+    pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    mitsuba_renders.main(["--materials", "gloss 0.3", "--size", "16", "--samples", "24"])
+    *_, row = capsys.readouterr().out.splitlines()
+    albedo, rms, mean, _ = map(float, row.strip("| ").split(" | ")[1:])
+    assert abs(albedo) < 1.5 and rms < 1.0 and mean < 1.0
 
 
 def test_a_coat_in_modes_is_further_from_the_truth(tmp_path, capsys):
