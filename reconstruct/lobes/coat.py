@@ -6,7 +6,7 @@ root of the cosine: near grazing it changes within angles of the roughness.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -67,7 +67,7 @@ def coat_albedo_of(interface: Interface) -> CoatAlbedo:
         spline = PPoly(np.ascontiguousarray(pieces.T)[:, :, None], np.linspace(0.0, 1.0, len(pieces) + 1))
         table = 1.0 - spline(np.sqrt(np.linspace(0.0, 1.0, STEPS + 1)))[:, 0]
     else:
-        table, spline = np.empty(0), _waves(interface)
+        table, spline = np.empty(0), _waves(replace(interface, azimuth=0.0))
     nodes, weights = np.polynomial.legendre.leggauss(64)
     nodes = 0.5 * (nodes + 1.0)
     # cos dcos = 2 root^3 droot
@@ -75,8 +75,9 @@ def coat_albedo_of(interface: Interface) -> CoatAlbedo:
     return CoatAlbedo(spline, interface.azimuth, table, mean)
 
 
+@lru_cache(maxsize=64)
 def _waves(interface: Interface) -> CubicSpline:
-    """Even waves in azimuth of E, of sqrt(cos)."""
+    """Even waves of E in azimuth from that of the first roughness, of sqrt(cos)."""
     root = np.linspace(0.0, 1.0, TURNING_PIECES + 1)
     turns = 0.5 * np.pi * (np.arange(HARMONICS) + 0.5) / HARMONICS
     sent = np.stack([_albedo(interface, np.arccos(root**2), turn) for turn in turns], axis=1)
