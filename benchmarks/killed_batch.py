@@ -1,6 +1,6 @@
 """``batch`` killed (-9) at random moments and run again: the bytes of one run that nobody disturbed.
 
-    python -m benchmarks.killed_batch [--kills 20] [--sets 16] [--seed 1]
+    python -m benchmarks.killed_batch [--kills 20] [--sets 24] [--seed 1]
 
 All sets differ. A kill falls at a random moment within the time of one set and a half, counted from where the run kept
 the first it had worked out, which is well within its first set; every fifth within start-up. Counted are the kills when
@@ -84,7 +84,7 @@ def times_of_finished(out: Path) -> dict[Path, int]:
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=20)
-    parser.add_argument("--sets", type=int, default=16)
+    parser.add_argument("--sets", type=int, default=24)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
     rng, wrong = np.random.default_rng(options.seed), 0
