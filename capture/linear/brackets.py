@@ -117,6 +117,11 @@ def weigh(
     none = weight == 0
     value = np.where(none, first, total / np.where(none, 1, weight))
     variance = np.where(none, variances[0], 1 / np.where(none, 1, weight))
+    if noise.black is not None:  # dim light has no less noise than black, of which codes show half
+        least = noise.black.astype(np.float32)
+        variances = [
+            np.maximum(one, least / np.float32(f**2)) for one, f in zip(variances, factors, strict=True)
+        ]
     ghost = disagreement(signals, factors, used, value, variances)
     return Merged(value, variance, none.any(axis=2), ghost)
 

@@ -27,6 +27,7 @@ ROUNDS = 3
 AT_ONCE = 2  # photos: numpy releases the interpreter
 TOLERATED = 0.1  # relative excess of a bin beyond its error
 TINY = 1e-30
+HALF = 0.25  # by which half zeros are a half
 MAXIMUM_LEVEL = 0.9  # of white: above it clipping narrows the noise
 
 
@@ -37,6 +38,9 @@ class NoiseModel:
     read: np.ndarray  # (c,)
     slope: np.ndarray  # (c,)
     source: str = "given"  # "given" | "estimated" | "assumed"
+    black: np.ndarray | None = (
+        None  # (c,) at least, of black that codes cut off at 0, where that was estimated
+    )
 
     def variance(self, signal: np.ndarray) -> np.ndarray:
         """(..., c), of signals (..., c); a signal below black has read noise alone."""
@@ -149,7 +153,24 @@ def estimate_noise(photos: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) 
             reads[c], slopes[c] = fit_noise(envelope(blocks, expected))
             model = reads[c] + slopes[c] * np.maximum(blocks.level, 0.0) + blocks.quantisation
             expected = np.maximum(model, TINY)
-    return NoiseModel(reads, slopes, "estimated")
+    black = np.max([cut_off(signal) for signal, *_ in photos], axis=0)
+    return NoiseModel(reads, slopes, "estimated", black if black.any() else None)
+
+
+def cut_off(signal: np.ndarray) -> np.ndarray:
+    """Variance (c,) of black of which codes cut off at 0 all noise below it, by what is left above; 0 of other black.
+
+    Blocks of it are half zeros; what codes leave of their noise is less, and differs less, than the noise.
+    """
+    found = np.zeros(signal.shape[2])
+    height, width = (size // BLOCK * BLOCK for size in signal.shape[:2])
+    for c in range(len(found)):
+        tiles = signal[:height, :width, c].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK)
+        zeros = (tiles == 0.0).mean(axis=(1, 3))
+        half = np.abs(zeros - 0.5) < HALF
+        if tiles.min(initial=0.0) >= 0.0 and half.sum() > max(LEAST_BLOCKS, 0.5 * (zeros > 0.0).sum()):
+            found[c] = 2.0 * float(np.median(np.square(tiles, dtype=np.float64).mean(axis=(1, 3))[half]))
+    return found
 
 
 def photo_blocks(signal: np.ndarray, quantisation: np.ndarray, usable: np.ndarray) -> list[Blocks]:

@@ -8,7 +8,14 @@ import pytest
 from scipy.stats import chi2
 
 from photogonio.capture.linear.encoding import Encoding, linear_to_srgb
-from photogonio.capture.linear.noise import DEGREES, QUANTILE, NoiseModel, estimate_noise, given_noise
+from photogonio.capture.linear.noise import (
+    DEGREES,
+    QUANTILE,
+    NoiseModel,
+    cut_off,
+    estimate_noise,
+    given_noise,
+)
 from photogonio.capture.photoset import Radiometry
 
 HEIGHT, WIDTH = 400, 600
@@ -85,3 +92,13 @@ def test_averaged_sites_have_less_noise():
 def test_below_black_there_is_read_noise_alone():
     model = NoiseModel(np.array([1e-6]), np.array([1e-4]))
     assert model.variance(np.array([-0.01]))[0] == pytest.approx(1e-6)
+
+
+def test_black_that_codes_cut_off_at_0_shows_its_noise_by_half_of_it():
+    rng = np.random.default_rng(4)
+    noise = 2.5e-4 * rng.normal(size=(120, 160, 2))
+    noise[..., 1] *= 2.0
+    lit = np.where(np.arange(160)[None, :, None] < 40, 0.2, 0.0) + noise
+    np.testing.assert_allclose(np.sqrt(cut_off(np.maximum(lit, 0.0))), [2.5e-4, 5e-4], rtol=0.03)
+    assert not cut_off(lit).any()  # black that shows all of it
+    assert not cut_off(np.maximum(lit, 0.2)).any() and not cut_off(np.zeros((120, 160, 1))).any()
