@@ -42,6 +42,7 @@ def calibrate(
     state = scale_corners(ask(state, asked_at(Stage.MANIFEST)))
     state = observed(ask(state, asked_at(Stage.CAMERA)))
     state = ask(state, asked_at(Stage.PHOTO))
-    known = OF_RIG if rig.get(LAMP) is not None else ()
+    # paper's falloff, which tells of a beam, is not believed where the tone curve is known by print alone
+    known = OF_RIG if rig.get(LAMP) is not None else (LampBeam.code,) if tone is not None else ()
     state = corrected(settle_allowing(state, [one for one in LIGHT if one.code not in known]))
     return setup_from(state)

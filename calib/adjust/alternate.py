@@ -165,8 +165,9 @@ def _distant_lamps(now: _Round, covariance: dict[str, np.ndarray]) -> dict[str, 
 def _shaded_places(now: _Round) -> Values:
     """Where this round's fits of shading ended, by block, in the mean of a lamp's views."""
     found: dict[str, list[np.ndarray]] = {}
+    told = () if now.state.tone is None else now.state.tone.lamps  # by print, better than by paper's falloff
     for one in now.observations:
-        if one.view.name in now.fits:
+        if one.view.name in now.fits and one.light not in told:
             place, lamp = now.fits[one.view.name].place, now.lamps[one.light]
             found.setdefault(block_name(one.light), []).append(
                 one.pose.apply(place) if lamp.attached else place
