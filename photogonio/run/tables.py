@@ -41,7 +41,7 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
         InputError: the file cannot be used, or not as ``told``.
     """
     if path.suffix == ".npz":
-        if replace(told, quantity="brdf") != Told():
+        if replace(told, quantity=None) != Told():
             raise InputError(path, "is a facet table; --columns, --where and the like are for CSV")
         table, beside = load_with(path)
         _refuse_level(options, table.level)

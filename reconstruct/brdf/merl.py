@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -28,12 +29,22 @@ class Merl:
     value: np.ndarray  # (90, 90, 180, 3) 1/sr; NaN where MERL marks a pair as not measured
 
     def evaluate(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
-        """f (n, 3), 1/sr, of unit vectors (n, 3) in the tangent frame: the bin's, as in MERL's reader."""
+        """f (n, 3), 1/sr, of unit vectors (n, 3) in the tangent frame: the bin's, as in MERL's reader; of bins that the
+        horizon cuts, that of the next."""
         theta_h, theta_d, phi_d = half_difference(incident, exit)
         h = np.clip((90.0 * np.sqrt(theta_h / (np.pi / 2))).astype(int), 0, 89)
         d = np.clip((theta_d / (np.pi / 2) * 90.0).astype(int), 0, 89)
         p = np.clip((np.mod(phi_d, np.pi) / np.pi * 180.0).astype(int), 0, 179)
-        return self.value[h, d, p]
+        f = self.value[h, d, p]
+        below = _centred_below()  # bins that the horizon cuts, whose middles nobody measures
+        above = (incident[:, 2] > 0.0) & (exit[:, 2] > 0.0)
+        for _ in range(SHAPE[1]):
+            cut = above & below[h, d, p] & (d > 0)
+            if not cut.any():
+                break
+            d = d - cut
+            f[cut] = self.value[h[cut], d[cut], p[cut]]
+        return f
 
 
 def read_merl(path: Path) -> Merl:
@@ -74,3 +85,10 @@ def bin_centres() -> tuple[np.ndarray, np.ndarray]:
     phi_d = np.pi * (np.arange(SHAPE[2]) + 0.5) / SHAPE[2]
     h, d, p = (grid.ravel() for grid in np.meshgrid(theta_h, theta_d, phi_d, indexing="ij"))
     return from_half_difference(h, d, p)
+
+
+@lru_cache(maxsize=1)
+def _centred_below() -> np.ndarray:
+    """(90, 90, 180) bool: bins whose centre has a direction below the horizon."""
+    incident, exit = bin_centres()
+    return ((incident[:, 2] <= 0.0) | (exit[:, 2] <= 0.0)).reshape(SHAPE)

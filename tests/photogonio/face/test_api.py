@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -127,8 +128,10 @@ def test_what_is_exported_is_loaded_again(tmp_path, name):
     again = pg.load(path)
     assert len(repr(again).splitlines()) == 5
     assert "<div" in again._repr_html_() and "<svg" in again._repr_html_()
-    if name == "csv":  # at its own pairs exactly, between them in straight lines
-        assert b.compare(again).measures["relative_l2"].max() < 1e-6
+    if name == "csv":  # at its own pairs exactly, but for what its remark says that rows were lowered by
+        lowered = re.search(r"lowered by up to (\S+) %", path.read_text())
+        most = 1.05 * float(lowered[1]) / 100.0 if lowered else 1e-6  # the remark has two digits
+        assert most < 0.005 and b.compare(again).measures["relative_l2"].max() < most
         assert len(again.plot().axes) > 0
     assert again.angles(0.4, 0.6, 1.0)[0] == pytest.approx(b.angles(0.4, 0.6, 1.0)[:1].mean(), rel=0.7)
     assert (again.angles(0.4, 2.0, 1.0) == 0.0).all()

@@ -96,3 +96,15 @@ def test_no_merl_table_is_refused(tmp_path):
         read_merl(path)
     with pytest.raises(InputError, match="cannot be read"):
         read_merl(tmp_path / "none.binary")
+
+
+def test_bins_that_the_horizon_cuts_have_what_the_next_have(tmp_path):
+    """Their middles lie below it, and are marked; pairs in them that lie above are as bright as a pair beside them."""
+    write_merl(tmp_path / "even.binary", lambda incident, exit: np.full((len(incident), 3), 0.25))
+    merl = read_merl(tmp_path / "even.binary")
+    rng = np.random.default_rng(0)
+    incident = unit_vectors(np.radians(rng.uniform(0.0, 88.0, 5000)), 0.0)
+    exit = unit_vectors(np.radians(rng.uniform(86.0, 89.5, 5000)), rng.uniform(0.0, np.pi, 5000))
+    np.testing.assert_allclose(merl.evaluate(incident, exit), 0.25, rtol=1e-9)
+    below = exit * [1.0, 1.0, -1.0]
+    assert np.isnan(merl.evaluate(incident, below)).mean() > 0.5
