@@ -82,31 +82,28 @@ class Store:
 
     def put_bytes(self, key: str, suffix: str, write: Callable[[Path], object]) -> bool:
         """Keep a file that ``write`` makes at the path it is given; False if it cannot be."""
-        path = self._path(key, suffix)
-        part = path.with_name(part_name(path.name))
-        try:
-            self._make_room(path)
+
+        def fill(part: Path, name: str) -> int:
             write(part)
             with part.open("r+b") as file:
-                seal = _seal(path.name, iter(lambda: file.read(PIECE), b""))
-                file.write(seal)
-                self._since += file.tell()
-            os.replace(part, path)
-        except OSError:
-            return False
-        finally:
-            _remove(part)
-        return True
+                file.write(_seal(name, iter(lambda: file.read(PIECE), b"")))
+                return file.tell()
+
+        return self._put(key, suffix, fill)
 
     def put_pieces(self, key: str, suffix: str, pieces: Sequence[bytes]) -> bool:
         """Keep a file of these bytes, which are at hand; False if it cannot be."""
+        return self._put(
+            key, suffix, lambda part, name: part.write_bytes(b"".join([*pieces, _seal(name, pieces)]))
+        )
+
+    def _put(self, key: str, suffix: str, fill: Callable[[Path, str], int]) -> bool:
+        """Keep the sealed file that ``fill`` makes at a path, for a name; it gives the size."""
         path = self._path(key, suffix)
         part = path.with_name(part_name(path.name))
         try:
             self._make_room(path)
-            with part.open("wb") as file:
-                file.write(b"".join([*pieces, _seal(path.name, pieces)]))
-                self._since += file.tell()
+            self._since += fill(part, path.name)
             os.replace(part, path)
         except OSError:
             return False

@@ -88,7 +88,8 @@ def _add_group(table, first, second, weights, mode, channel, total):
 
 @inlined
 def _add_one_channel(table, first, second, weights, mode, total):
-    """The same of the first channel alone, which is two fifths of the work less."""
+    """The same of the first channel alone: two fifths of the work less. Written out again, since shared lines
+    are not vectorised."""
     p0, p1, p2, p3 = first[mode], first[mode + 1], first[mode + 2], first[mode + 3]
     q0, q1, q2, q3 = second[mode], second[mode + 1], second[mode + 2], second[mode + 3]
     w = weights[mode : mode + 4, 0]

@@ -217,6 +217,17 @@ def test_a_signal_in_the_midst_of_writing_leaves_nothing(tmp_path, number):
     assert list(tmp_path.iterdir()) == []
 
 
+def ran(monkeypatch, work, number):
+    """The status of a command that does ``work``, with a signal's own handler in place: the tests may have been started
+    with interrupts ignored, as jobs in the background are."""
+    monkeypatch.setattr("photogonio.commands.init.run", work)
+    former = signal.signal(number, signal.default_int_handler)
+    try:
+        return main(["init", "folder"])
+    finally:
+        signal.signal(number, former)
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_stop_that_a_library_swallows_is_asked_for_again(capsys, monkeypatch, number):
     """As one that comes while compiled code calls back."""
@@ -234,13 +245,7 @@ def test_a_stop_that_a_library_swallows_is_asked_for_again(capsys, monkeypatch, 
                     raise
                 swallowed.append(1)
 
-    monkeypatch.setattr("photogonio.commands.init.run", work)
-    # the tests may have been started with interrupts ignored, as jobs in the background are
-    former = signal.signal(number, signal.default_int_handler)
-    try:
-        assert main(["init", "folder"]) == 130
-    finally:
-        signal.signal(number, former)
+    assert ran(monkeypatch, work, number) == 130
     assert swallowed
     assert "stopped" in capsys.readouterr().err
 
@@ -257,12 +262,7 @@ def test_what_a_library_makes_of_a_stop_is_that_stop_in_one_line(capsys, monkeyp
         except KeyboardInterrupt as stop:
             raise made from stop
 
-    monkeypatch.setattr("photogonio.commands.init.run", work)
-    former = signal.signal(number, signal.default_int_handler)
-    try:
-        assert main(["init", "folder"]) == 130
-    finally:
-        signal.signal(number, former)
+    assert ran(monkeypatch, work, number) == 130
     told = capsys.readouterr().err
     assert "stopped" in told and told.count("\n") == 1
     monkeypatch.setattr("photogonio.commands.init.run", lambda args, reporter: 1 / 0)

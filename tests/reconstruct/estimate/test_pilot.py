@@ -64,6 +64,20 @@ def test_asked_numbers_of_lobes_are_the_only_ones_tried():
     assert tried == {0: {0}, 1: {1}}
 
 
+def test_what_is_doubted_of_a_contradicting_photos_cells_goes_with_them():
+    """Of a narrow gloss, whose cells are doubted where a peak may be displaced. One photo's values are those of a light
+    half a radian away."""
+    seen = seen_of("plastic", roughness=0.1)
+    wrong = seen.group == 4
+    other = np.cos(np.clip(seen.theta_i + 0.5 * np.cos(seen.dphi), 0.0, 1.4)) / np.cos(seen.theta_i)
+    value = np.where(wrong[:, None], other[:, None] * seen.value, seen.value)
+    spoiled = replace(seen.with_value(value), peaked=True, doubt=1e-3 * seen.value)
+    work = clean(spoiled, np.full(14, 0.003), lobes=1, absolute=True)
+    assert seen.groups[4] in work.discordant
+    left = ~np.isin(np.array(seen.groups)[seen.group], work.discordant)
+    assert len(work.cells) == len(work.stray) == len(work.binning) == left.sum()
+
+
 def silver(roughness):
     """Metal whose slopes have no tails: black but for its lobe."""
     lobes = LobeSet((CORRELATED_SCHLICK.with_beckmann,), (np.array([roughness]),))
