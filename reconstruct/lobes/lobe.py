@@ -72,13 +72,13 @@ class Lobe:
         self, theta_i: ArrayLike, theta_r: ArrayLike, dphi: ArrayLike, phi_i: ArrayLike = 0.0
     ) -> np.ndarray:
         """(..., c) BRDF, 1/sr; angles in radians that broadcast together. Only a turning lobe needs ``phi_i``."""
-        angles = (theta_i, phi_i, theta_r, phi_i + np.asarray(dphi))
-        given = np.broadcast_arrays(*[np.asarray(a, float) for a in angles])
-        flat = [np.ascontiguousarray(a).reshape(-1) for a in given]
+        given = [np.asarray(a, float) for a in (theta_i, phi_i, theta_r, phi_i + np.asarray(dphi))]
+        shape = np.broadcast_shapes(*(a.shape for a in given))
+        flat = [(a if a.shape == shape else np.broadcast_to(a, shape)).reshape(-1) for a in given]
         result = np.zeros((len(flat[0]), len(self.weight)))
         terms = self.terms()
         over_rows(lambda a, b: add_lobe(terms, [one[a:b] for one in flat], result[a:b]), len(result))
-        return result.reshape(*given[0].shape, result.shape[1])
+        return result.reshape(*shape, result.shape[1])
 
     def directional_albedo(
         self, theta_i: ArrayLike, phi_i: float = 0.0, *, points: int = POINTS

@@ -24,12 +24,12 @@ def test_the_program_reads_it_as_the_brdf(tmp_path):
 
 
 def test_a_narrow_gloss_has_rows_where_it_is(tmp_path):
-    """Of two polar angles and an azimuth each misses 1 %; rows every 5 degrees lose 10 % of this gloss. Light that they
-    add is an eighth of what it was of rows whose azimuths were as far apart at every incidence."""
+    """Of two polar angles and an azimuth each misses 0.4 %, at grazing twice that; rows every 5 degrees lose 10 % of
+    this gloss. Lines between rows add no light to speak of."""
     brdf = over_ground(gloss(0.2, 1), ("Y",))
     write_csv(brdf, tmp_path / "a.csv")
     loss = loss_of(brdf, read_csv(tmp_path / "a.csv"))
-    assert max(loss.rms) < 3**0.5 * 0.01 and max(loss.albedo) < 1.005
+    assert max(loss.rms) < 2 * 3**0.5 * 0.004 and max(loss.albedo) < 1.005
 
 
 def test_a_turning_surface_goes_all_the_way_round_and_an_isotropic_one_half(tmp_path):
