@@ -22,6 +22,7 @@ from photogonio.calib.adjust.lamps import Lamp, block_name, middle_of
 from photogonio.calib.adjust.sightings import Sighting, corner_term, highlight_term, limb_term
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation, Posed
+from photogonio.calib.geometry.board import millimetre
 from photogonio.calib.rig.gaussian import RigPrior
 from photogonio.calib.rig.values import BALL as MIRROR
 from photogonio.calib.rig.values import LAMP
@@ -38,7 +39,7 @@ _SAMPLE_RADIUS = 0.004
 _STANDS = 0.002  # of its radius: how well a ball that stands on the paper touches it
 _LIMB_BIAS = 0.1  # pixels
 LAMP_SPREAD = (0.7, 0.3)  # of the logarithms of the lamp's radius, and of black print over white
-# beside the lens, and before it or behind: a telephone's flash; a camera's may stand elsewhere, and the term is robust
+# millimetres beside the lens, and before it or behind: a telephone's flash; a camera's may stand elsewhere: robust
 BESIDE_LENS = (20.0, 20.0, 6.0)
 BEAM_HELD, FREE_BEAM = 0.02, 1.5  # of the power of the cosine with which lamps shine: taken as none, and free
 FALLOFF_HELD, FALLOFF = 0.002, (0.5, 0.1)  # of the terms of how a lens darkens its pictures, likewise
@@ -130,7 +131,11 @@ def all_terms(
     if state.tone is not None and (told := tone_term(state.tone, lamps)) is not None:
         terms.append((told, False))
     terms += _expectations(state.photoset, values, state.rig)
-    return terms + _shared_lamp(state, values) + _lamp_expectations(lamps, values, state.rig)
+    return (
+        terms
+        + _shared_lamp(state, values)
+        + _lamp_expectations(lamps, values, state.rig, millimetre(state.photoset))
+    )
 
 
 def shading_term(
@@ -210,8 +215,10 @@ def _shared_lamp(state: State, values: Values) -> list[tuple[Term, bool]]:
     return [(prior_term("lamp", mean, np.array(spread)), False)]
 
 
-def _lamp_expectations(lamps: dict[str, Lamp], values: Values, rig: RigPrior) -> list[tuple[Term, bool]]:
-    """What is expected of each lamp's place."""
+def _lamp_expectations(
+    lamps: dict[str, Lamp], values: Values, rig: RigPrior, unit: float = 1.0
+) -> list[tuple[Term, bool]]:
+    """What is expected of each lamp's place; ``unit``: one millimetre."""
     terms: list[tuple[Term, bool]] = []
     for name, lamp in lamps.items():
         block = block_name(name)
@@ -224,7 +231,7 @@ def _lamp_expectations(lamps: dict[str, Lamp], values: Values, rig: RigPrior) ->
         elif (known := rig.get(block)) is not None and not lamp.attached:
             terms.append((expected_term(block, known.value, known.root), False))
         elif lamp.attached:
-            terms.append((prior_term(block, np.zeros(3), np.array(BESIDE_LENS)), True))
+            terms.append((prior_term(block, np.zeros(3), unit * np.array(BESIDE_LENS)), True))
         elif lamp.one_ray:
             terms.append((prior_term(block, lamp.block, np.full(3, one_ray_reach(lamp))), False))
     return terms

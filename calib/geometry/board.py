@@ -12,9 +12,27 @@ import cv2
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import MANIFEST, Board, CharucoBoard, GridBoard, LooseMarkers, PrintedBoard
+from photogonio.capture.photoset import (
+    MANIFEST,
+    Board,
+    CharucoBoard,
+    GridBoard,
+    LooseMarkers,
+    PhotoSet,
+    PrintedBoard,
+)
 
 FEWEST_CORNERS = 6  # that tell where the camera was
+# by names of units: one millimetre in them
+_OF_MILLIMETRE = (
+    dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 1.0)
+    | dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 0.1)
+    | dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 0.001)
+    | dict.fromkeys(("um", "\u00b5m", "\u03bcm", "micron", "microns", "micrometre", "micrometres"), 1000.0)
+    | dict.fromkeys(("in", "inch", "inches", '"'), 1.0 / 25.4)
+    | dict.fromkeys(("ft", "foot", "feet", "'"), 1.0 / 304.8)
+)
+_PAGE = 300.0  # millimetres: the diagonal of a print on a page, about
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +77,15 @@ def board_size(board: Board) -> np.ndarray:
         return count * board.marker_length + (count - 1) * board.marker_separation
     corners = np.concatenate([np.asarray(c, float) for _, c in board.marker_corners])
     return corners[:, :2].max(0)
+
+
+def millimetre(photoset: PhotoSet) -> float:
+    """One millimetre in the set's unit of length. Where its name says nothing, the board is taken to fill a page; 1
+    where there is none."""
+    known = _OF_MILLIMETRE.get(photoset.length_unit.strip().lower().rstrip("."))
+    if known is not None or photoset.board is None:
+        return known or 1.0
+    return float(np.hypot(*board_size(photoset.board))) / _PAGE
 
 
 def opencv_board(board: Board) -> cv2.aruco.Board:

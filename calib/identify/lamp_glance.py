@@ -10,7 +10,7 @@ from photogonio.calib.detect.highlights import find_highlight
 from photogonio.calib.detect.mirror_rays import MirroredRay, meet, mirrored_ray
 from photogonio.calib.detect.paper import PaperSamples, paper_places
 from photogonio.calib.detect.paper_reading import PaperReading, local_noise
-from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.board import board_size, millimetre
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.identify.quick_look import QuickLook
 from photogonio.calib.shading.fit import fit_local
@@ -21,7 +21,7 @@ from photogonio.capture.radiance import RadianceImage
 
 ACROSS = 90  # samples of paper along the board's longer side
 FEWEST = 120  # of them, in all
-SOFT_LAMP = 6.0  # mm, or any unit in which a board measures some hundred: what a lamp's radius may be
+SOFT_LAMP = 6.0  # mm: what a lamp's radius may be
 BLUR = 0.3  # likewise: of a shadow's edge by lens and pixels
 LOWEST = 0.06  # sine of the elevation below which no lamp is believed
 GOOD = 0.3  # misfit of the shading below which its lamp is believed
@@ -90,7 +90,8 @@ def _by_paper(
     ball = Ball(np.asarray(sample.center, float), sample.radius) if isinstance(sample, Sphere) else None
     polished = tuple(Ball(np.asarray(b.center, float), b.radius) for b in photoset.mirror_balls)
     reading = thinned(reading, SAMPLES)
-    scene = ShadingScene(polished, ball, SOFT_LAMP, black_over_white([reading]), BLUR)
+    unit = millimetre(photoset)
+    scene = ShadingScene(polished, ball, SOFT_LAMP * unit, black_over_white([reading]), BLUR * unit)
     middle = np.append(0.5 * board_size(photoset.board), 0.0)  # type: ignore[arg-type]
     tried = [first_fit(reading, scene, rays, middle, diagonal)[:3]]
     if not rays:  # a flash

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from photogonio.calib.detect.paper import PaperPlaces, PaperSamples, covered, paper_places, sample_paper
-from photogonio.calib.geometry.board import board_size
+from photogonio.calib.geometry.board import board_size, millimetre
 from photogonio.calib.geometry.camera import Pose
 from photogonio.calib.geometry.print_map import square_pitch
 from photogonio.calib.geometry.visibility import behind_ball
@@ -61,6 +61,7 @@ class PaperCodes:
     attached: bool  # the lamp moves with the camera
     exposure: float = 1.0  # signal over radiance
     sure: float = np.inf  # standard error of the place, where something else tells it
+    millimetre: float = 1.0  # in the unit of length of all places
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +107,8 @@ def _of_view(
     name = entry.id if entry is not None and attached else one.light.id
     told = one.light.source in ("given", "camera", "markers")
     sure = float(np.sqrt(np.trace(one.light.covariance) / 3)) if told else np.inf
-    return _means(samples, code, coded.steps, one, (name, attached, coded.exposure, sure))
+    found = _means(samples, code, coded.steps, one, (name, attached, coded.exposure, sure))
+    return None if found is None else replace(found, millimetre=millimetre(photoset))
 
 
 def _near(windows: ReadWindows, view: View, pixels: np.ndarray) -> RadianceImage:

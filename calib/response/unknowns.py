@@ -18,8 +18,8 @@ _LENS = 0.1  # what a lens may darken towards the corner, its logarithm
 # of a lamp's strength from photo to photo: least and most that it is taken to vary, and over how it is seen to
 _ALIKE = (0.004, 0.05, 2.0)
 NO_SCATTER = _ALIKE[1]
-_BESIDE = 150.0  # that a lamp on the camera stands beside the lens, about, length units
-# that it stands before the lens or behind it, and more the further beside it
+_BESIDE = 150.0  # that a lamp on the camera stands beside the lens, about, millimetres
+# that it stands before the lens or behind it, millimetres, and more the further beside it
 _DEPTH = (5.0, 0.3)
 _VEIL = 0.003  # of white, over the whole picture
 # how far off strengths' logarithms and lamps, over their distance, may be at first: next to nothing is known
@@ -135,7 +135,8 @@ def expectations(
                 hold(at + axis, values[at + axis], _REACH * float(np.linalg.norm(values[at : at + 3])))
             else:
                 side = float(np.hypot(*values[at : at + 2]))
-                hold(at + axis, 0.0, _BESIDE if axis < 2 else _DEPTH[0] + _DEPTH[1] * side)
+                depth = _DEPTH[0] * own.millimetre + _DEPTH[1] * side
+                hold(at + axis, 0.0, _BESIDE * own.millimetre if axis < 2 else depth)
         lit = strengths_of(layout, photos, name)
         for which, by in lit:
             for channel in range(layout.channels):

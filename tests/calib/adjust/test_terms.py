@@ -8,12 +8,13 @@ import pytest
 
 from photogonio.calib.adjust.bearing import Bearing
 from photogonio.calib.adjust.bundle import adjust, prior_term
-from photogonio.calib.adjust.camera_model import block_pose
+from photogonio.calib.adjust.camera_model import CameraModel, block_pose
 from photogonio.calib.adjust.lamps import Lamp
 from photogonio.calib.adjust.terms import (
     _expectations,
     _lamp_expectations,
     _shared_lamp,
+    all_terms,
     fixed_blocks,
     shading_term,
     sightings,
@@ -156,12 +157,15 @@ def expected_of_lamps(lamps, values, beam):
 FLASH = LightEntry(id="flash", kind="point", attached_to="camera")
 
 
-def flash_by(sigma: float, place: np.ndarray) -> np.ndarray:
-    """Where a flash on the camera comes to rest that other things show at ``place`` within ``sigma``."""
+def flash_by(sigma: float, place: np.ndarray, unit: float = 1.0) -> np.ndarray:
+    """Where a flash on the camera comes to rest that other things show at ``place`` within ``sigma``; ``unit``: one
+    millimetre."""
     lamps = {"flash": Lamp("flash", FLASH, "point", place, "board")}
     values = {"light flash": place.copy()}
     told = prior_term("light flash", place, np.full(3, sigma))
-    return adjust(values, [*_lamp_expectations(lamps, values, NOTHING), (told, False)]).values["light flash"]
+    return adjust(values, [*_lamp_expectations(lamps, values, NOTHING, unit), (told, False)]).values[
+        "light flash"
+    ]
 
 
 def test_a_flash_is_expected_beside_the_lens_unless_it_surely_is_not():
@@ -169,6 +173,32 @@ def test_a_flash_is_expected_beside_the_lens_unless_it_surely_is_not():
     assert abs(near[2]) < 10 and np.abs(near[:2]) == pytest.approx([10, 5], abs=5)
     far = np.array([150.0, 0.0, 0.0])  # on a camera's shoe
     assert flash_by(5.0, far) == pytest.approx(far, abs=5.0)
+
+
+@pytest.mark.parametrize("unit", [0.1, 0.001, 1 / 25.4, 1000.0])
+def test_where_a_flash_is_expected_does_not_hang_on_the_unit_of_length(unit):
+    for place in (np.array([10.0, -5.0, 30.0]), np.array([150.0, 0.0, 0.0])):
+        assert flash_by(15.0 * unit, place * unit, unit) / unit == pytest.approx(
+            flash_by(15.0, place), abs=1e-4
+        )
+
+
+def test_a_sets_unit_reaches_what_is_expected_of_its_lamps(drawn):
+    """The same set told in centimetres expects the same."""
+    world, _ = drawn
+    lamps = {"flash": Lamp("flash", FLASH, "point", np.ones(3), "board")}
+    model, squares = CameraModel((640, 480), np.zeros(5), ()), []
+    for name, unit in (("mm", 1.0), ("cm", 0.1)):
+        photoset = replace(photoset_of(world, fixed=True), length_unit=name, mirror_balls=())
+        common = {"tone": None, "rig": NOTHING, "narrow": 0.0, "falloff": NO_FALLOFF}
+        state = SimpleNamespace(photoset=photoset, model=model, boards=[], **common)
+        values = {
+            "light flash": unit * np.array([10.0, -5.0, 3.0]),
+            "camera": np.array([700.0, 700.0, 320.0, 240.0]),
+        }
+        residual = all_terms(state, [], lamps, values, {}, 1.0)[-1][0](values)[0]
+        squares.append(float(residual @ residual))
+    assert squares[1] == pytest.approx(squares[0])
 
 
 def test_what_print_told_of_lamps_holds_those_that_are_sought():

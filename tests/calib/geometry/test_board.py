@@ -1,11 +1,13 @@
 """The board's frame, and its corners in drawn and in real photos: above all that they are not off on one side."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from photogonio.calib.geometry.board import board_points, board_size, dictionary
+from photogonio.calib.geometry.board import board_points, board_size, dictionary, millimetre
 from photogonio.capture.errors import InputError
-from photogonio.capture.photoset import GridBoard
+from photogonio.capture.photoset import GridBoard, PhotoSet, Sphere
 from tests.drawn.boards import BOARD
 
 
@@ -32,3 +34,20 @@ def test_markers_of_a_grid_stand_clockwise_from_their_top_left():
 def test_an_unknown_dictionary_is_refused():
     with pytest.raises(InputError, match="DICT_NONE"):
         dictionary("DICT_NONE")
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"), [("mm", 1.0), ("cm", 0.1), ("Metres", 0.001), ("µm", 1000.0), ("in.", 1 / 25.4)]
+)
+def test_a_millimetre_is_known_in_every_usual_unit(unit, expected):
+    assert millimetre(set_in(unit, BOARD)) == pytest.approx(expected)
+
+
+def test_a_unit_of_which_nobody_has_heard_is_told_by_the_board():
+    width, height = board_size(BOARD)
+    assert millimetre(set_in("ell", BOARD)) == pytest.approx(np.hypot(width, height) / 300)
+    assert millimetre(set_in("ell", None)) == 1.0
+
+
+def set_in(unit, board):
+    return PhotoSet(Path("."), "a", unit, Sphere(np.zeros(3), 1.0), "auto", (), board)

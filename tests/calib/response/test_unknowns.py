@@ -45,6 +45,18 @@ def test_a_lamp_that_is_known_is_held():
     assert np.abs(rows[:, layout.places]).max() == pytest.approx(2.0)
 
 
+def test_a_flash_is_expected_beside_the_lens_in_any_unit():
+    told = photos(CURVES["srgb"], count=2, channels=1)
+    layout, values = layout_and_values(told)
+    alike = dict.fromkeys(layout.lights, 0.05)
+    flash = slice(layout.places, layout.places + 3)
+    rows, _ = expectations(layout, told, values, alike)
+    smaller = values.copy()
+    smaller[layout.places : layout.even] *= 0.1
+    others, _ = expectations(layout, [replace(one, millimetre=0.1) for one in told], smaller, alike)
+    assert others[:, flash] @ smaller[flash] == pytest.approx(rows[:, flash] @ values[flash])
+
+
 def test_the_same_strength_in_all_photos_has_no_scatter():
     told = photos(CURVES["srgb"], count=8, channels=1)
     layout, values = layout_and_values(told)
