@@ -1,19 +1,20 @@
 """How time, bytes and memory grow with the photos that a cluster reduces; and what becomes of workers that are killed.
 
-    python -m benchmarks.cluster_growth [--quick] [--photos 60,240,960] [--workers 2] [--megapixels 0.3] [--send]
-                                        [--kills 0]
+    python -m benchmarks.cluster_growth [--quick] [--photos 60,240,960] [--workers 2] [--megapixels 0.3] [--turns 3]
+                                        [--send] [--kills 0]
     python -m benchmarks.cluster_growth --scheduler 10000 [--workers 2] [--kilobytes 113]
     python -m benchmarks.cluster_growth --graph 10000 [--workers 2] [--megapixels 0.01]
 
 Drawn photos with the calibration known, reduced here and by workers that are processes of a local dask cluster, in
-turns. "there" over "here" is the ratio of their times, with the same number of workers; "sent" are the photos' bytes
-with --send, as if no folder were shared; "back" the tables'. "scheduler" is the largest resident memory of the process
-that holds the scheduler and nothing else. With --kills, so many times two workers are killed (-9) while photos are
-reduced; their nannies start others. "cpu" are the seconds of processors on either side, all processes: where other work
-has the machine, their ratio tells more than the clock's. Bytes of tables must be the same, else the exit status is 1.
-Last, the powers p of quantity ~ photos^p. --scheduler sends back so many tables of chance, as large as those of photos
-here, as many under way as `process` has, and tells the scheduler's largest memory on the way. --graph tells the same of
-so many photos as `process` reduces them, with all that is sent for each; small ones do.
+turns. "there" over "here" is the ratio of their times, with the same number of workers, medians of the turns; "sent"
+are the photos' bytes with --send, as if no folder were shared; "back" the tables'. "scheduler" is the largest
+resident memory of the process that holds the scheduler and nothing else. With --kills, so many times two workers are
+killed (-9) while photos are reduced; their nannies start others, and no photo may be kept twice. "cpu" are the
+seconds of processors on either side, all processes: where other work has the machine, their ratio tells more than the
+clock's. Bytes of tables must be the same, else the exit status is 1. Last, the powers p of quantity ~ photos^p.
+--scheduler sends back so many tables of chance, as large as those of photos here, as many under way as `process` has,
+and tells the scheduler's largest memory on the way. --graph tells the same of so many photos as `process` reduces
+them, with all that is sent for each; small ones do.
 """
 
 from __future__ import annotations
@@ -27,14 +28,16 @@ import sys
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.end_to_end import made_setup, make_set
+from photogonio.cache.store import Store
 from photogonio.calib.setup import Setup
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.linear.reader import RadianceReader
@@ -46,7 +49,10 @@ from photogonio.run.reduce_photos import Plan, reduce_photos
 
 LEVEL, SHARE = 3, 0.06
 SECONDS = 3.0  # between kills, at most
-UNWATCHED = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}  # as packaging/slurm-one-set.sh has it
+UNWATCHED = {  # as packaging/slurm-one-set.sh has it
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +76,9 @@ class Scheduler:
         dask = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
         self.folder = tempfile.TemporaryDirectory()
         self.file = Path(self.folder.name) / "scheduler.json"
+        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1]), **UNWATCHED}
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": Path(__file__).parents[1]}
+        quiet["env"] = environment
         words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(self.file)]
         self.process = subprocess.Popen([*dask, *words], **quiet)
         dask = [sys.executable, "-m", "distributed.cli.dask_worker"]
@@ -83,10 +91,7 @@ class Scheduler:
             "1",
             "--no-dashboard",
         ]
-        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1]), **UNWATCHED}
-        self.workers = subprocess.Popen(
-            [*dask, *words, "--local-directory", self.folder.name], env=environment, **quiet
-        )
+        self.workers = subprocess.Popen([*dask, *words, "--local-directory", self.folder.name], **quiet)
 
     @property
     def address(self) -> str:
@@ -186,6 +191,18 @@ def same(one: FacetTable, other: FacetTable) -> bool:
     return all(a.tobytes() == b.tobytes() if isinstance(a, np.ndarray) else a == b for a, b in pairs)
 
 
+class Counted(Store):
+    """Keeps, and counts how often each photo came."""
+
+    def __init__(self, folder: Path):
+        super().__init__(folder)
+        self.came = Counter[str]()
+
+    def put(self, key: str, table: FacetTable) -> bool:
+        self.came[key] += 1
+        return super().put(key, table)
+
+
 class Killer(threading.Thread):
     """Kills two workers now and then until it is told to stop."""
 
@@ -212,27 +229,33 @@ def measured(
     cluster.sending, cluster.sent = options.send, 0
     here = Plan(LEVEL, ReduceOptions(), options.workers)
     there = Plan(LEVEL, ReduceOptions(), options.workers, cluster=cluster)
-    few = made_setup(min(photos, 2 * options.workers), ".png", SHARE, options.megapixels)
+    few = made_setup(min(photos, 8 * options.workers), ".png", SHARE, options.megapixels)
     for plan in (here, there):  # loads what is compiled
         timed(reader, few, plan)
-    start = time.process_time()
-    seconds_here, table = timed(reader, setup, here)
-    cpu_here = time.process_time() - start
-    killer = Killer(scheduler, options.kills)
-    killer.start()
-    cluster.sent = 0
-    start = time.process_time() + scheduler.busy()
-    seconds_there, other = timed(reader, setup, there)
-    cpu_there = time.process_time() + scheduler.busy() - start if not options.kills else float("nan")
-    killer.done.set()
-    killer.join()
-    if options.kills:
-        print(f"{killer.killed} workers killed")
-    if not same(table, other):
-        raise SystemExit(f"{photos} photos: other bytes than here")
+    cluster.sent, times = 0, []
+    for turn in range(options.turns):
+        made = folder.with_name(f"{photos}-kept-{turn}")
+        start = time.process_time()
+        seconds_here, table = timed(reader, setup, here)
+        cpu_here = time.process_time() - start
+        killer = Killer(scheduler, options.kills)
+        killer.start()
+        kept = Counted(made) if options.kills else None
+        start = time.process_time() + scheduler.busy()
+        seconds_there, other = timed(reader, setup, replace(there, store=kept))
+        cpu_there = time.process_time() + scheduler.busy() - start if not options.kills else float("nan")
+        killer.done.set()
+        killer.join()
+        if kept is not None:
+            print(f"{killer.killed} workers killed, {len(kept.came)} photos kept", flush=True)
+            if len(kept.came) != photos or max(kept.came.values()) > 1:
+                raise SystemExit(f"{photos} photos: some lost, or kept twice")
+        if not same(table, other):
+            raise SystemExit(f"{photos} photos: other bytes than here")
+        times.append((seconds_here, seconds_there, cpu_here, cpu_there))
     back = sum(getattr(table, name).nbytes for name in ("group", "facet_i", "facet_r", *SUMS))
-    times = (seconds_here, seconds_there, cpu_here, cpu_there)
-    return Row(photos, *times, cluster.sent / 1e6, back / 1e6, scheduler.peak())
+    sent = cluster.sent / options.turns
+    return Row(photos, *np.median(times, axis=0), sent / 1e6, back / 1e6, scheduler.peak())
 
 
 def told(rows: Sequence[Row]) -> None:
@@ -251,6 +274,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="few small photos: shows that it runs")
     parser.add_argument("--photos", default="60,240,960")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--turns", type=int, default=3, help="of here and there, for each number of photos")
     parser.add_argument("--megapixels", type=float, help="of a photo; 0.3, or with --graph 0.01")
     parser.add_argument("--send", action="store_true", help="photos are sent to the workers")
     parser.add_argument("--kills", type=int, default=0)
@@ -261,7 +285,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.megapixels is None:
         options.megapixels = 0.01 if options.graph else 0.3
     if options.quick:
-        options.photos, options.megapixels = "2,4", 0.05
+        options.photos, options.megapixels, options.turns = "2,4", 0.05, 1
     as_a_program()  # as workers do, and `process`
     scheduler, rows = Scheduler(options.workers), []
     try:

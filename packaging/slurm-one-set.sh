@@ -20,7 +20,8 @@ port=$((20000 + SLURM_JOB_ID % 20000))
 export PHOTOGONIO_CACHE=${PHOTOGONIO_CACHE:-$(dirname "$out")/photogonio-cache}
 export PHOTOGONIO_CACHE_SIZE=${PHOTOGONIO_CACHE_SIZE:-100GB}
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 # a thread a photo
-export DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED=False # else dask looks 100 times a second at what each worker does
+# else dask looks 100 times a second at what each worker does, and 50 times at itself
+export DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED=False DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL=1s
 
 dask scheduler --host "$host" --port "$port" --no-dashboard &
 scheduler=$!

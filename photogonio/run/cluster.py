@@ -13,7 +13,7 @@ import pickle
 import socket
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -21,6 +21,8 @@ from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, TypeGuard
+
+import numpy as np
 
 from photogonio.cache.kept import code_key
 from photogonio.calib.remarks import LeftOut
@@ -38,6 +40,9 @@ if TYPE_CHECKING:
     from distributed import Client
 
 REACHED = 8.0  # seconds in which a scheduler must take a connection, and greet
+NEAR = (
+    2.0  # seconds in which a worker must take a connection, else what it found comes by way of the scheduler
+)
 COMING = 30.0  # seconds in which the first worker must come, or another when all are gone
 ASKED = 1.0  # seconds until the scheduler is asked again how many workers there are, which takes 3 ms
 ABREAST = 2  # tasks under way for each thread of a worker: one is done, one waits there
@@ -100,7 +105,8 @@ class Cluster:
         self.client, self.name = client, name
         self.sending = False  # some worker could not read a file: all photos are sent
         self.sent = 0  # bytes of photos
-        self._require_same_version()
+        self.near = dict[str, bool]()  # by address: whether a worker takes connections from here
+        self.made_ready = self._readied(self._of_same_version())
 
     def answers(
         self, work: Work, asks: Sequence[Ask], here: Callable[[Ask], PhotoTable | LeftOut]
@@ -110,7 +116,7 @@ class Cluster:
         Raises:
             InputError: a worker came that is of another version.
         """
-        queue, waiting = TaskQueue(len(asks)), dict[Future[bytes], list[int]]()
+        queue, waiting = TaskQueue(len(asks)), dict[Future[np.ndarray], list[int]]()
         pool, shared = self.client.get_executor(pure=False), self._shared(work)
         threads, asked = 0, -ASKED
         try:
@@ -171,11 +177,28 @@ class Cluster:
     def _threads(self) -> int:
         """Of all workers; none where the scheduler is gone."""
         try:
-            return sum(self.client.nthreads().values()) if self.client.status == "running" else 0
+            found = self.client.nthreads() if self.client.status == "running" else {}
         except (OSError, TimeoutError):
             return 0
+        self._come_near(found)
+        return sum(found.values())
 
-    def _require_same_version(self) -> None:
+    def _come_near(self, workers: Iterable[str]) -> None:
+        """Tables come straight from workers, if all take connections from here: else the scheduler would have to
+        receive each and send it on."""
+        self.near = {at: self.near[at] if at in self.near else _takes_connections(at) for at in workers}
+        self.client.direct_to_workers = all(self.near.values())
+
+    def _readied(self, workers: Iterable[str]) -> list[object]:
+        """Workers load what photos are reduced with, while this process still looks at them."""
+        return [self.client.submit(as_a_program, workers=[at], pure=False) for at in workers]
+
+    def _of_same_version(self) -> list[str]:
+        """Addresses of the workers.
+
+        Raises:
+            InputError: there is none, or one of another version.
+        """
         from distributed import TimeoutError as NoWorker
 
         try:
@@ -190,6 +213,17 @@ class Cluster:
         others = [f"{names.get(at, at)} ({at})" for at, key in sorted(found.items()) if key != code_key()]
         if others:
             raise InputError(self.name, _told_foreign(others))
+        return sorted(found)
+
+
+def _takes_connections(address: str) -> bool:
+    """Whether a worker at ``tcp://HOST:PORT`` can be reached from here."""
+    host, _, port = address.rpartition("://")[2].rpartition(":")
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), NEAR):
+            return True
+    except (OSError, ValueError):
+        return False
 
 
 def _told_foreign(workers: Sequence[str]) -> str:
@@ -213,13 +247,13 @@ def as_a_program() -> None:
     keep_fresh()
 
 
-def answers_of(code: str, work: Work | None, asks: Sequence[Ask]) -> bytes:
-    """On a worker: what photos give, and the processor's seconds that it took, as one string of bytes: the network's
-    messages have a price for each array."""
+def answers_of(code: str, work: Work | None, asks: Sequence[Ask]) -> np.ndarray:
+    """On a worker: what photos give, and the processor's seconds that it took, pickled into one array of bytes: the
+    network's messages have a price for each array, and copy what is no array once more."""
     as_a_program()
     start = time.thread_time()
     found = [answer(code, work, ask) for ask in asks]
-    return pickle.dumps((found, time.thread_time() - start), 5)
+    return np.frombuffer(pickle.dumps((found, time.thread_time() - start), 5), np.uint8)
 
 
 def answer(code: str, work: Work | None, ask: Ask) -> Answer:

@@ -20,6 +20,7 @@ from photogonio.capture.manifest.load import load_photoset
 from photogonio.reconstruct.reduce.directions import ReduceOptions
 from photogonio.run import cluster
 from photogonio.run.reduce_photos import Plan, reduce_photos
+from photogonio.run.task_queue import LEAST, TASK, TaskQueue
 from photogonio.system.provenance import hash_file
 from tests.photogonio.run.test_reduce_photos import SIZE, bytes_of, made_setup, write_photo, write_set
 
@@ -74,6 +75,36 @@ def test_the_same_bytes_as_here_and_nothing_twice(photos, scheduler, tmp_path):
         assert workers.sent >= sum((photos / name).stat().st_size for name in FILES)
 
 
+def test_tables_come_straight_from_workers_that_can_be_reached(scheduler):
+    with cluster.cluster_of(scheduler) as workers:
+        assert workers._threads() == 2 and workers.client.direct_to_workers
+        assert all(future.result() is None for future in workers.made_ready)
+        with socket.create_server(("127.0.0.1", 0)) as once:
+            gone = f"tcp://127.0.0.1:{once.getsockname()[1]}"
+        workers._come_near([*workers.near, gone])
+        assert not workers.client.direct_to_workers
+        workers._come_near([at for at in workers.near if at != gone])  # it left
+        assert workers.client.direct_to_workers
+    assert not cluster._takes_connections("inproc://somewhere/1")
+
+
+def test_tasks_grow_to_half_a_second_and_shrink_toward_the_end():
+    queue, sizes, seen = TaskQueue(240), [], []
+    while queue.left:
+        numbers = queue.task(4, single=False)
+        seen += numbers
+        sizes.append(len(numbers))
+        done: cluster.Future = cluster.Future()
+        done.set_result(np.frombuffer(pickle.dumps((numbers, 0.02 * len(numbers))), np.uint8))
+        assert queue.found(done, numbers) == numbers
+    assert seen == list(range(240))  # each once, in their order
+    assert sizes[0] == 1 and max(sizes) == TASK / 0.02
+    assert sizes[-2] == LEAST / 0.02 and sorted(sizes[1:], reverse=True) == sizes[1:]
+    assert len(sizes) < 24  # each has its price
+    alone = TaskQueue(3)
+    assert [alone.task(1, single=True) for _ in range(3)] == [[0], [1], [2]]  # photos that are sent
+
+
 def test_workers_of_another_version_are_refused_by_name(scheduler, monkeypatch):
     with cluster.cluster_of(scheduler) as workers:
         # workers answer in a thread of their own
@@ -99,7 +130,7 @@ def test_a_worker_looks_at_the_version_and_at_the_files(photos, monkeypatch):
     readied = []
     monkeypatch.setattr(cluster, "as_a_program", lambda: readied.append(1))
     # also where another worker unpacked what photos share
-    (found,), seconds = pickle.loads(cluster.answers_of(cluster.code_key(), work, [sent]))
+    (found,), seconds = pickle.loads(cluster.answers_of(cluster.code_key(), work, [sent]).data)
     assert readied and seconds > 0.0
     assert bytes_of(found.table) == bytes_of(cluster.seen_in(work, view, ask.photo).table)
 
@@ -117,7 +148,8 @@ def test_a_photo_that_kills_its_workers_is_done_here():
             if "c" in asks:
                 done.set_exception(killed)
             else:
-                done.set_result(pickle.dumps(([f"there: {ask}" for ask in asks], 1e-3 * len(asks))))
+                found = [f"there: {ask}" for ask in asks], 1e-3 * len(asks)
+                done.set_result(np.frombuffer(pickle.dumps(found), np.uint8))
             return done
 
     tasks: list[list[str]] = []
