@@ -29,7 +29,6 @@ from photogonio.reconstruct.fit import PhotoErrors, fit_table
 from photogonio.reconstruct.table.facet_table import add_tables
 from photogonio.reconstruct.table.table_file import load_table, save_table
 from photogonio.synthetic.brdf.library import make_brdf
-from photogonio.system.compiled import keep_fresh
 from photogonio.system.memory import peak_megabytes
 from tests.drawn.calibrations import Drawn
 from tests.drawn.tables import Plan, simulate
@@ -40,7 +39,6 @@ Made = TypeVar("Made")
 
 def measure(photos: int, pixels: int) -> dict[str, float]:
     """Seconds, MB and cells of one size."""
-    keep_fresh()
     truth = make_brdf("oren-nayar", {"albedo": 0.6, "sigma": 0.5})
     whole = simulate(truth, Plan(views=photos, pixels=pixels, level=1))
     parts = [
@@ -64,7 +62,6 @@ def measure(photos: int, pixels: int) -> dict[str, float]:
 
 def settled(photos: int, pixels: int) -> dict[str, float]:
     """Seconds and MB of a calibration."""
-    keep_fresh()
     state = Drawn(1, views=photos).watched()
     _, seconds = timed(lambda: settle(state))
     return {"settling": seconds, "peak": peak_megabytes()}

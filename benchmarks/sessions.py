@@ -33,7 +33,6 @@ from photogonio.run.session_scales import Session
 from photogonio.run.sessions import joined
 from photogonio.synthetic.brdf.library import angle_grid, on_grid
 from photogonio.synthetic.brdf.reflectance import Reflectance
-from photogonio.system.compiled import keep_fresh
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance
 from tests.drawn.tiny_set import FOCAL, HEIGHT, WIDTH, toward
@@ -178,7 +177,6 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1, help="of the first")
     parser.add_argument("--quick", action="store_true", help="one pair: shows that it runs")
     asked = parser.parse_args(arguments)
-    keep_fresh()
     found = []
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(asked.seed, asked.seed + (1 if asked.quick else asked.pairs)):

@@ -28,7 +28,6 @@ from photogonio.options import Options
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.synthetic.brdf.library import make_brdf
-from photogonio.system.compiled import keep_fresh
 from photogonio.system.progress import Reporter
 from photogonio.tabulated import fit
 
@@ -164,7 +163,6 @@ def main(arguments: list[str] | None = None) -> None:
     args = parser.parse_args(arguments)
     if args.quick:
         args.tables, args.ways = 1, ["one-zero", "radians", "sentinel"]
-    keep_fresh()
     warnings.simplefilter("error", RuntimeWarning)
     where = [tuple(args.where.split("=", 1))] if args.where else []
     columns = dict(pair.split("=", 1) for pair in args.columns.split(",") if pair)

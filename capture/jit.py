@@ -1,6 +1,10 @@
-"""How numba compiles the program's loops: kept on disk, without the interpreter's lock, dividing as numpy does."""
+"""How numba compiles loops: kept on disk, known by all their code, without the interpreter's lock, as numpy divides."""
 
 import numba
+
+from photogonio.capture.compiled import keep_fresh
+
+keep_fresh()
 
 jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 # a b + c in one step

@@ -16,7 +16,6 @@ from typing import NoReturn
 
 from photogonio.arguments import build_parser
 from photogonio.capture.errors import InputError
-from photogonio.system.compiled import keep_fresh
 from photogonio.system.drawing import without_docstrings
 from photogonio.system.memory import collect_seldom, keep_freed
 from photogonio.system.outputs import to_json
@@ -64,7 +63,6 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     if args.command in _DRAWING:
         without_docstrings()
     command = import_module(f"photogonio.commands.{args.command}")
-    keep_fresh()
     try:
         numbers = command.run(args, reporter)
         if args.json and numbers is not None:  # None: it wrote its lines itself

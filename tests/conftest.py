@@ -5,19 +5,15 @@ import gc
 import os
 import pickle
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 from typing import TypeVar
 
 import pytest
 
 import photogonio  # noqa: F401  sets the threads of linear algebra, before anything imports numpy
-from photogonio.system.compiled import keep_fresh
 from photogonio.system.memory import collect_seldom, keep_freed
 
 os.environ["PHOTOGONIO_CACHE"] = ""
-import_module("numba")  # after photogonio, which sets the threads
-keep_fresh()
 keep_freed()
 gc.disable()  # until all tests are collected: a fifth of that time went to looking through what never dies
 

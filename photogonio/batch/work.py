@@ -19,7 +19,6 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST
 from photogonio.options import Options
-from photogonio.system.compiled import keep_fresh
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import hash_file, hash_files
 
@@ -70,7 +69,6 @@ def processed(job: Job) -> SetEntry:
     from photogonio.pipeline import process
     from photogonio.report.trust import verdict_lines
 
-    keep_fresh()
     try:
         result = process(job.place.folder, job.out, job.options, Reporter(quiet=True), job.rig)
     except Exception as error:

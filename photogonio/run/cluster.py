@@ -32,7 +32,6 @@ from photogonio.capture.files.images import read_image
 from photogonio.capture.photoset import View
 from photogonio.run.one_photo import PhotoTable, Work, seen_in
 from photogonio.run.task_queue import TaskQueue
-from photogonio.system.compiled import keep_fresh
 from photogonio.system.memory import keep_freed
 from photogonio.system.provenance import hash_file
 
@@ -244,7 +243,6 @@ def opened(code: str, packed: bytes) -> Work | None:
 def as_a_program() -> None:
     """What the command line does as it starts, once in each worker: it may have from another what photos share."""
     keep_freed()
-    keep_fresh()
 
 
 def answers_of(code: str, work: Work | None, asks: Sequence[Ask]) -> np.ndarray:

@@ -1,8 +1,14 @@
 import numpy as np
 import pytest
+from numba.core.caching import Cache
 from numba.core.errors import NumbaError
 
 from photogonio.capture.jit import borrowing, jit
+
+
+def test_whatever_process_has_a_loop_knows_its_kept_code_by_all_that_it_calls():
+    """Nobody has to ask for it: processes of a pool and of evaluate, and whoever imports a module alone."""
+    assert hasattr(Cache._index_key, "photogonio")
 
 
 def test_a_loop_divides_as_numpy_does():

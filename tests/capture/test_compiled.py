@@ -7,7 +7,7 @@ from pathlib import Path
 import numba
 import pytest
 
-from photogonio.system.compiled import code_of, keep_fresh
+from photogonio.capture.compiled import code_of, keep_fresh
 
 KERNEL = """
 import numba

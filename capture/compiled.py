@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
+
+from numba.core.caching import Cache, IndexDataCacheFile
 
 _CONSTANTS = (bool, int, float, complex, str, bytes, tuple, set, frozenset, dict, type(None))
 
@@ -39,11 +40,8 @@ UNREADABLE = (
 
 
 def keep_fresh() -> None:
-    """Let numba, if it was imported, take what it cannot read of its cache as absent, and what is of other code."""
-    if "numba" not in sys.modules:
-        return
-    from numba.core.caching import Cache, IndexDataCacheFile
-
+    """Let numba take what it cannot read of its cache as absent, and what is of other code. Asked for by
+    :mod:`capture.jit`, of which every loop comes: so no process that works for another can forget it."""
     _wrap(IndexDataCacheFile, "_load_index", partial(_forgiving, dict))
     _wrap(IndexDataCacheFile, "load", partial(_forgiving, lambda: None))
     _wrap(Cache, "_index_key", _with_code)
