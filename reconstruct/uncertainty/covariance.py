@@ -2,8 +2,8 @@
 
 Parameters are, in each channel, mode and lobe coefficients, and shapes of lobes that all channels share. The part of
 noise is the jackknife's: every unit (a view, or a block of neighbouring directions) is left out once, which counts
-whatever the residuals of a unit share, and is on the wide side where units are few (MacKinnon and White 1985, HC3;
-Bell and McCaffrey 2002). The part of the prior is the response to prior draws, so that the sum is the Bayesian
+whatever the residuals of a unit share, less the leverage of the units, by which it is too wide where they are few
+(MacKinnon and White 1985, HC2 beside HC3; Bell and McCaffrey 2002). The part of the prior is the response to prior draws, so that the sum is the Bayesian
 posterior, whose intervals hold on average over the directions (Nychka 1988). The part of model choice is the spread
 of the models that predict as well.
 """
@@ -63,7 +63,8 @@ def covariance(problem: Problem, alternatives: Sequence[Alternative]) -> np.ndar
         found = _solved(problem, one, whole)
         total += one.weight * _outer(found - problem.center[:, None])
         if share:
-            total += share * sum(map(_outer, _changes(problem, one, parts, whole, found)))
+            total += share * _noise(problem, one, parts, whole, found)
+            total += share * sum(map(_outer, _prior_draws(problem, one, whole)))
     return total
 
 
@@ -98,17 +99,28 @@ def _sums(problem: Problem, c: int) -> Statistics:
     return folded.statistics(target[:, None], columns)
 
 
-def _changes(
+def _noise(
     problem: Problem, one: Alternative, parts: list[Statistics], whole: list[Statistics], found: np.ndarray
-) -> Iterator[np.ndarray]:
-    """Independent changes (c, r, p) of a model's parameters ``found`` (c, 1, p), by its noise and its prior."""
-    units = len(parts[0].cells)
-    if units > 1:
-        without = np.concatenate(
-            [_solved(problem, one, rest) for rest in _without_each(parts, whole)], axis=1
-        )
-        yield np.sqrt((units - 1) / units) * (without - found)
-    yield from _prior_draws(problem, one, whole)
+) -> np.ndarray:
+    """(c, p, p) of a model's parameters ``found`` (c, 1, p) by the noise of the units.
+
+    With M the normal matrix, G that of a unit and s what the unit pulls, its being left out changes the parameters by
+    d = -(M - G)^-1 s, and to first order by e = -M^-1 s. Where noise is as the weights say, the covariance of s is
+    (M - G) M^-1 G, so that d e^T has the mean M^-1 G M^-1, which adds up to M^-1; d d^T alone is too large by the
+    unit's leverage.
+    """
+    if len(parts[0].cells) < 2:
+        return np.zeros((*problem.center.shape, problem.center.shape[1]))
+    without = np.concatenate([_solved(problem, one, rest) for rest in _without_each(parts, whole)], axis=1)
+    kept = _kept(problem, one)
+    pulls = [
+        (part.gram[:, 0] @ own[kept] - part.moment[:, 0]).T
+        for part, own in zip(parts, found[:, 0], strict=True)
+    ]
+    first = _response(problem, one, whole, pulls)
+    product = np.swapaxes(without - found, 1, 2) @ first
+    energy, turn = np.linalg.eigh(0.5 * (product + np.swapaxes(product, 1, 2)))
+    return (turn * np.maximum(energy, 0.0)[:, None]) @ np.swapaxes(turn, 1, 2)  # by chance some are below 0
 
 
 def _without_each(parts: list[Statistics], whole: list[Statistics]) -> Iterator[list[Statistics]]:
@@ -125,19 +137,29 @@ def _solved(problem: Problem, one: Alternative, parts: list[Statistics]) -> np.n
 
 
 def _prior_draws(problem: Problem, one: Alternative, whole: list[Statistics]) -> Iterator[np.ndarray]:
-    """The response to one standard deviation of the prior of each mode, a channel at a time, and of each shape."""
+    """The response (c, r, p) to one standard deviation of the prior of each mode, a channel at a time, and of each
+    shape."""
     modes, shapes = one.penalty.shape[1], problem.slopes.shape[1]
-    grams = [part.gram[0, 0] for part in whole]  # of all cells
+    size = len(_kept(problem, one))
     for c, penalty in enumerate(one.penalty):
-        moments = [np.zeros((len(gram), modes)) for gram in grams]
+        moments = [np.zeros((size, modes)) for _ in whole]
         moments[c][:modes] = np.diag(np.sqrt(penalty))
-        response = np.swapaxes(_solve(grams, moments, one, shapes), 1, 2)
-        yield _embedded(problem, one, response) - _embedded(problem, one, 0.0 * response)
+        yield _response(problem, one, whole, moments)
     if shapes:
-        moments = [np.zeros((len(gram), shapes)) for gram in grams]
+        moments = [np.zeros((size, shapes)) for _ in whole]
         moments[0][-shapes:] = np.eye(shapes) / SHAPE_SPREAD
-        response = np.swapaxes(_solve(grams, moments, one, shapes), 1, 2)
-        yield _embedded(problem, one, response) - _embedded(problem, one, 0.0 * response)
+        yield _response(problem, one, whole, moments)
+
+
+def _response(
+    problem: Problem, one: Alternative, whole: list[Statistics], moments: list[np.ndarray]
+) -> np.ndarray:
+    """(c, r, p) changes of all parameters by changes of the channels' ``moments`` (k, r)."""
+    grams = [part.gram[0, 0] for part in whole]  # of all cells
+    change = np.swapaxes(_solve(grams, moments, one, problem.slopes.shape[1]), 1, 2)
+    every = np.zeros((*change.shape[:2], problem.center.shape[1]))
+    every[..., _kept(problem, one)] = change
+    return every
 
 
 def _solve(grams: list[np.ndarray], moments: list[np.ndarray], one: Alternative, shapes: int) -> np.ndarray:
@@ -171,12 +193,16 @@ def _regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return inverse[:, None] * (turn @ (share[:, None] * (turn.T @ (inverse[:, None] * right))))
 
 
+def _kept(problem: Problem, one: Alternative) -> np.ndarray:
+    """(k,) which of all parameters a model has, that may have fewer modes."""
+    return np.r_[0 : one.penalty.shape[1], problem.design.shape[1] : problem.center.shape[1]]
+
+
 def _embedded(problem: Problem, one: Alternative, solution: np.ndarray) -> np.ndarray:
     """(c, r, p) of solutions (c, r, k) of a model with fewer modes; coefficients at a bound are put back."""
     m, q = problem.design.shape[1], problem.columns.shape[1]
-    keep = np.r_[0 : one.penalty.shape[1], m : problem.center.shape[1]]
     whole = np.zeros((*solution.shape[:2], problem.center.shape[1]))
-    whole[..., keep] = solution
+    whole[..., _kept(problem, one)] = solution
     held = np.where(problem.fixed, problem.center[:, m : m + q], 0.0)
     whole[..., m : m + q] += held[:, None]
     return whole

@@ -129,3 +129,22 @@ def test_very_many_models_that_are_the_same_are_as_one():
     for count in (5, 40):
         many = covariance(given, [free(weight=1.0 / count) for _ in range(count)])
         np.testing.assert_allclose(many, one, rtol=1e-9)
+
+
+def test_of_few_units_it_is_no_wider_than_the_noise():
+    """Of six units, each of which tells a sixth of all: leaving them out one by one alone gives 1 / (1 - 1 / 6) times
+    the variance, more of parameters that one unit tells more of."""
+    units, draws = 6, 400
+    given = problem()
+    given = replace(given, unit=np.arange(ROWS) * units // ROWS)
+    design = given.design * np.where(given.unit == 0, 2.0, 1.0)[:, None]
+    given = replace(given, design=design, target=design @ given.center.T)
+    exact = SIGMA**2 * np.linalg.inv(design.T @ design)
+    size = np.sqrt(np.diag(exact))
+    found = []
+    for seed in range(draws):
+        one = noisy(given, seed)
+        found.append(covariance(replace(one, center=solved(one)[None]), [free()])[0])
+    off = (np.mean(found, axis=0) - exact) / np.outer(size, size)
+    chance = np.std(found, axis=0) / np.outer(size, size) / np.sqrt(draws)
+    assert (np.abs(off) < 5.0 * chance).all()
