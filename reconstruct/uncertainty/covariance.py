@@ -3,9 +3,9 @@
 Parameters are, in each channel, mode and lobe coefficients, and shapes of lobes that all channels share. The part of
 noise is the jackknife's: every unit (a view, or a block of neighbouring directions) is left out once, which counts
 whatever the residuals of a unit share, less the leverage of the units, by which it is too wide where they are few
-(MacKinnon and White 1985, HC2 beside HC3; Bell and McCaffrey 2002). The part of the prior is the response to prior draws, so that the sum is the Bayesian
-posterior, whose intervals hold on average over the directions (Nychka 1988). The part of model choice is the spread
-of the models that predict as well.
+(MacKinnon and White 1985, HC2 beside HC3; Bell and McCaffrey 2002). The part of the prior is the response to prior
+draws, so that the sum is the Bayesian posterior, whose intervals hold on average over the directions (Nychka 1988).
+The part of model choice is the spread of the models that predict as well.
 """
 
 from __future__ import annotations
