@@ -22,6 +22,7 @@ from photogonio.reconstruct.represent.bounds import enforced, held_pairs, raised
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
 from photogonio.reconstruct.represent.in_modes import SaidInModes, said_in_modes
 from photogonio.reconstruct.rows.noise_told import FreshReading, noise_told
+from photogonio.reconstruct.rows.unseen import raised_unseen
 from photogonio.reconstruct.symmetry.verdict import Verdict
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
@@ -104,6 +105,9 @@ def result_of(
         valid=region.valid(),
     )
     held, physics = _physical(plain, model, spread, misfit, options.physics)
+    raised_by = None
+    if not cells.binned and options.physics != "off" and "contradicted" not in physics:
+        held, raised_by = raised_unseen(held, cells, spread.of_modes_alone())
     said = _said(in_file(held, model, spread, misfit, KNOWN), options.physics)
     brdf = said.brdf
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
@@ -114,6 +118,7 @@ def result_of(
         fresh = FreshReading(noise, np.ones(len(cells.channels)))
     own = {
         "physics": physics,
+        "raised where unseen": raised_by,
         "fresh reading": None if fresh is None else fresh.plain(),
         "said in modes": _peaks_told(said),
         "averaged": averaged,

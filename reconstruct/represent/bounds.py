@@ -73,7 +73,7 @@ def enforced(brdf: Brdf, covariance: np.ndarray) -> Physical | None:
         room = np.vstack([room, 1.0 - albedo])
     changes, active, squared = [], 0, 0.0
     for c, spread in enumerate(covariance):
-        found = _nearest(rows, room[:, c], root_of(spread))
+        found = nearest_change(rows, room[:, c], root_of(spread))
         if found is None:
             return None
         changes.append(found[0])
@@ -101,7 +101,7 @@ def raised(brdf: Brdf) -> Brdf:
     own = [of_order[tuple(mode)] for mode in brdf.modes.tolist()]
     rows, coefficients = Basis("isotropic", brdf.order).design(pairs)[:, own], brdf.coefficients.copy()
     for c in below:
-        change = _nearest(rows, value[:, c], np.eye(len(own)))
+        change = nearest_change(rows, value[:, c], np.eye(len(own)))
         if change is None:
             return brdf
         coefficients[:, c] += change[0]
@@ -126,7 +126,9 @@ def root_of(covariance: np.ndarray) -> np.ndarray:
     return vectors * np.sqrt(np.where(values > RANK * values.max(), values, 0.0))
 
 
-def _nearest(rows: np.ndarray, room: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, int, float] | None:
+def nearest_change(
+    rows: np.ndarray, room: np.ndarray, root: np.ndarray
+) -> tuple[np.ndarray, int, float] | None:
     """The least change x = root y with rows @ x + room >= 0, how many bind, and y^2; None if there is none."""
     scaled = rows @ root
     change, held = np.zeros(root.shape[1]), np.zeros(0, int)

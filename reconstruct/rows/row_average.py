@@ -25,6 +25,7 @@ from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.lobes.families import retro_lobe, second_lobe
 from photogonio.reconstruct.rows.noise_told import FreshReading, fresh_reading, noise_told
 from photogonio.reconstruct.rows.row_evidence import RowEvidence, Solved
+from photogonio.reconstruct.rows.unseen import SAYS
 from photogonio.reconstruct.table.cells import Cells
 
 ROUGHNESS = (0.07, 0.1, 0.15, 0.2, 0.28, 0.38, 0.5, 0.7, 1.0)
@@ -77,7 +78,7 @@ def average_of(
     ``lobes`` are those to try beside none, None for a grid of shapes. They have a share of ``least``, whatever
     neighbourhoods left out say."""
     lobes = grid() if lobes is None else lobes
-    rows = RowEvidence.of(cells, deviation, order, (LobeSet(), *lobes))
+    rows = RowEvidence.of(cells, deviation, order, (LobeSet(), *lobes), SAYS)
     evidence, ratio = rows.evidence()
     good = np.argsort(-evidence, kind="stable")[:MOST]
     likeliest = evidence[1:].max(initial=-np.inf) if least else evidence.max()

@@ -20,6 +20,7 @@ from photogonio.reconstruct.estimate.model_selection import Prior, folds_of
 from photogonio.reconstruct.estimate.normal_equations import Factors, Statistics, solve
 from photogonio.reconstruct.estimate.weights import level
 from photogonio.reconstruct.rows.smooth_ridge import DECAY
+from photogonio.reconstruct.rows.unseen import steadiness, steepest
 from photogonio.reconstruct.table.cells import Cells
 
 NOISE = 10.0 ** np.arange(-6.0, 2.6, 0.25)  # variance of a row's noise over that of the modes at degree 1
@@ -69,9 +70,13 @@ class RowEvidence:
     folded: FoldedDesign
     whole: FoldedDesign
     factors: dict[float, Factors]  # of the folds' complements, by ratio
+    beyond: np.ndarray | float = 0.0  # (m, m) a penalty on what modes do where there are no rows
 
     @classmethod
-    def of(cls, cells: Cells, deviation: np.ndarray, order: int, lobes: Sequence[LobeSet]) -> RowEvidence:
+    def of(
+        cls, cells: Cells, deviation: np.ndarray, order: int, lobes: Sequence[LobeSet], says: float = 0.0
+    ) -> RowEvidence:
+        """``says`` is how much it counts, beside all rows, that modes stay beyond them as they are there."""
         basis, fold = Basis("isotropic", order), folds_of(cells)
         design, size = basis.design(cells), level(cells)
         weight = ((size / deviation) ** 2).mean(1, keepdims=True)
@@ -96,6 +101,7 @@ class RowEvidence:
             folded,
             whole,
             {},
+            says * float(weight.sum()) * steadiness(order, steepest(cells)) if says else 0.0,
         )
 
     def prior(self, ratio: float) -> Prior:
@@ -190,7 +196,7 @@ class RowEvidence:
         return left_out, self.weight[:, 0] * _quadratic(self.design, total)
 
     def _factors(self, sums: Statistics, ratio: float) -> Factors:
-        return Factors(sums.modes_gram, self.prior(ratio).precision(self.degree, np.ones(1)))
+        return Factors(sums.modes_gram + self.beyond, self.prior(ratio).precision(self.degree, np.ones(1)))
 
     def _solve(self, sums: Statistics, k: int, factors: Factors) -> tuple[np.ndarray, np.ndarray]:
         upper = np.full(self.columns[k].shape[1], np.inf)
