@@ -1,4 +1,4 @@
-"""The coefficient file once more, evaluated from docs/modes.md alone with numpy: nothing here imports the project.
+"""The coefficient file once more, evaluated from docs/modes.md alone: nothing here imports the project.
 
 tests/reconstruct/lobes/test_lobe.py and tests/reconstruct/brdf/test_errors.py hold what the program reads and
 computes against it.
@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import json
 from functools import lru_cache
-from math import erfc, factorial
+from math import factorial
 from pathlib import Path
 
 import numpy as np
+from scipy.special import erfc
 
-_erfc = np.vectorize(erfc, otypes=[float])
 COSINES = {"brdf": (0, 0), "brdf_cos": (1, 0), "brdf_cos_cos": (1, 1)}
 
 
@@ -118,7 +118,7 @@ def smith(name: str, t: np.ndarray) -> np.ndarray:
     if name == "ggx":
         return (np.sqrt(1 + t**2) - 1) / 2
     x = 1 / np.maximum(t, 1e-9)
-    return (np.exp(-(x**2)) / (x * np.sqrt(np.pi)) - _erfc(x)) / 2
+    return (np.exp(-(x**2)) / (x * np.sqrt(np.pi)) - erfc(x)) / 2
 
 
 def fresnel(cos: np.ndarray, f0: float) -> np.ndarray:
@@ -142,13 +142,16 @@ def sent(coat: tuple, cos: float, turn: float) -> float:
     theta = np.arccos(cos)
     steps = 0.5 * np.pi * np.concatenate([[0.0], 0.5 ** np.arange(9)])
     polar, polar_weight = panels([theta - steps, theta + steps, 0.5 * np.pi - steps], 0.0, 0.5 * np.pi)
-    side, side_weight = panels([-2 * steps, 2 * steps], -np.pi, np.pi)
+    half = along == across  # both sides of the plane of incidence are alike
+    side, side_weight = panels(
+        [2 * steps] if half else [-2 * steps, 2 * steps], 0.0 if half else -np.pi, np.pi
+    )
     t, p = (grid.ravel() for grid in np.meshgrid(polar, side + turn + np.pi, indexing="ij"))
     r = np.column_stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
     light = [np.sin(theta) * np.cos(turn), np.sin(theta) * np.sin(turn), cos]
     value, cosine = facets(name, masking, np.array([along, across]), np.broadcast_to(light, r.shape), r)
     weight = np.outer(polar_weight, side_weight).ravel() * np.sin(t) * np.cos(t)
-    return float(np.sum(value * fresnel(np.minimum(cosine, 1.0), f0) * weight))
+    return (2.0 if half else 1.0) * float(np.sum(value * fresnel(np.minimum(cosine, 1.0), f0) * weight))
 
 
 def panels(bounds: list[np.ndarray], low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
