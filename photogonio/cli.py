@@ -73,7 +73,9 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> int:
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
-        return _fail(reporter, str(error), _BAD_INPUT if error.errno in _OF_PATHS else _FAILED)
+        named = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, str | bytes) else ""
+        told = f"{named}{error.strerror.lower()}" if error.strerror else str(error)
+        return _fail(reporter, told, _BAD_INPUT if error.errno in _OF_PATHS else _FAILED)
     except MemoryError:
         return _fail(reporter, "there is not memory enough for this", _FAILED)
     if reporter.failed:

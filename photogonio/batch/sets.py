@@ -35,7 +35,10 @@ def find_sets(given: Sequence[str], warn: Callable[[str], None] = lambda text: N
         for word in given:
             matches = [word] if os.path.exists(word) else sorted(glob.glob(word, recursive=True))
             tell = warn if links else lambda text: None
-            inside = [one for match in matches for one in _below(os.path.abspath(match), links, tell)]
+            if matches == [word] and not os.path.isdir(word):
+                raise InputError(word, f"is a file; expected folders with a {MANIFEST}, or above such")
+            folders = [os.path.abspath(match) for match in matches if os.path.isdir(match)]
+            inside = [one for folder in folders for one in _below(folder, links, tell)]
             if links and not inside:
                 raise InputError(
                     word, f"leads to no photo set; expected folders with a {MANIFEST}, or above such"
@@ -44,18 +47,21 @@ def find_sets(given: Sequence[str], warn: Callable[[str], None] = lambda text: N
                 where = os.path.realpath(folder)
                 if where not in found or folder == where:
                     found[where] = Path(folder)
-    folders = sorted(found.values())
-    common = Path(os.path.commonpath([folder.parent for folder in folders]))
-    return [SetPlace(folder.relative_to(common).as_posix(), folder) for folder in folders]
+    places = sorted(found.values())
+    common = Path(os.path.commonpath([place.parent for place in places]))
+    return [SetPlace(place.relative_to(common).as_posix(), place) for place in places]
 
 
 def check_apart(places: Sequence[SetPlace], out: Path, files: Collection[str]) -> None:
     """Whether results can be written to ``out``, which has ``files`` of its own, without touching a set.
 
     Raises:
-        InputError: a result would lie among photos, or has the name of one of the files.
+        InputError: a result, or what is told of all, would lie among photos; or a result has the name of one of the
+            files.
     """
     sets = {os.path.realpath(place.folder) for place in places}
+    if os.path.realpath(out) in sets:
+        raise InputError(out, "is one of the photo sets; expected another folder")
     for place in places:
         if os.path.realpath(out / place.name) in sets:
             raise InputError(out, f"results of {place.name} would lie among photos; expected another folder")

@@ -25,6 +25,8 @@ from photogonio.system.provenance import hash_file, hash_files
 if TYPE_CHECKING:
     from photogonio.result import Result
 
+COEFFICIENTS = "coefficients.json"
+WRITTEN = (COEFFICIENTS, "setup.json", "table.npz", "report.html")  # of each set
 EACH = 1.2e9  # bytes that a set may need
 
 
@@ -71,12 +73,24 @@ def processed(job: Job) -> SetEntry:
 
     try:
         result = process(job.place.folder, job.out, job.options, Reporter(quiet=True), job.rig)
+        written = hash_file(job.out / COEFFICIENTS)
     except Exception as error:
         return SetEntry(job.place.name, job.key, FAILED, why(error, job))
     said = " · ".join(verdict_lines(result.faults))
     status = DISTRUSTED if result.faults else DONE
     pool = {} if job.pool is None else {"pool": job.pool}
-    return SetEntry(job.place.name, job.key, status, said, numbers_of(result) | pool)
+    return SetEntry(job.place.name, job.key, status, said, numbers_of(result) | pool, written)
+
+
+def is_there(entry: SetEntry, out: Path) -> bool:
+    """Whether a set's files are there, the coefficients those that the ledger tells of: another run may have written
+    others since."""
+    try:
+        return (
+            all((out / name).is_file() for name in WRITTEN) and hash_file(out / COEFFICIENTS) == entry.result
+        )
+    except OSError:
+        return False
 
 
 def why(error: Exception, job: Job) -> str:

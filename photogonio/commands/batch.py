@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from photogonio.batch.ledger import DISTRUSTED, DONE, FAILED, LEDGER, SetEntry, read_ledger, rewrite
+from photogonio.batch.ledger import (
+    DISTRUSTED,
+    DONE,
+    FAILED,
+    LEDGER,
+    SetEntry,
+    check_ledger,
+    read_ledger,
+    rewrite,
+)
 from photogonio.batch.passes import LearnedRigs, Pass, carried_out, job_of, keys_of, learn
 from photogonio.batch.sets import SetPlace, check_apart, find_sets
 from photogonio.batch.summary import page_text, table_text
-from photogonio.batch.work import Job, processed, shared
+from photogonio.batch.work import Job, is_there, processed, shared
 from photogonio.cache.running import job_in
 from photogonio.cache.store import default_folder
 from photogonio.capture.errors import InputError
@@ -23,7 +33,6 @@ from photogonio.system.progress import Reporter
 
 TABLE, PAGE = "summary.csv", "summary.html"
 FILES = (LEDGER, TABLE, PAGE)
-WRITTEN = ("coefficients.json", "setup.json", "table.npz", "report.html")  # of each set
 OF_POOL = ("rigs.jsonl", "pool.json")
 
 
@@ -34,11 +43,16 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
 
 def _run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     out, options = Path(args.out), options_of(args)
-    check_place(out, folder=True)
-    places = find_sets(args.sets, reporter.warn)
-    check_apart(places, out, FILES + (OF_POOL if args.pool else ()))
+    files, unread = FILES + (OF_POOL if args.pool else ()), list[str]()
+    _check_out(out, files)
+    places = find_sets(args.sets, unread.append)
+    check_apart(places, out, files)
+    for line in unread:
+        reporter.warn(line)
     with cluster_of(options.executor):  # is refused before any set is begun
-        out.mkdir(parents=True, exist_ok=True)
+        Path(os.path.realpath(out)).mkdir(
+            parents=True, exist_ok=True
+        )  # a link's own place may not be there yet
     at_once, each = shared(options.threads(), len(places))
     options = replace(options, workers=each)
     rigs = learn(places, options, out, at_once, reporter) if args.pool else LearnedRigs()
@@ -56,10 +70,25 @@ def _run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     count = {
         status: sum(entry.status == status for entry in entries) for status in (DONE, DISTRUSTED, FAILED)
     }
-    reporter.failed = count[FAILED] > 0
+    reporter.failed = count[FAILED] > 0 or bool(unread)
     reporter.distrusted = count[DISTRUSTED] > 0
-    reporter.say(", ".join(f"{number} {status}" for status, number in count.items()) + f"; see {out / PAGE}")
+    told = [f"{number} {status}" for status, number in count.items()]
+    told += [f"{len(unread)} folders could not be read"] if unread else []
+    reporter.say(", ".join(told) + f"; see {out / PAGE}")
     return {"sets": len(entries), "out": str(out), **count, "entries": [entry.set for entry in entries]}
+
+
+def _check_out(out: Path, files: Sequence[str]) -> None:
+    """Whether all that the end will bring can be written, before the work is done.
+
+    Raises:
+        InputError: it cannot.
+    """
+    if out.exists() and not out.is_dir():
+        raise InputError(out, "is a file; expected a folder to write to")
+    for name in files:
+        check_place(out / name, folder=False)
+    check_ledger(out / LEDGER)
 
 
 def _sorted_out(
@@ -69,7 +98,7 @@ def _sorted_out(
     known, found, jobs, changed = read_ledger(out / LEDGER), dict[str, SetEntry](), list[Job](), 0
     for place, key in zip(places, keys_of(places, options, reporter), strict=True):
         entry = known.get(place.name)
-        there = all((out / place.name / name).is_file() for name in WRITTEN)
+        there = entry is not None and is_there(entry, out / place.name)
         if isinstance(key, InputError):
             found[place.name] = SetEntry(place.name, "", FAILED, str(key))
             continue

@@ -1,6 +1,7 @@
 """Many sets: a bad one stops no other, what is done is not done again, and every run ends in the same bytes."""
 
 import csv
+import errno
 import html
 import io
 import os
@@ -11,9 +12,10 @@ from urllib.parse import unquote_to_bytes, urljoin
 
 import pytest
 
-from photogonio.batch import passes, summary
+from photogonio.batch import ledger, passes, summary
 from photogonio.batch.ledger import SetEntry, read_ledger
 from photogonio.cli import main
+from photogonio.commands import batch as command
 from tests.drawn.tiny_set import TinySet
 
 QUICK = ["--quiet", "--order", "0", "--lobes", "none", "--level", "2", "--executor", "local:2"]
@@ -105,6 +107,64 @@ def test_a_changed_set_is_done_again(archive, library, tmp_path):
     main(["batch", str(copy), "-o", str(out), *QUICK])
     found = read_ledger(out / "ledger.jsonl")
     assert found["a"].key != keys["a"] and found["b/c"].key == keys["b/c"]
+
+
+def test_a_result_that_another_run_has_written_since_is_none_of_the_ledgers(archive, library, tmp_path):
+    out = tmp_path / "library"
+    shutil.copytree(library[1], out)
+    before = snapshot(library[1])
+    # what `process` with other options, or a batch at the same time, may leave
+    found = out / "a" / "coefficients.json"
+    found.write_bytes(found.read_bytes().replace(b'"order 0', b'"order 1'))
+    main(["batch", str(archive), "-o", str(out), *QUICK])
+    after = snapshot(out)
+    assert {name: data for name, (data, _) in after.items()} == {n: data for n, (data, _) in before.items()}
+
+
+@pytest.mark.parametrize("name", ["ledger.jsonl", "summary.csv", "summary.html"])
+def test_what_cannot_be_written_at_the_end_is_said_before_the_work(archive, tmp_path, capsys, name):
+    (tmp_path / name).mkdir()
+    assert main(["batch", str(archive), "-o", str(tmp_path), *QUICK]) == 2
+    assert "is a folder" in capsys.readouterr().err
+    assert os.listdir(tmp_path) == [name]
+
+
+def test_a_ledger_that_cannot_be_gone_on_with_is_named(archive, tmp_path, capsys, monkeypatch):
+    (tmp_path / "ledger.jsonl").write_text("")
+    real = os.access
+    monkeypatch.setattr(os, "access", lambda at, mode: not str(at).endswith(".jsonl") and real(at, mode))
+    assert main(["batch", str(archive), "-o", str(tmp_path), *QUICK]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "ledger.jsonl: cannot be read and written" in line
+
+
+def test_a_full_disk_is_named_in_words(archive, tmp_path, capsys, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(ledger.os, "fsync", full)
+    assert main(["batch", str(archive / "bad"), "-o", str(tmp_path), *QUICK]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"photogonio: {tmp_path}/ledger.jsonl: no space left on device"
+
+
+def test_folders_that_cannot_be_read_are_no_success(archive, library, tmp_path, monkeypatch):
+    out = tmp_path / "library"
+    shutil.copytree(library[1], out)
+    find = command.find_sets
+
+    def found(words, warn):
+        warn("lost: passed over, permission denied")
+        return [place for place in find(words, warn) if place.name != "bad"]
+
+    monkeypatch.setattr(command, "find_sets", found)
+    assert main(["batch", str(archive), "-o", str(out), *QUICK]) == 1
+
+
+def test_out_may_be_a_link_to_a_folder_that_is_not_there_yet(archive, tmp_path):
+    (tmp_path / "link").symlink_to("made")
+    main(["batch", str(archive / "bad"), "-o", str(tmp_path / "link"), *QUICK])
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "made" / "summary.html").is_file()
 
 
 def test_a_stop_says_what_is_done_and_the_next_run_goes_on(archive, library, tmp_path, monkeypatch, capsys):

@@ -4,7 +4,8 @@ import os
 
 import pytest
 
-from photogonio.batch.ledger import DONE, FAILED, SetEntry, append, read_ledger, rewrite
+from photogonio.batch.ledger import DONE, FAILED, SetEntry, append, check_ledger, read_ledger, rewrite
+from photogonio.capture.errors import InputError
 
 ENTRIES = [SetEntry(f"set-{k}", f"key-{k}", DONE, "", {"albedo": [0.1 * k]}) for k in range(3)]
 
@@ -46,6 +47,12 @@ def test_lines_that_are_none_of_ours_are_passed_over(tmp_path):
         strange += ENTRIES[1].line().replace(old, new, 1)
     path.write_bytes(strange + ENTRIES[0].line() + b'{"set": 1}\n')
     assert read_ledger(path) == {"set-0": ENTRIES[0]}
+
+
+def test_a_ledger_that_cannot_be_read_is_said(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        read_ledger(tmp_path)
+    check_ledger(tmp_path / "none.jsonl")
 
 
 def test_a_name_that_is_no_text_comes_back(tmp_path):

@@ -31,6 +31,14 @@ def test_what_leads_nowhere_is_refused_by_name(archive):
         find_sets([str(archive), str(archive / "stone")])
 
 
+def test_a_file_is_refused_by_name_and_passed_over_in_a_pattern(archive):
+    (archive / "README").write_text("")
+    with pytest.raises(InputError, match="README: is a file"):
+        find_sets([str(archive), str(archive / "README")])
+    told = []
+    assert len(find_sets([f"{archive}/*"], told.append)) == 3 and not told
+
+
 def test_sets_in_sets_and_behind_links_count_once_and_hidden_ones_not(archive, tmp_path_factory):
     disk = tmp_path_factory.mktemp("disk")
     for folder in (archive / "paper" / "torn", archive / ".old" / "stone", disk / "metal"):
@@ -67,6 +75,8 @@ def test_results_never_lie_among_photos_nor_under_the_names_of_the_library_s_fil
     for out in (archive, archive / "wood" / ".."):
         with pytest.raises(InputError, match="among photos"):
             check_apart(places, out, ())
+    with pytest.raises(InputError, match="one of the photo sets"):
+        check_apart(places, archive / "paper", ())
     check_apart(places, archive / "library", ("ledger.jsonl",))
     with pytest.raises(InputError, match="rename"):
         check_apart([SetPlace("ledger.jsonl/a", archive)], archive / "library", ("ledger.jsonl",))
