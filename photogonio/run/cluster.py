@@ -31,7 +31,7 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_image
 from photogonio.capture.photoset import View
 from photogonio.run.one_photo import PhotoTable, Work, seen_in
-from photogonio.run.task_queue import TaskQueue
+from photogonio.run.task_queue import MOST, TaskQueue
 from photogonio.system.memory import keep_freed
 from photogonio.system.provenance import hash_file
 
@@ -44,6 +44,7 @@ NEAR = (
 )
 COMING = 30.0  # seconds in which the first worker must come, or another when all are gone
 ASKED = 1.0  # seconds until the scheduler is asked again how many workers there are, which takes 3 ms
+SENT = 4 << 20  # bytes of photos in a task, unless one has more
 ABREAST = 2  # tasks under way for each thread of a worker: one is done, one waits there
 
 
@@ -123,7 +124,7 @@ class Cluster:
                 if not threads or time.monotonic() - asked > ASKED:
                     threads, asked = self._threads(), time.monotonic()
                 while queue.left and len(waiting) < ABREAST * threads:
-                    numbers = queue.task(ABREAST * threads, single=self.sending)
+                    numbers = queue.task(ABREAST * threads, self._most(asks[queue.left[-1]]))
                     filled = [self._filled(work, asks[number]) for number in numbers]
                     waiting[pool.submit(answers_of, code_key(), shared, filled)] = numbers
                 done, _ = wait(waiting, COMING, FIRST_COMPLETED)
@@ -155,6 +156,11 @@ class Cluster:
             raise InputError(self.name, _told_foreign([answer.worker]))
         self.sending = self.sending or isinstance(answer, Lacking)
         return not isinstance(answer, Lacking)
+
+    def _most(self, ask: Ask) -> int:
+        """Photos that may go in one task: where they are sent, the scheduler holds them all."""
+        size = sum(mark.size for mark in ask.files.values()) if self.sending else 0
+        return max(1, SENT // max(1, size)) if size else MOST
 
     def _filled(self, work: Work, ask: Ask) -> Ask:
         """With the photo's files, where workers cannot read them."""

@@ -22,11 +22,11 @@ class TaskQueue:
         self.alone = set[int]()  # of tasks that failed: one of their photos kills workers
         self.each = TASK  # a processor's seconds a photo, as far as is known
 
-    def task(self, abreast: int, *, single: bool) -> list[int]:
-        """The next photos; fewer toward the end, so that all workers end together."""
+    def task(self, abreast: int, most: int = MOST) -> list[int]:
+        """The next photos, at most so many; fewer toward the end, so that all workers end together."""
         size = 1
-        if not single and self.left[-1] not in self.alone:
-            size = max(min(self._in(TASK), len(self.left) // abreast), self._in(LEAST))
+        if self.left[-1] not in self.alone:
+            size = min(max(min(self._in(TASK), len(self.left) // abreast), self._in(LEAST)), most)
         numbers = [self.left.pop()]
         while len(numbers) < size and self.left and self.left[-1] not in self.alone:
             numbers.append(self.left.pop())

@@ -91,7 +91,7 @@ def test_tables_come_straight_from_workers_that_can_be_reached(scheduler):
 def test_tasks_grow_to_half_a_second_and_shrink_toward_the_end():
     queue, sizes, seen = TaskQueue(240), [], []
     while queue.left:
-        numbers = queue.task(4, single=False)
+        numbers = queue.task(4)
         seen += numbers
         sizes.append(len(numbers))
         done: cluster.Future = cluster.Future()
@@ -102,7 +102,18 @@ def test_tasks_grow_to_half_a_second_and_shrink_toward_the_end():
     assert sizes[-2] == LEAST / 0.02 and sorted(sizes[1:], reverse=True) == sizes[1:]
     assert len(sizes) < 24  # each has its price
     alone = TaskQueue(3)
-    assert [alone.task(1, single=True) for _ in range(3)] == [[0], [1], [2]]  # photos that are sent
+    assert [alone.task(1, 1) for _ in range(3)] == [[0], [1], [2]]
+
+
+def test_photos_that_are_sent_go_by_their_bytes(photos):
+    one = object.__new__(cluster.Cluster)
+    view, photo = made_setup(FILES).views[0], load_photoset(photos).views("sample")[0]
+    ask = cluster.Ask(view, photo, {"a": cluster.FileMark(cluster.SENT // 4, 0, "")})
+    large = replace(ask, files={"a": cluster.FileMark(4 * cluster.SENT, 0, "")})
+    one.sending = True
+    assert (one._most(ask), one._most(large)) == (4, 1)
+    one.sending = False
+    assert one._most(large) == cluster.MOST
 
 
 def test_workers_of_another_version_are_refused_by_name(scheduler, monkeypatch):
@@ -155,7 +166,7 @@ def test_a_photo_that_kills_its_workers_is_done_here():
     tasks: list[list[str]] = []
     one = object.__new__(cluster.Cluster)
     one.sending, one._shared, one._threads = False, lambda work: None, lambda: 1
-    one._filled = lambda work, ask: ask
+    one._filled, one._most = lambda work, ask: ask, lambda ask: cluster.MOST
     one.client = type("Client", (), {"get_executor": lambda self, pure: Pool()})()
     found = dict(one.answers(None, "abcdefgh", lambda ask: f"here: {ask}"))
     assert found == {k: f"{'here' if name == 'c' else 'there'}: {name}" for k, name in enumerate("abcdefgh")}
