@@ -6,7 +6,9 @@ never by itself: a dark surface has true zeros, noise falls below zero, a peak i
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -58,12 +60,15 @@ class SpoiltRows:
 def find_spoilt(samples: GoniometerSamples) -> list[SpoiltRows]:
     """Kinds of rows that are no measurements; a row may be in several."""
     at, found = places(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i), []
+    tree = cache(lambda: cKDTree(at))  # of few tables it is asked
     for channel, value in enumerate(samples.value.T):
-        found += _of_channel(samples, at, value, channel)
+        found += _of_channel(samples, at, tree, value, channel)
     return found
 
 
-def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> list[SpoiltRows]:
+def _of_channel(
+    samples, at: np.ndarray, tree: Callable[[], cKDTree], value: np.ndarray, channel: int
+) -> list[SpoiltRows]:
     size = np.abs(value[value != 0.0])
     if not len(size):
         return []
@@ -72,7 +77,7 @@ def _of_channel(samples, at: np.ndarray, value: np.ndarray, channel: int) -> lis
     good = ~np.isin(value, marks) & ~zero & (value > 0.0)
     if good.sum() < FEWEST or not (zero.any() or len(marks) or len(still) or (value < 0).any()):
         return []
-    known = _Known.of(at, value, good, marks)
+    known = _Known.of(at, tree(), value, good, marks)
     found = []
     for mark in marks:
         rows = np.flatnonzero(value == mark)
@@ -90,26 +95,30 @@ class _Known:
     """The rows that others are judged by, and their noise."""
 
     at: np.ndarray  # (n, 4) of all rows
+    tree: cKDTree  # of them
     value: np.ndarray  # (n,) of all rows
     good: np.ndarray  # (n,) bool
+    sound: cKDTree  # of those
     relative: float  # noise of bright rows, over their value
     constant: float  # noise of dim rows, 1/sr
     step: float  # 1/sr: the digits' step, and the noise that values below zero show
 
     @classmethod
-    def of(cls, at: np.ndarray, value: np.ndarray, good: np.ndarray, marks: np.ndarray) -> _Known:
-        rows = np.flatnonzero(good)
+    def of(
+        cls, at: np.ndarray, tree: cKDTree, value: np.ndarray, good: np.ndarray, marks: np.ndarray
+    ) -> _Known:
+        rows, sound = np.flatnonzero(good), cKDTree(at[good])
         rows = rows[:: max(len(rows) // JUDGED, 1)]
-        told = expected(at[good], value[good], at[rows], own=True)
+        told = expected(at[good], value[good], at[rows], own=True, tree=sound)
         bright = told.value >= np.median(told.value)
         relative = float(np.quantile(told.spread[bright], QUIET))
         constant = float(np.quantile((told.spread * told.value)[~bright], QUIET)) if (~bright).any() else 0.0
         below = -value[(value < 0.0) & ~np.isin(value, marks)]
         noise = float(np.median(below)) / 0.6745 if len(below) else 0.0
-        return cls(at, value, good, relative, constant, max(_step(value[good]), noise))
+        return cls(at, tree, value, good, sound, relative, constant, max(_step(value[good]), noise))
 
     def expected(self, rows: np.ndarray) -> Expected:
-        return expected(self.at[self.good], self.value[self.good], self.at[rows])
+        return expected(self.at[self.good], self.value[self.good], self.at[rows], tree=self.sound)
 
     def noise(self, value: np.ndarray) -> np.ndarray:
         """(q,) 1/sr, of readings of ``value``."""
@@ -197,7 +206,7 @@ def _fading(known: _Known, rows: np.ndarray, mark: float) -> bool:
 
 def _share_beside(known: _Known, rows: np.ndarray, which: np.ndarray) -> np.ndarray:
     """(m,) how many of the rows nearest to each are among ``which`` (n,) bool."""
-    _, near = cKDTree(known.at).query(known.at[rows], k=min(CLOSE, len(known.at)))
+    _, near = known.tree.query(known.at[rows], k=min(CLOSE, len(known.at)))
     return which[near.reshape(len(rows), -1)].mean(1)
 
 
@@ -216,7 +225,7 @@ def _too_low(known: _Known, rows: np.ndarray, mark: float, channel: int, told: E
 def _zeros(samples, known: _Known, rows: np.ndarray, channel: int) -> list[SpoiltRows]:
     """Zeros that are none: all that hang together, if their neighbours contradict most, or those of them that stand
     among others; and whatever surrounds the lamp's direction, and nothing else."""
-    found = [_of_cluster(known, cluster) for cluster in _clusters(known.at, rows)]
+    found = [_of_cluster(known, cluster) for cluster in _clusters(known, rows)]
     if not found:
         return []
     out = np.sort(np.concatenate(found))
@@ -270,16 +279,17 @@ def _contradicted(known: _Known, told: Expected) -> np.ndarray:
 def _decayed(known: _Known, cluster: np.ndarray, told: Expected) -> bool:
     """Whether values fall, toward these zeros, below the least that is told from zero around them."""
     good = np.flatnonzero(known.good)
-    _, near = cKDTree(known.at[good]).query(known.at[_some(cluster)], k=min(4, len(good)))
+    _, near = known.sound.query(known.at[_some(cluster)], k=min(4, len(good)))
     least = float(known.value[good[np.unique(near)]].min())
     return float(np.median(told.value)) < DECAYED * least
 
 
-def _clusters(at: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
+def _clusters(known: _Known, rows: np.ndarray) -> list[np.ndarray]:
     """Rows that are among the nearest of one another, of all."""
     if not len(rows):
         return []
-    _, near = cKDTree(at).query(at[rows], k=min(LINKED, len(at)))
+    at = known.at
+    _, near = known.tree.query(at[rows], k=min(LINKED, len(at)))
     number = np.full(len(at), -1)
     number[rows] = np.arange(len(rows))
     other = number[near.reshape(len(rows), -1)]

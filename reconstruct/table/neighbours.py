@@ -63,14 +63,16 @@ def apart(value: np.ndarray, number: np.ndarray) -> np.ndarray:
     return value[np.r_[True, (np.diff(value) != 0.0) | (np.diff(key) != 0)]]
 
 
-def expected(at: np.ndarray, value: np.ndarray, where: np.ndarray, *, own: bool = False) -> Expected:
+def expected(
+    at: np.ndarray, value: np.ndarray, where: np.ndarray, *, own: bool = False, tree: cKDTree | None = None
+) -> Expected:
     """What rows at places ``at`` (n, 4) with ``value`` (n,) above zero say of places ``where`` (q, 4).
 
     ``own``: ``where`` are the rows themselves, each to be judged by the others. The fit is linear in the places,
-    weighted by nearness; its error is that of a fresh reading.
+    weighted by nearness; its error is that of a fresh reading. ``tree`` is that of ``at``, for who asks more than once.
     """
     count = min(NEIGHBOURS + own, len(at))
-    tree = cKDTree(at)
+    tree = cKDTree(at) if tree is None else tree
     parts = []
     for start in range(0, len(where), _BATCH):
         here = where[start : start + _BATCH]
