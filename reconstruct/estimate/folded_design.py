@@ -98,6 +98,13 @@ class FoldedDesign:
             [left[..., a:b] @ np.swapaxes(right[..., a:b], 1, 2) for a, b in pairwise(self._unit_bounds)]
         )
 
+    def said(self, coefficients: np.ndarray) -> np.ndarray:
+        """(n, c) sums of modes, rows of each fold with its own ``coefficients`` (f, c, m)."""
+        result = np.empty((len(self._design), coefficients.shape[1]))
+        for rows, own in zip(self._slices(), coefficients, strict=True):
+            result[self._rows[rows]] = self._design[rows] @ own.T
+        return result
+
     @property
     def modes_gram(self) -> np.ndarray:
         """(f, c, m, m) sums of the modes alone."""

@@ -77,46 +77,86 @@ def average_of(
     """Of measured rows whose errors are ``deviation`` (n, c) up to a factor, on isotropic modes up to ``order``;
     ``lobes`` are those to try beside none, None for a grid of shapes. They have a share of ``least``, whatever
     neighbourhoods left out say."""
-    lobes = grid() if lobes is None else lobes
-    rows = RowEvidence.of(cells, deviation, order, (LobeSet(), *lobes), SAYS)
-    evidence, ratio = rows.evidence()
-    good = np.argsort(-evidence, kind="stable")[:MOST]
-    likeliest = evidence[1:].max(initial=-np.inf) if least else evidence.max()
-    tried = np.union1d(good[evidence[good] >= likeliest - HOPELESS], [0])
-    ridge, predicted = rows.ridge()
-    tried, ratio, likely = (
-        np.append(0, tried),
-        np.append(ridge, ratio[tried]),
-        np.append(ratio[0], ratio[tried]),
-    )
-    left_out = [predicted, *(rows.left_out(*one) for one in zip(tried[1:], ratio[1:], strict=True))]
-    missed = np.stack([(np.sqrt(rows.weight) * (rows.value - one)).ravel() for one in left_out])
-    told = np.append(-np.inf, evidence[tried[1:]])
-    if least and np.isfinite(likeliest):
-        told[tried == 0] = -np.inf
-    weight = _weights(told, missed, np.repeat(rows.fold, cells.value.shape[1]), least)
-    kept = np.flatnonzero(weight > 0.0)
-    size = level(cells)
-    members = tuple(
-        Member(
-            rows.trials[tried[k]].lobes,
-            rows.prior(ratio[k]),
-            float(evidence[tried[k]]),
-            float(weight[k]),
-            left_out[k] * size,
+    return Weighed.of(cells, deviation, order, lobes, least).average()
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """Candidates of an average with their weights: what it says of rows left out, before all rows are fitted by it."""
+
+    cells: Cells
+    rows: RowEvidence
+    tried: np.ndarray  # (k,) candidates that have a weight
+    ratio: np.ndarray  # (k,) of their priors
+    likely: np.ndarray  # (k,) of priors that are likeliest
+    evidence: np.ndarray  # (k,)
+    weight: np.ndarray  # (k,)
+    each: tuple[np.ndarray, ...]  # (n, c) what each says of rows left out, in units of the level
+
+    @classmethod
+    def of(
+        cls,
+        cells: Cells,
+        deviation: np.ndarray,
+        order: int,
+        lobes: Sequence[LobeSet] | None = None,
+        least: float = 0.0,
+    ) -> Weighed:
+        """As :func:`average_of`."""
+        lobes = grid() if lobes is None else lobes
+        rows = RowEvidence.of(cells, deviation, order, (LobeSet(), *lobes), SAYS)
+        evidence, ratio = rows.evidence()
+        good = np.argsort(-evidence, kind="stable")[:MOST]
+        likeliest = evidence[1:].max(initial=-np.inf) if least else evidence.max()
+        tried = np.union1d(good[evidence[good] >= likeliest - HOPELESS], [0])
+        ridge, predicted = rows.ridge()
+        tried, ratio, likely = (
+            np.append(0, tried),
+            np.append(ridge, ratio[tried]),
+            np.append(ratio[0], ratio[tried]),
         )
-        for k in kept
-    )
-    solved = [rows.solved(tried[k], ratio[k], likely[k]) for k in kept]
-    said = sum(weight[k] * left_out[k] for k in kept) * size
-    model, covariance = _mixed(rows, tried[kept], members, solved, size)
-    error, leverage = np.zeros_like(said), np.zeros(len(said))
-    spreads = {ratio: rows.spread(ratio) for ratio in {likely[k] for k in kept}}
-    for k, one, part in zip(kept, members, solved, strict=True):
-        spread, share = spreads[likely[k]]
-        error += one.weight * (spread[:, None] * part.variance * size**2 + (one.left_out - said) ** 2)
-        leverage += one.weight * share
-    return _told(cells, model, covariance, members, (said, np.sqrt(error), leverage, rows.fold))
+        left_out = [predicted, *(rows.left_out(*one) for one in zip(tried[1:], ratio[1:], strict=True))]
+        missed = np.stack([(np.sqrt(rows.weight) * (rows.value - one)).ravel() for one in left_out])
+        told = np.append(-np.inf, evidence[tried[1:]])
+        if least and np.isfinite(likeliest):
+            told[tried == 0] = -np.inf
+        weight = _weights(told, missed, np.repeat(rows.fold, cells.value.shape[1]), least)
+        kept = np.flatnonzero(weight > 0.0)
+        each = tuple(left_out[k] for k in kept)
+        tried, ratio, likely, weight = tried[kept], ratio[kept], likely[kept], weight[kept]
+        return cls(cells, rows, tried, ratio, likely, evidence[tried], weight, each)
+
+    @property
+    def left_out(self) -> np.ndarray:
+        """(n, c) rows by those of all other folds, 1/sr."""
+        return sum(weight * one for weight, one in zip(self.weight, self.each, strict=True)) * level(
+            self.cells
+        )
+
+    def average(self) -> Average:
+        """By all rows."""
+        rows, size, said = self.rows, level(self.cells), self.left_out
+        members = tuple(
+            Member(
+                rows.trials[trial].lobes,
+                rows.prior(ratio),
+                float(evidence),
+                float(weight),
+                one * size,
+            )
+            for trial, ratio, evidence, weight, one in zip(
+                self.tried, self.ratio, self.evidence, self.weight, self.each, strict=True
+            )
+        )
+        solved = [rows.solved(*one) for one in zip(self.tried, self.ratio, self.likely, strict=True)]
+        model, covariance = _mixed(rows, self.tried, members, solved, size)
+        error, leverage = np.zeros_like(said), np.zeros(len(said))
+        spreads = {ratio: rows.spread(ratio) for ratio in set(self.likely)}
+        for likely, one, part in zip(self.likely, members, solved, strict=True):
+            spread, share = spreads[likely]
+            error += one.weight * (spread[:, None] * part.variance * size**2 + (one.left_out - said) ** 2)
+            leverage += one.weight * share
+        return _told(self.cells, model, covariance, members, (said, np.sqrt(error), leverage, rows.fold))
 
 
 def between(cells: Cells, one: Average, other: Average, share: float) -> Average:

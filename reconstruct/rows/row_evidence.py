@@ -7,7 +7,7 @@ so that the (restricted) evidence of some thirty candidates costs milliseconds (
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -68,8 +68,8 @@ class RowEvidence:
     columns: tuple[np.ndarray, ...]  # (n, q) each, of greatest value 1
     size: tuple[np.ndarray, ...]  # (q,) by which they were divided
     folded: FoldedDesign
-    whole: FoldedDesign
-    factors: dict[float, Factors]  # of the folds' complements, by ratio
+    others: np.ndarray  # (f, 1, m, m) sums of the modes over all other folds, with ``beyond``
+    factors: dict[float, Factors]  # of those, by ratio
     beyond: np.ndarray | float = 0.0  # (m, m) a penalty on what modes do where there are no rows
 
     @classmethod
@@ -87,7 +87,7 @@ class RowEvidence:
         greatest = [np.maximum(np.abs(one).max(0), np.finfo(float).tiny) for one in columns]
         columns = [one / by for one, by in zip(columns, greatest, strict=True)]
         folded = FoldedDesign(design, weight, fold)
-        whole = FoldedDesign(design, weight, np.zeros(len(cells), int))
+        beyond = says * float(weight.sum()) * steadiness(order, steepest(cells)) if says else 0.0
         return cls(
             cells.value / size,
             design,
@@ -99,9 +99,9 @@ class RowEvidence:
             tuple(columns),
             tuple(greatest),
             folded,
-            whole,
+            folded.modes_gram.sum(0) - folded.modes_gram + beyond,
             {},
-            says * float(weight.sum()) * steadiness(order, steepest(cells)) if says else 0.0,
+            beyond,
         )
 
     def prior(self, ratio: float) -> Prior:
@@ -112,21 +112,30 @@ class RowEvidence:
         """(k,) the logarithm of each candidate's evidence, and the ratio of :data:`NOISE` that it is greatest at.
 
         Beside the noise found there is one of ``least``, of the level: what models miss by less tells nothing."""
-        root = np.sqrt(self.weight)
-        smooth = root * self.design[:, 1:] * self.degree[1:] ** -DECAY
-        energy, turn = np.linalg.eigh(smooth.T @ smooth)
-        energy, project = np.maximum(energy, 0.0), turn.T @ smooth.T
+        root, scale = np.sqrt(self.weight), self.degree[1:] ** -DECAY
+        energy, turn = np.linalg.eigh(self.folded.modes_gram.sum((0, 1))[1:, 1:] * np.outer(scale, scale))
+        energy, turn = np.maximum(energy, 0.0), scale[:, None] * turn
         # with C = S S' + ratio I, x' C^-1 y = (x' y - sum_i along_xi along_yi / (energy_i + ratio)) / ratio
         share = 1.0 / (energy + NOISE[:, None])
         n, channels = self.value.shape
         size = np.log(energy + NOISE[:, None]).sum(1) + (n - len(energy)) * np.log(NOISE)
         shared, found = np.hstack([self.value, self.design[:, :1]]), np.empty((len(self.columns), len(NOISE)))
+
+        def along_modes(columns: np.ndarray) -> np.ndarray:
+            return turn.T @ (self.design[:, 1:].T @ (self.weight * columns))
+
         counts = np.array([one.shape[1] for one in self.columns])
+        along_shared = along_modes(shared)
         for count in np.unique(counts):
             these = np.flatnonzero(counts == count)
-            own = np.stack([self.columns[k] for k in these])
-            every = root * np.concatenate([np.broadcast_to(shared, (len(own), *shared.shape)), own], axis=2)
-            along, gram = project @ every, np.swapaxes(every, 1, 2) @ every
+            flat = np.hstack([self.columns[k] for k in these])
+            own = np.moveaxis(flat.reshape(n, len(these), count), 1, 0)
+            along_own = np.moveaxis(along_modes(flat).reshape(len(turn), len(these), count), 1, 0)
+            along = np.concatenate(
+                [np.broadcast_to(along_shared, (len(these), *along_shared.shape)), along_own], axis=2
+            )
+            every = root * np.concatenate([np.broadcast_to(shared, (len(these), *shared.shape)), own], axis=2)
+            gram = np.swapaxes(every, 1, 2) @ every
             inverse = (gram - _products(along, share)) / NOISE[:, None, None, None]
             found[these] = _restricted(inverse, channels, n, size, least).T
         best = found.argmax(1)
@@ -134,24 +143,29 @@ class RowEvidence:
 
     def left_out(self, k: int, ratio: float) -> np.ndarray:
         """(n, c) what candidate ``k`` says of each row by those of all other folds."""
-        rest = self.folded.statistics(self.value, self.columns[k]).without_each()
-        return self._by_others(rest, k, ratio)
+        return self._by_others(self._without_each(k), k, ratio)
+
+    def _without_each(self, k: int) -> Statistics:
+        """Sums over all other folds, of the modes with what is said of them beyond the rows."""
+        sums = self.folded.statistics(self.value, self.columns[k])
+        parts = (getattr(sums, each.name) for each in fields(sums)[1:])
+        return Statistics(self.others, *(part.sum(0) - part for part in parts))
 
     def _by_others(self, rest: Statistics, k: int, ratio: float) -> np.ndarray:
         if ratio not in self.factors:
-            self.factors[ratio] = self._factors(rest, ratio)
-        modes, lobes = self._solve(rest, k, self.factors[ratio])
-        result = np.empty_like(self.value)
-        for f, (own, lobe) in enumerate(zip(modes, lobes, strict=True)):
-            here = self.fold == f
-            result[here] = self.design[here] @ own.T + self.columns[k][here] @ lobe.T
-        return result
+            self.factors[ratio] = self._factors(self.others, ratio)
+        return self._said_by_others(rest, k, self.factors[ratio])
+
+    def _said_by_others(self, rest: Statistics, k: int, factors: Factors) -> np.ndarray:
+        modes, lobes = self._solve(rest, k, factors)
+        return self.folded.said(modes) + np.einsum("nq,ncq->nc", self.columns[k], lobes[self.fold])
 
     def solved(self, k: int, ratio: float, likely: float) -> Solved:
         """Candidate ``k`` by all rows, with a prior of ``ratio``, and how sure it is with one of the ``likely`` ratio:
         what predicts best may be next to no prior, which says nothing of what was not measured."""
-        sums = self.whole.statistics(self.value, self.columns[k])
-        own, other = (self._solve(sums, k, self._factors(sums, one)) for one in (ratio, likely))
+        sums = self.folded.statistics(self.value, self.columns[k]).total()
+        every = sums.modes_gram + self.beyond
+        own, other = (self._solve(sums, k, self._factors(every, one)) for one in (ratio, likely))
         across, m = sums.across[0, 0], len(self.degree)
         gram = np.block([[sums.modes_gram[0, 0], across], [across.T, sums.lobes_gram[0, 0]]])
         gram[np.arange(m), np.arange(m)] += self.prior(likely).precision(self.degree, np.ones(1))[0]
@@ -181,8 +195,12 @@ class RowEvidence:
 
     def ridge(self) -> tuple[float, np.ndarray]:
         """The ratio with which the ridge alone predicts rows left out best, and what (n, c) it says of them."""
-        rest = self.folded.statistics(self.value, self.columns[0]).without_each()
-        tried = [(ratio, self._by_others(rest, 0, ratio)) for ratio in RIDGES.tolist()]
+        rest = self._without_each(0)
+        # factors that no candidate asks for again are not kept: they fill a memory
+        tried = [
+            (ratio, self._said_by_others(rest, 0, self._factors(self.others, ratio)))
+            for ratio in RIDGES.tolist()
+        ]
         return min(tried, key=lambda one: float(np.sum(self.weight * (self.value - one[1]) ** 2)))
 
     def spread(self, ratio: float) -> tuple[np.ndarray, np.ndarray]:
@@ -195,8 +213,8 @@ class RowEvidence:
             left_out[self.fold == f] = _quadratic(self.design[self.fold == f], total - part)
         return left_out, self.weight[:, 0] * _quadratic(self.design, total)
 
-    def _factors(self, sums: Statistics, ratio: float) -> Factors:
-        return Factors(sums.modes_gram + self.beyond, self.prior(ratio).precision(self.degree, np.ones(1)))
+    def _factors(self, gram: np.ndarray, ratio: float) -> Factors:
+        return Factors(gram, self.prior(ratio).precision(self.degree, np.ones(1)))
 
     def _solve(self, sums: Statistics, k: int, factors: Factors) -> tuple[np.ndarray, np.ndarray]:
         upper = np.full(self.columns[k].shape[1], np.inf)

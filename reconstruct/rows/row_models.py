@@ -12,7 +12,7 @@ from photogonio.reconstruct.estimate.lobe_search import Fitted
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model_selection import Candidate
 from photogonio.reconstruct.estimate.weights import error_model, scale_of, student_cost
-from photogonio.reconstruct.rows.row_average import Average, average_of
+from photogonio.reconstruct.rows.row_average import Average, Weighed
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 
@@ -31,17 +31,17 @@ def best_average(cells: Cells, of: Average | None = None, *, finer: bool = True)
     """
     deviation = error_model(cells)
     lobes = None if of is None else tuple(one.lobes for one in of.members if one.lobes.families)
-    best = average_of(cells, deviation, ORDER, lobes)
+    best = Weighed.of(cells, deviation, ORDER, lobes)
     for order in FINER if finer else ():
         if len(cells) < ROWS_A_MODE * len(Basis("isotropic", order).modes):
             break
-        other = average_of(cells, deviation, order, lobes)
-        loss, before = (loss_of(cells, one.left_out, one.fold).sum() for one in (other, best))
+        other = Weighed.of(cells, deviation, order, lobes)
+        loss, before = (loss_of(cells, one.left_out, one.rows.fold).sum() for one in (other, best))
         if loss < before:
             best = other
         if loss > (1.0 - BETTER) * before:
             break
-    return best
+    return best.average()
 
 
 def loss_of(cells: Cells, left_out: np.ndarray, fold: np.ndarray) -> np.ndarray:

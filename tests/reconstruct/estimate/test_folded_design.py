@@ -21,6 +21,13 @@ def test_sums_are_those_of_the_weighted_rows_of_each_fold():
             assert sums.square[f, c] == pytest.approx(np.sum(w * y * y), rel=1e-12)
 
 
+def test_each_fold_is_said_by_its_own_coefficients():
+    design, _, weight, fold, _ = problem(1)
+    coefficients = np.random.default_rng(2).normal(size=(4, 2, design.shape[1]))
+    said = FoldedDesign(design, weight, fold).said(coefficients)
+    np.testing.assert_allclose(said, np.einsum("nm,ncm->nc", design, coefficients[fold]), rtol=0, atol=1e-12)
+
+
 def test_common_errors_weigh_a_unit_by_its_whole_inverse_covariance():
     design, columns, weight, fold, target = problem(5, n=200)
     rng = np.random.default_rng(6)

@@ -8,7 +8,7 @@ import pytest
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.weights import error_model
 from photogonio.reconstruct.lobes.families import second_lobe
-from photogonio.reconstruct.rows.row_average import Average, average_of, between
+from photogonio.reconstruct.rows.row_average import Average, Weighed, average_of, between
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import samples_table
 from tests.drawn.goniometer import SATIN, matte, measured, scattered
@@ -46,6 +46,13 @@ def test_rows_left_out_are_the_mean_of_what_members_say(glossy):
     _, found = glossy
     mean = sum(one.weight * one.left_out for one in found.members)
     np.testing.assert_allclose(found.left_out, mean, rtol=1e-12)
+
+
+def test_what_is_said_of_rows_left_out_is_known_before_all_rows_are_fitted(glossy):
+    given, found = glossy
+    weighed = Weighed.of(given, error_model(given), 4, LOBES)
+    np.testing.assert_array_equal(weighed.left_out, found.left_out)
+    np.testing.assert_allclose(weighed.weight, [one.weight for one in found.members], rtol=1e-12)
 
 
 def test_lobes_have_the_share_that_is_asked_for_where_left_out_rows_give_none():
