@@ -50,6 +50,18 @@ def contradiction(cells: Cells, predicted: np.ndarray) -> float:
     return float(np.nanmedian(scatter)) if np.isfinite(scatter).any() else np.nan
 
 
+def apart(cells: Cells, view: int) -> float:
+    """Angle, radians, by which the middle pair of directions of a view lies from what others saw, there or at the
+    reciprocal twin, beyond :data:`NEAR`."""
+    own = cells.group == view
+    if own.all() or not own.any():
+        return 0.0
+    there = pair_places(cells.theta_i, cells.theta_r, cells.dphi)
+    back = pair_places(cells.theta_r, cells.theta_i, cells.dphi)
+    distance, _ = cKDTree(np.concatenate([there[~own], back[~own]])).query(there[own])
+    return max(float(np.median(distance)) - NEAR, 0.0)
+
+
 def _plain(cells: Cells, predicted: np.ndarray) -> tuple[Cells, np.ndarray]:
     """The cells, and what the model says of them, but for the faint ones: there stray light is as much as f."""
     bright = predicted.mean(1) > FAINT * np.sqrt(np.mean(predicted**2))

@@ -19,7 +19,7 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Prior
 from photogonio.reconstruct.estimate.narrow_gloss import evenly
-from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
+from photogonio.reconstruct.estimate.outlier_views import apart, contradiction, discordant
 from photogonio.reconstruct.estimate.weights import FREE, STRAY_DOUBT, ViewScales, error_model, view_scales
 from photogonio.reconstruct.lobes.families import (
     Family,
@@ -228,7 +228,7 @@ def _scales(
         view_errors=believed,
     )
     predicted = cells.value - fitted.residual
-    return view_scales(cells, predicted, deviation * fitted.scale, fitted.weight, view_errors)
+    return view_scales(cells, predicted, deviation * fitted.scale, fitted.weight, view_errors, apart)
 
 
 def _piloted(

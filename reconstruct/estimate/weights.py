@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ STRAY_DOUBT = 0.3  # of the stray light removed
 FLOOR = 1e-3  # of the channel's level
 SUSPECT = 4.0  # standard errors from the other views
 LEAST_SUSPECT = 0.015  # relative; less cannot be told from a misfit of the model
+STEEP = 1.0  # relative, a radian: as much f may change from where others looked without the model's knowing
 MOST_DOUBT = 0.01  # of all views' scales for their scatter alone, which a wrong model makes too
 FREE = 1.0  # relative standard error of a scale that is not believed
 LEAST_TO_JUDGE = 5  # views: the scatter of fewer says little
@@ -108,20 +110,28 @@ class ViewScales:
 
 
 def view_scales(
-    cells: Cells, predicted: np.ndarray, deviation: np.ndarray, weight: np.ndarray, prior: np.ndarray
+    cells: Cells,
+    predicted: np.ndarray,
+    deviation: np.ndarray,
+    weight: np.ndarray,
+    prior: np.ndarray,
+    apart: Callable[[Cells, int], float] = lambda cells, view: 0.0,
 ) -> ViewScales:
     """How far each view's scale may be believed, from how its values compare with the prediction (n, c).
 
     ``deviation`` and ``weight`` (n, c) are the error model and the robust weights; ``prior`` (g,) relative standard
     errors. Residuals within a view hang together, so a view counts as :data:`INDEPENDENT` cells at most. Where views
     scatter more than their errors say, the errors are raised toward the scatter. A view that lies further from the
-    others than chance allows has its scale set free.
+    others than chance allows has its scale set free, but it must lie the further the farther ``apart`` (cells, view),
+    radians, it looked from all others: what it alone has seen is news.
     """
     shift, error = _view_shifts(cells, predicted, deviation, weight)
     shift = shift - np.median(shift)
     spread = robust.deviation(shift) if len(shift) >= LEAST_TO_JUDGE else 0.0
     expected = np.sqrt(prior**2 + error**2 + spread**2)
     freed = np.abs(shift) > np.maximum(SUSPECT * expected, LEAST_SUSPECT)
+    for view in np.flatnonzero(freed):
+        freed[view] = abs(shift[view]) > STEEP * apart(cells, int(view))
     excess = np.sqrt(max(spread**2 - float(np.median(error)) ** 2, 0.0))
     raised = np.maximum(prior, min(excess, MOST_DOUBT))
     return ViewScales(np.where(freed, 1.0 + shift, 1.0), np.where(freed, FREE, raised), freed)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from photogonio.reconstruct.estimate.outlier_views import contradiction, discordant
-from photogonio.reconstruct.table.cells import cells_of
+from photogonio.reconstruct.estimate.outlier_views import NEAR, apart, contradiction, discordant
+from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
@@ -76,3 +76,14 @@ def test_where_all_is_black_nothing_contradicts():
     black = cells.with_value(np.random.default_rng(0).normal(size=cells.value.shape))
     assert not discordant(black, 0.0 * guess).any()
     assert np.isnan(contradiction(black, 0.0 * guess))
+
+
+def test_how_far_a_view_looked_from_all_others_is_known():
+    """Exchanged, theirs has the camera 0.4 rad away, which is a chord; the same pair and its twin are nowhere else."""
+    i, r = np.full(3, 0.5), np.full(3, 0.9)
+    for angles, far in (((0.9, 0.9), 2 * np.sin(0.2)), ((0.5, 0.9), 0.0), ((0.9, 0.5), 0.0)):
+        cells = Cells.of_angles(np.append(i, angles[0]), np.append(r, angles[1]), np.full(4, 1.0))
+        cells = replace(cells, group=np.array([0, 1, 2, 3]), groups=("a", "b", "c", "d"))
+        assert abs(apart(cells, 3) - max(far - NEAR, 0.0)) < 1e-12
+    assert apart(replace(cells, group=np.zeros(4, int)), 0) == 0.0
+    assert apart(cells.take(np.arange(3)), 3) == 0.0

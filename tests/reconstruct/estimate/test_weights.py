@@ -85,6 +85,18 @@ def test_a_view_of_wrong_scale_is_freed_and_corrected_and_the_others_stay():
     assert (np.delete(scales.error, 5) < 0.004).all() and scales.error[5] > 0.5
 
 
+def test_what_a_view_saw_that_looked_elsewhere_is_news_unless_no_surface_changes_as_much():
+    """A third of a radian from all others f may be a third off what they lead to expect."""
+    cells, true = cells_of_views()
+    for factor, freed in ((1.3, False), (0.75, False), (1.4, True), (0.6, True)):
+        off = cells.with_value(np.where((cells.group == 5)[:, None], factor * cells.value, cells.value))
+        known = error_model(off), np.ones_like(true), np.full(12, 0.003)
+        scales = view_scales(off, true, *known, lambda cells, view: 1 / 3)
+        assert scales.freed.tolist() == [freed and k == 5 for k in range(12)]
+        assert scales.factor[5] == pytest.approx(factor if freed else 1.0, abs=0.006)
+        assert view_scales(off, true, *known).freed[5]
+
+
 @pytest.mark.parametrize("stated", [0.002, 0.02])
 def test_views_that_scatter_are_doubted_and_none_is_freed(stated):
     cells, true = cells_of_views(views=40, each=60, seed=1)
