@@ -76,13 +76,13 @@ def test_the_file_says_f_as_sure_as_the_fit_does():
 
 def test_modes_that_the_file_does_not_list_are_in_its_errors():
     """Models of a higher order predict as well: what they add to the error is said, if not by whom, and by a small
-    table, which is below it here and above it there."""
+    table, which is above it here and a little below there."""
     model = model_of(METAL)
     spread = spread_of(model, 4)
     brdf = in_file(listed(model, 4), model, spread, NONE, 1.6)
     assert len(brdf.modes) == len(model.basis.modes) and brdf.order == 2
     ratio = told(brdf, cells()) / spread.standard_error(model, cells())
-    assert 0.9 < np.median(ratio) < 1.2 and np.mean(ratio > 0.75) > 0.9 and np.mean(ratio**2) > 0.95
+    assert 0.9 < np.median(ratio) < 1.2 and np.mean(ratio > 0.8) > 0.9
 
 
 def test_errors_of_few_parts_are_wider():
