@@ -19,6 +19,7 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.represent.bounds import nearest_change, root_of
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.neighbours import places
+from photogonio.reconstruct.uncertainty.beyond import halton
 
 SAYS = 1e-4  # of what all rows say: the weight of modes' staying as they are beyond them
 HIGHEST = np.radians(89.0)  # polar angle; beyond, cosines are 0 for rounding
@@ -32,6 +33,7 @@ AROUND = np.radians(
 AXES = np.pi * np.arange(4) / 4  # azimuths of the incident direction, of surfaces that turn
 LOW = 0.5  # of the mean f: what is higher is not held at first
 TRIFLE = 3e-3  # of the mean f: less below 0 is no matter
+ELSEWHERE = 4096  # pairs at which f is looked at once more
 MOST_MOVED = 4.0  # standard errors a bound, that modes may be moved by
 
 
@@ -77,7 +79,8 @@ def raised_unseen(brdf: Brdf, cells: Cells, covariance: np.ndarray) -> tuple[Brd
     """``brdf`` without negative values where no row of ``cells`` is near, and what it took; None if nothing.
 
     Its modes are moved as little as can be in the metric of their ``covariance`` (c, m, m), so that what rows
-    determine stays. As it is where modes cannot do it, or would have to move further than rows let them.
+    determine stays. As it is where modes cannot do it, would have to move further than rows let them, or would be
+    further below 0 elsewhere, as few modes that turn are between the azimuths that are held.
     """
     pairs = unseen_pairs(cells, brdf.turning)
     value = brdf.evaluate(pairs.theta_i, pairs.phi_i, pairs.theta_r, pairs.phi_r)
@@ -99,9 +102,18 @@ def raised_unseen(brdf: Brdf, cells: Cells, covariance: np.ndarray) -> tuple[Brd
     change, bounds, distance = changes
     if distance > MOST_MOVED:
         return brdf, None
-    coefficients = brdf.coefficients + _padded(change, len(brdf.modes))
-    told = {"least f": float(value.min()), "bounds": float(bounds), "standard errors moved": distance}
-    return replace(brdf, coefficients=coefficients), told
+    moved = replace(brdf, coefficients=brdf.coefficients + _padded(change, len(brdf.modes)))
+    if (_least(moved) < np.minimum(_least(brdf), -TRIFLE * mean)).any():
+        return brdf, None
+    return moved, {"least f": float(value.min()), "bounds": float(bounds), "standard errors moved": distance}
+
+
+def _least(brdf: Brdf) -> np.ndarray:
+    """(c,) the least f of pairs that are evenly spread over angles, azimuths of the sample among them."""
+    unit = np.stack([halton(ELSEWHERE, base) for base in (2, 3, 5, 7)], axis=1)
+    theta_i, theta_r = HIGHEST * unit[:, :2].T
+    phi_i, phi_r = 2.0 * np.pi * unit[:, 2:].T
+    return brdf.evaluate(theta_i, phi_i, theta_r, phi_r).min(0)
 
 
 def _changes(
