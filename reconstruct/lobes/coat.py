@@ -16,7 +16,9 @@ from photogonio.reconstruct.lobes.interface import FINE, coat_albedo
 from photogonio.reconstruct.lobes.lobe_sums import mirror_values
 from photogonio.reconstruct.modes.integrals import albedo_by_quadrature
 
-HARMONICS, TURNING_PIECES = 5, 24  # even waves in azimuth of a coat of two roughnesses, and pieces
+HARMONICS, MOST_HARMONICS = 6.0, 40  # even waves of a coat of two roughnesses, times the root of their ratio
+TURNING_PIECES = 32
+TURNS = 256  # azimuths of a mean over all
 LEAST_FINE = 0.02  # roughness that the rule resolves
 STEPS = 4096  # of straight lines in cos, which compiled code reads fastest
 
@@ -37,8 +39,9 @@ class Interface:
 class CoatAlbedo:
     """E of one coat."""
 
-    spline: PPoly  # of sqrt(cos): (m,) even waves in azimuth, the first alone if isotropic
+    spline: PPoly  # of sqrt(cos): (m,) even waves in azimuth stretched, the first alone if isotropic
     azimuth: float
+    stretch: float
     table: np.ndarray  # (k,) 1 - E as compiled code takes it; (0,) where it turns
     mean: float  # 2 times the integral of E cos dcos, over all azimuths: under even light
 
@@ -47,7 +50,7 @@ class CoatAlbedo:
         waves = self.spline(np.sqrt(np.maximum(cos, 0.0)))
         if waves.shape[-1] == 1:
             return waves[..., 0]
-        turn = 2.0 * (np.asarray(phi, float) - self.azimuth)
+        turn = 2.0 * _stretched(np.asarray(phi, float) - self.azimuth, self.stretch)
         return np.sum(waves * np.cos(turn[..., None] * np.arange(waves.shape[-1])), axis=-1)
 
     @property
@@ -68,21 +71,39 @@ def coat_albedo_of(interface: Interface) -> CoatAlbedo:
         table = 1.0 - spline(np.sqrt(np.linspace(0.0, 1.0, STEPS + 1)))[:, 0]
     else:
         table, spline = np.empty(0), _waves(replace(interface, azimuth=0.0))
+    stretch = _stretch(interface)
     nodes, weights = np.polynomial.legendre.leggauss(64)
     nodes = 0.5 * (nodes + 1.0)
+    turns = _stretched(np.pi * (np.arange(TURNS) + 0.5) / TURNS, stretch)
+    waves = np.cos(2.0 * np.outer(turns, np.arange(spline.c.shape[-1]))).mean(0)
     # cos dcos = 2 root^3 droot
-    mean = float(np.sum(0.5 * weights * 4.0 * nodes**3 * spline(nodes)[:, 0]))
-    return CoatAlbedo(spline, interface.azimuth, table, mean)
+    mean = float(np.sum(0.5 * weights * 4.0 * nodes**3 * (spline(nodes) @ waves)))
+    return CoatAlbedo(spline, interface.azimuth, stretch, table, mean)
+
+
+def _stretch(interface: Interface) -> float:
+    return float(np.sqrt(interface.across / interface.along))
+
+
+def _stretched(turn: np.ndarray, by: float) -> np.ndarray:
+    """Azimuths from that of the first roughness, their tangents times ``by``; of ``1 / by`` the inverse.
+
+    E changes where the roughness of a direction does, (along cos)^2 + (across sin)^2, whose zeros lie at tangents of
+    i along / across: at i sqrt(along / across) when stretched, so that waves are needed by the root of the ratio.
+    """
+    return np.arctan2(by * np.sin(turn), np.cos(turn))
 
 
 @lru_cache(maxsize=64)
 def _waves(interface: Interface) -> CubicSpline:
-    """Even waves of E in azimuth from that of the first roughness, of sqrt(cos)."""
-    root = np.linspace(0.0, 1.0, TURNING_PIECES + 1)
-    turns = 0.5 * np.pi * (np.arange(HARMONICS) + 0.5) / HARMONICS
-    sent = np.stack([_albedo(interface, np.arccos(root**2), turn) for turn in turns], axis=1)
-    cosines = np.cos(2.0 * np.outer(turns, np.arange(HARMONICS)))
-    return CubicSpline(root, sent @ cosines * (np.where(np.arange(HARMONICS) == 0, 1.0, 2.0) / HARMONICS))
+    """Even waves of E in stretched azimuth from that of the first roughness, of sqrt(cos)."""
+    root, stretch = np.linspace(0.0, 1.0, TURNING_PIECES + 1), _stretch(interface)
+    count = min(int(np.ceil(HARMONICS * max(stretch, 1.0 / stretch))), MOST_HARMONICS)
+    turns = 0.5 * np.pi * (np.arange(count) + 0.5) / count
+    sent = [_albedo(interface, np.arccos(root**2), turn) for turn in _stretched(turns, 1.0 / stretch)]
+    cosines = np.cos(2.0 * np.outer(turns, np.arange(count)))
+    share = np.where(np.arange(count) == 0, 1.0, 2.0) / count
+    return CubicSpline(root, np.stack(sent, axis=1) @ cosines * share)
 
 
 def _albedo(interface: Interface, theta: np.ndarray, turn: float) -> np.ndarray:
