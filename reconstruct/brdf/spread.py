@@ -17,6 +17,7 @@ from photogonio.reconstruct.brdf.parameters import (
     number_of,
     with_number,
 )
+from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.integrals import bihemispherical_albedo
 
 NODES = 12  # midpoints in each angle, between which errors beyond the parameters are averaged
@@ -173,6 +174,11 @@ def _moved(brdf: Brdf, known: Uncertain, change: np.ndarray) -> Brdf:
         elif what in ("weight", "ground"):
             value = np.maximum(value, 0.0)
         lobes[place] = with_number(lobes[place], what, value)
+    for place, lobe in enumerate(brdf.lobes):
+        at = {what: f"lobe {place} {what}" for what in ("f0", "weight")}
+        if not lobe.peak and all(name in known.parameters for name in at.values()):
+            own = {what: change[known.parameters.index(name)] for what, name in at.items()}
+            lobes[place] = _of_product(lobe, lobes[place], own["f0"], own["weight"])
     return replace(
         brdf,
         coefficients=brdf.coefficients + change[:modes],
@@ -180,3 +186,22 @@ def _moved(brdf: Brdf, known: Uncertain, change: np.ndarray) -> Brdf:
         uncertainty=None,
         standard_errors=np.full_like(brdf.coefficients, np.nan),
     )
+
+
+def _of_product(lobe: Lobe, moved: Lobe, f0: np.ndarray, weight: np.ndarray) -> Lobe:
+    """The lobe ``moved`` from ``lobe``, its base reflectance times its weight moved as far as changes (c,) of both tell
+    to first order.
+
+    f holds that product, which photos know ten times and more as well as either, so that two draws that all but cancel
+    must not leave their own product in it. With Schlick's Fresnel f is linear in product and weight; the exact one's
+    base reflectance is shared by channels, and the weight makes up for it.
+    """
+    product = np.maximum(lobe.weight * lobe.f0 + lobe.weight * f0 + lobe.f0 * weight, 0.0)
+    base = moved.f0
+    if lobe.fresnel == "schlick":
+        there = moved.weight > 0.0
+        base = np.where(there, product / np.where(there, moved.weight, 1.0), base)
+        base = np.clip(base, LEAST, 1.0 - LEAST)
+        if (base * moved.weight >= product - ROUNDING).all():
+            return replace(moved, f0=base)
+    return replace(moved, f0=base, weight=np.where(base > 0.0, product / base, moved.weight))
