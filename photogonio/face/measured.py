@@ -124,6 +124,8 @@ class MeasuredBrdf(Presented, Brdf):
         known = self.uncertainty
         if known is not None and known.missing is not None:
             return f"said for every parameter, but {known.missing.get('file')} is missing beside the file"
+        if known is not None and known.covariance is not None:
+            return "said for every parameter"
         errors = self.standard_errors if known is None else known.standard_errors
         if np.isnan(errors).all():
             return "not known"
