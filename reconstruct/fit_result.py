@@ -91,7 +91,7 @@ def result_of(
     model, cells = final.model, work.cells
     last = None if averaged else last_terms(final, cells, work.deviation, chosen.prior)
     misfit = misfit_of(cells, model.evaluate(cells), work.binning, last)
-    region = region_of(lambda where: error_of(model, spread, misfit, where), model, cells)
+    region = region_of(lambda where, said: error_of(model, spread, misfit, where, said), model, cells)
     plain = Brdf(
         order=spread.basis.order,
         channels=cells.channels,
@@ -198,9 +198,13 @@ def _binning_error(work: Cleaned) -> list[float]:
     return (np.sqrt(np.mean(added**2, axis=0)) / np.maximum(size, np.finfo(float).tiny)).tolist()
 
 
-def error_of(model: Model, spread: Uncertainty, misfit: Misfit, cells: Cells) -> np.ndarray:
-    """Standard error (n, c) of ``model`` at the directions of ``cells``, 1/sr, with what it misses systematically."""
-    return np.hypot(spread.standard_error(model, cells), misfit.at(cells, model.evaluate(cells)))
+def error_of(
+    model: Model, spread: Uncertainty, misfit: Misfit, cells: Cells, said: np.ndarray | None = None
+) -> np.ndarray:
+    """Standard error (n, c) of ``model`` at the directions of ``cells``, 1/sr, with what it misses systematically;
+    ``said`` (n, c) is what it says there, if that is known."""
+    said = model.evaluate(cells) if said is None else said
+    return np.hypot(spread.standard_error(model, cells, said), misfit.at(cells, said))
 
 
 def _padded(coefficients: np.ndarray, modes: int) -> np.ndarray:

@@ -91,7 +91,7 @@ def beaten(average: Average, work: Cleaned) -> bool:
             break
         lobes = [one.model.lobes for one in work.pilots]
         tried = try_all(cells, weight, "isotropic", (order,), lobes, priors=PRIORS_BESIDE)
-        best = min(tried, key=lambda one: one.loss.mean())
+        best = min(tried, key=lambda one: one.mean)
         own = losses_of(best, cells, average.fold, pilot.scale)
         if beats(own, loss_of(cells, average.left_out, average.fold)):
             return True

@@ -50,10 +50,10 @@ def rivals_of(
     best: dict[int, Candidate] = {}
     for one in candidates:
         before = best.setdefault(id(one.lobes), one)
-        best[id(one.lobes)] = one if one.loss.mean() < before.loss.mean() else before
+        best[id(one.lobes)] = one if one.mean < before.mean else before
     few = [one for one in best.values() if _lobes_of(one) <= _lobes_of(chosen)]
-    least = (1.0 - NOTABLE) * min(one.loss.mean() for one in few)
-    more = [one for one in best.values() if _lobes_of(one) > _lobes_of(chosen) and one.loss.mean() < least]
+    least = (1.0 - NOTABLE) * min(one.mean for one in few)
+    more = [one for one in best.values() if _lobes_of(one) > _lobes_of(chosen) and one.mean < least]
     return [
         (one, weight) for one, weight in believed(few + more, observations) if one.lobes is not chosen.lobes
     ]

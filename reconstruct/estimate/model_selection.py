@@ -9,7 +9,7 @@ Views enter with the error of scale that they share, so that it is not taken for
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -65,6 +65,10 @@ class Candidate:
     loss: (
         np.ndarray
     )  # (f,) mean weighted squared residual a cell that counts, each fold predicted from all others
+    mean: float = field(init=False)  # of the loss, which choices ask for again and again
+
+    def __post_init__(self):
+        object.__setattr__(self, "mean", float(self.loss.mean()))
 
 
 def folds_of(cells: Cells, *, seed: int = 0) -> np.ndarray:
@@ -149,7 +153,7 @@ def choose(
     predict equally well with as many modes, those are taken that need the modes least: whose loss is least with few
     of them and with as many as help, in the product.
     """
-    best = min(candidates, key=lambda one: one.loss.mean())
+    best = min(candidates, key=lambda one: one.mean)
     simple: list[Candidate] = []
     for count in sorted({len(one.lobes.families) for one in candidates}):
         more = [one for one in candidates if len(one.lobes.families) == count]
@@ -158,32 +162,32 @@ def choose(
     good = _simplest(simple, tolerated)
     alone = {id(one.lobes): _alone(simple, one.lobes) for one in good}
     lobes = min((one.lobes for one in good), key=lambda lobes: alone[id(lobes)])
-    return min((one for one in good if one.lobes is lobes), key=lambda one: one.loss.mean()), best
+    return min((one for one in good if one.lobes is lobes), key=lambda one: one.mean), best
 
 
 def _pays(
     more: list[Candidate], fewer: list[Candidate], best: Candidate, tolerated: float, thrifty: bool
 ) -> bool:
     """Whether models with more lobes are worth it, in loss or in modes."""
-    least, with_more = (min(some, key=lambda one: one.loss.mean()) for some in (fewer, more))
+    least, with_more = (min(some, key=lambda one: one.mean) for some in (fewer, more))
     gain = least.loss - with_more.loss
-    if gain.mean() > tolerated + WORTH_A_LOBE * best.loss.mean() and not _within_one_error(
+    if gain.mean() > tolerated + WORTH_A_LOBE * best.mean and not _within_one_error(
         least.loss, with_more.loss
     ):
         return True
-    enough = [one for one in more if one.loss.mean() <= least.loss.mean()]
+    enough = [one for one in more if one.mean <= least.mean]
     if not (thrifty and enough):
         return False
-    spare = min(enough, key=lambda one: (_modes_of(one), one.loss.mean()))
+    spare = min(enough, key=lambda one: (_modes_of(one), one.mean))
     saved = _modes_of(_simplest(fewer, tolerated)[0])
-    lacking = min((one.loss.mean() for one in fewer if one.order <= spare.order), default=np.inf)
-    return _modes_of(spare) <= SAVED * saved and lacking > (1.0 + WORTH_A_LOBE) * spare.loss.mean()
+    lacking = min((one.mean for one in fewer if one.order <= spare.order), default=np.inf)
+    return _modes_of(spare) <= SAVED * saved and lacking > (1.0 + WORTH_A_LOBE) * spare.mean
 
 
 def _simplest(candidates: list[Candidate], tolerated: float) -> list[Candidate]:
     """Those of the lowest order that predict as well as the best."""
-    least = min(candidates, key=lambda one: one.loss.mean())
-    good = [one for one in candidates if _as_good(one.loss, least.loss, tolerated)]
+    least = min(candidates, key=lambda one: one.mean)
+    good = [one for one in candidates if _as_good(one, least, tolerated)]
     order = min(one.order for one in good)
     return [one for one in good if one.order == order]
 
@@ -200,13 +204,13 @@ def _alone(candidates: list[Candidate], lobes: LobeSet) -> float:
     """
     same = [one for one in candidates if one.lobes is lobes]
     few = sorted({one.order for one in same})[:FEW_ORDERS][-1]
-    least = [float(one.loss.mean()) for one in same]
+    least = [one.mean for one in same]
     return min(least) * min(loss for loss, one in zip(least, same, strict=True) if one.order == few)
 
 
-def _as_good(loss: np.ndarray, least: np.ndarray, tolerated: float) -> bool:
-    excess = loss.mean() - least.mean()
-    return excess <= max(IMMATERIAL * least.mean(), tolerated) or _within_one_error(loss, least)
+def _as_good(one: Candidate, least: Candidate, tolerated: float) -> bool:
+    excess = one.mean - least.mean
+    return excess <= max(IMMATERIAL * least.mean, tolerated) or _within_one_error(one.loss, least.loss)
 
 
 def _within_one_error(loss: np.ndarray, least: np.ndarray) -> bool:

@@ -156,9 +156,12 @@ def solve_each(
     """:func:`solve` for several sets of lobes over the same modes, which are eliminated for all of them at once."""
     m = several[0].modes
     right = [np.concatenate([one.moment[..., :m, None], one.across], axis=-1) for one in several]
-    ends = np.cumsum([part.shape[-1] for part in right])
-    eliminated = np.split(factors(np.concatenate(right, axis=-1)), ends[:-1], axis=-1)
-    return [_with_lobes(*rest) for rest in zip(several, eliminated, uppers, strict=True)]
+    eliminated = factors(right[0] if len(right) == 1 else np.concatenate(right, axis=-1))
+    ends = itertools.accumulate((part.shape[-1] for part in right), initial=0)
+    return [
+        _with_lobes(one, eliminated[..., start:stop], upper)
+        for one, (start, stop), upper in zip(several, itertools.pairwise(ends), uppers, strict=True)
+    ]
 
 
 def _with_lobes(statistics: Statistics, eliminated: np.ndarray, upper: np.ndarray) -> np.ndarray:

@@ -17,11 +17,12 @@ only isotropic GGX with height-correlated masking and Schlick's Fresnel:
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from photogonio.reconstruct.lobes.interface import coat_albedo
-from photogonio.reconstruct.lobes.kernel import mirror_parts
+from photogonio.reconstruct.lobes.kernel import mirror_parts, stretched_parts
 from photogonio.reconstruct.lobes.schlick import BLINN_PHONG, RETRO, ROUND, blinn_phong, retro
 
 TYPICAL_F0 = 0.04  # of a dielectric of index 1.5: what is assumed where the scale cannot tell it
@@ -190,9 +191,11 @@ def _mirror_parts(family: Family, shape: np.ndarray, f0: float, theta_i, theta_r
     roughness, albedo = float(shape[0]), np.empty((0, 4))
     if family.fresnel == "dielectric":
         albedo = coat_albedo(separable, beckmann, roughness, float(f0))
-    sine2, along = _turned(shape, theta_i, theta_r, dphi, phi_i) if family.turning else _STILL
-    angles = np.empty((3, np.broadcast(theta_i, theta_r, dphi).size))
+    angles = np.empty((5 if family.turning else 3, np.broadcast(theta_i, theta_r, dphi).size))
     angles[0], angles[1], angles[2] = theta_i, theta_r, dphi
+    if family.turning:
+        angles[3], angles[4] = phi_i, phi_i + dphi
+    sine2, along = _turned(shape, angles) if family.turning else _STILL
     parts = np.empty((2, angles.shape[1]))
     mirror_parts(angles, separable, beckmann, roughness, float(f0), albedo, sine2, along, parts)
     return parts
@@ -201,22 +204,28 @@ def _mirror_parts(family: Family, shape: np.ndarray, f0: float, theta_i, theta_r
 _STILL = np.empty(0), np.empty((2, 0))
 
 
-def _turned(shape: np.ndarray, theta_i, theta_r, dphi, phi_i) -> tuple[np.ndarray, np.ndarray]:
-    """Of a turning lobe: the half vector's squared sine (n,) in units of its slopes, the roughness along both
-    directions (2, n)."""
-    along, across, both = _stretch(*np.log(shape[-2:]))  # of v^T exp(2 E) v
-    (sin_i, sin_r), phi_r = np.sin([theta_i, theta_r]), phi_i + dphi
-    toward = np.empty((2, 2, len(sin_i)))  # x and y of both directions
+def _turned(shape: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of a turning lobe at theta_i, theta_r, dphi, phi_i and phi_r, ``angles`` (5, n): the half vector's squared sine
+    (n,) in units of its slopes, the roughness along both directions (2, n)."""
+    toward, size2, between = _directions(angles.tobytes())
+    sine2, rough = np.empty(len(between)), np.empty(size2.shape)
+    e, k = np.log(shape[-2:])
+    longer, shorter = _stretch(e, k), _stretch(-e, -k)  # of v^T exp(2 E) v, and of v^T exp(-2 E) v
+    stretched_parts(toward, size2, between, longer, shorter, float(shape[0]), sine2, rough)
+    return sine2, rough
+
+
+@lru_cache(maxsize=4)
+def _directions(angles: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x and y (2, 2, n) of both directions of such angles, their squared lengths (2, n), and that of the directions'
+    sum (n,): searches ask for the same cells again and again."""
+    theta_i, theta_r, _, phi_i, phi_r = np.frombuffer(angles).reshape(5, -1)
+    (sin_i, sin_r), toward = np.sin([theta_i, theta_r]), np.empty((2, 2, len(theta_i)))
     toward[0, 0], toward[1, 0] = sin_i * np.cos(phi_i), sin_i * np.sin(phi_i)
     toward[0, 1], toward[1, 1] = sin_r * np.cos(phi_r), sin_r * np.sin(phi_r)
     x, y = toward
-    xx, yy = x * x, y * y
-    hidden = along * xx + across * yy + both * (x * y)
-    rough = shape[0] * np.sqrt((hidden + 1e-30) / (xx + yy + 1e-30))
     between = np.cos(theta_i) * np.cos(theta_r) + x[0] * x[1] + y[0] * y[1]
-    (x, y), (along, across, both) = toward.sum(1), _stretch(*-np.log(shape[-2:]))
-    sine2 = (along * x * x + across * y * y + both * (x * y)) / np.maximum(2.0 + 2.0 * between, 1e-18)
-    return sine2, rough
+    return toward, x * x + y * y + 1e-30, np.maximum(2.0 + 2.0 * between, 1e-18)
 
 
 def _stretch(e: float, k: float) -> tuple[float, float, float]:

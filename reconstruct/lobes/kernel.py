@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from photogonio.capture.jit import contracted, inlined
+from photogonio.capture.jit import contracted, inlined, jit
 from photogonio.reconstruct.lobes.interface import (
     beckmann_visibility,
     cubic_piece,
@@ -81,3 +81,22 @@ def _half_vectors(theta_i, theta_r, dphi, start, count, cos_i, cos_r, half, acro
         cos_r[j] = short_sine((0.5 * math.pi - cos_r[j]) + HALF_PI_REST)
         cosine = max(min(cos_i[j] * cos_r[j] + across[j], 1.0), -1.0)
         half[j] = 0.5 * math.sqrt(max(2.0 + 2.0 * cosine, 1e-18))
+
+
+@jit
+def stretched_parts(toward, size2, between, longer, shorter, roughness, sine2, rough):
+    """``sine2`` (n,) and ``rough`` (2, n), as :func:`mirror_parts` takes them, of directions whose x and y are
+    ``toward`` (2, 2, n), of squared lengths ``size2`` (2, n) and of a sum of squared length ``between`` (n,).
+
+    ``longer`` and ``shorter`` are what x^2, y^2 and x y have in the squares of the directions as the slopes stretch
+    them, and in those of the half vector.
+    """
+    along, across, both = longer
+    short_along, short_across, short_both = shorter
+    for j in range(len(sine2)):
+        for k in range(2):
+            x, y = toward[0, k, j], toward[1, k, j]
+            hidden = along * (x * x) + across * (y * y) + both * (x * y)
+            rough[k, j] = roughness * math.sqrt((hidden + 1e-30) / size2[k, j])
+        x, y = toward[0, 0, j] + toward[0, 1, j], toward[1, 0, j] + toward[1, 1, j]
+        sine2[j] = (short_along * x * x + short_across * y * y + short_both * (x * y)) / between[j]

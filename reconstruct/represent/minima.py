@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -11,6 +11,8 @@ import numpy as np
 
 from photogonio.capture.jit import jit
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.lobes.coat import coat_albedo_of
+from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.basis import cosines
 from photogonio.reconstruct.modes.transform import pair_matrix
 from photogonio.reconstruct.modes.zernike import (
@@ -91,14 +93,16 @@ def values(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
 
 
 def dark_values(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
-    """:func:`values` where the modes alone are below 0; elsewhere f is no less than this, as lobes only add light.
+    """:func:`values` where the modes, and the grounds of coats that turn, are below 0 together; elsewhere f is no less
+    than this, as lobes only add light.
 
     Pairs that are the same but exchanged or, of isotropic modes, half a turn on, are looked at once.
     """
     value, lobes = expansion(brdf.symmetry, brdf.modes, brdf.coefficients, grid), brdf.lobes
     if not all((lobe.terms().factors >= 0.0).all() for lobe in lobes):
         return values(brdf, grid)
-    i, r = np.nonzero((value < 0.0).any(0))
+    bright = value + _grounds(lobes, grid)
+    i, r = np.nonzero((bright < 0.0).any(0))
     same = [(i, r)] if brdf.symmetry == "general" else [(i, r), (r, i)]
     if brdf.symmetry == "isotropic":
         same += [(grid.half_turn[a], grid.half_turn[b]) for a, b in same]
@@ -110,8 +114,19 @@ def dark_values(brdf: Brdf, grid: DirectionGrid) -> np.ndarray:
     for lobe in lobes:
         here += lobe.evaluate(theta_i, theta_r, phi_r - phi_i, phi_i).T
     for a, b in same:
-        value[:, a[first], b[first]] = here
-    return value
+        bright[:, a[first], b[first]] = here
+    return bright
+
+
+def _grounds(lobes: Sequence[Lobe], grid: DirectionGrid) -> np.ndarray | float:
+    """(c, d, d) what the grounds of coats that turn add to f, 1/sr, at all pairs of a grid: products of what enters
+    along either direction, which single pairs would be asked for again and again."""
+    total: np.ndarray | float = 0.0
+    for lobe in lobes:
+        if lobe.ground is not None and lobe.turning:
+            entered = 1.0 - coat_albedo_of(lobe.interface).at(np.cos(grid.theta), grid.phi)
+            total = total + lobe.terms().factors[1][:, None, None] * (entered[:, None] * entered)
+    return total
 
 
 def expansion(symmetry: str, modes: np.ndarray, coefficients: np.ndarray, grid: DirectionGrid) -> np.ndarray:

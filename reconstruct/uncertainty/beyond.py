@@ -62,7 +62,7 @@ class Sampled:
             value,
             np.maximum(np.abs(value), misfit.floor),
             np.hypot(misfit.at(cells, said), (value - said) / known),
-            replace(spread, scale_error=0.0).standard_error(model, cells),
+            replace(spread, scale_error=0.0).standard_error(model, cells, said),
             spread.scale_error,
             slopes(brdf, angles, names),
         )

@@ -60,8 +60,8 @@ class Uncertainty:
         )
         return own - taken
 
-    def standard_error(self, model: Model, cells: Cells) -> np.ndarray:
-        """Of ``model`` (n, c) at the directions of ``cells``, 1/sr."""
+    def standard_error(self, model: Model, cells: Cells, said: np.ndarray | None = None) -> np.ndarray:
+        """Of ``model`` (n, c) at the directions of ``cells``, 1/sr; ``said`` (n, c) is what it says there, if known."""
         common = np.hstack([self.basis.design(cells), model.lobes.columns(cells)[1]])
         p = common.shape[1]
         if self.covariance[:, p:, p:].any():
@@ -71,7 +71,7 @@ class Uncertainty:
         own = [_spread(np.hstack([common, slopes[:, :, c]]), cov) for c, cov in enumerate(self.covariance)]
         variance = np.stack(own, axis=1) ** 2
         if self.scale_error or self.rivals:
-            said = model.evaluate(cells)
+            said = model.evaluate(cells) if said is None else said
             variance += (self.scale_error * said) ** 2
             for rival in self.rivals:
                 variance += rival.weight * rival.variance(cells, said)

@@ -25,6 +25,9 @@ SHAPE_SPREAD = 1.0
 MOST_ALTERNATIVES = 12  # whose own noise is found; of more, a systematic sample by weight stands for all
 
 
+Normal = tuple[np.ndarray, np.ndarray]  # (p, p) and (p,): the two sides of a channel's normal equations
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
     """A linearised fit: n cells, c channels, m modes of the highest order, q lobe coefficients, s shared shapes.
@@ -56,14 +59,15 @@ class Alternative:
 def covariance(problem: Problem, alternatives: Sequence[Alternative]) -> np.ndarray:
     """(c, p, p) of all parameters about those of the chosen model, p = m + q + s."""
     sums = [_sums(problem, c) for c in range(len(problem.center))]
+    whole = [_normal(part.total()) for part in sums]
+    every = list(zip(alternatives, _shares(alternatives), strict=True))
+    found = [_solved(problem, one, whole) for one in alternatives]
+    without = iter(_without_each(problem, [one for one, share in every if share], sums))
     total = np.zeros((*problem.center.shape, problem.center.shape[1]))
-    for one, share in zip(alternatives, _shares(alternatives), strict=True):
-        parts = [part.prefix(one.penalty.shape[1]) for part in sums]
-        whole = [part.total() for part in parts]
-        found = _solved(problem, one, whole)
-        total += one.weight * _outer(found - problem.center[:, None])
+    for (one, share), here in zip(every, found, strict=True):
+        total += one.weight * _outer(here - problem.center[:, None])
         if share:
-            total += share * _noise(problem, one, parts, whole, found)
+            total += share * _noise(problem, one, sums, whole, here, next(without))
             total += share * sum(map(_outer, _prior_draws(problem, one, whole)))
     return total
 
@@ -100,19 +104,24 @@ def _sums(problem: Problem, c: int) -> Statistics:
 
 
 def _noise(
-    problem: Problem, one: Alternative, parts: list[Statistics], whole: list[Statistics], found: np.ndarray
+    problem: Problem,
+    one: Alternative,
+    sums: list[Statistics],
+    whole: list[Normal],
+    found: np.ndarray,
+    without: np.ndarray,
 ) -> np.ndarray:
-    """(c, p, p) of a model's parameters ``found`` (c, 1, p) by the noise of the units.
+    """(c, p, p) of a model's parameters ``found`` (c, 1, p) by the noise of the units; (c, u, p) ``without`` each.
 
     With M the normal matrix, G that of a unit and s what the unit pulls, its being left out changes the parameters by
     d = -(M - G)^-1 s, and to first order by e = -M^-1 s. Where noise is as the weights say, the covariance of s is
     (M - G) M^-1 G, so that d e^T has the mean M^-1 G M^-1, which adds up to M^-1; d d^T alone is too large by the
     unit's leverage.
     """
-    if len(parts[0].cells) < 2:
+    if without.shape[1] < 2:
         return np.zeros((*problem.center.shape, problem.center.shape[1]))
-    without = np.concatenate([_solved(problem, one, rest) for rest in _without_each(parts, whole)], axis=1)
     kept = _kept(problem, one)
+    parts = [part.prefix(one.penalty.shape[1]) for part in sums]
     pulls = [
         (part.gram[:, 0] @ own[kept] - part.moment[:, 0]).T
         for part, own in zip(parts, found[:, 0], strict=True)
@@ -123,20 +132,31 @@ def _noise(
     return (turn * np.maximum(energy, 0.0)[:, None]) @ np.swapaxes(turn, 1, 2)  # by chance some are below 0
 
 
-def _without_each(parts: list[Statistics], whole: list[Statistics]) -> Iterator[list[Statistics]]:
-    """The channels' sums without each unit in turn: as one fold, since those of all at once fill a memory."""
-    for f in range(len(parts[0].cells)):
-        yield [total.less(part, f) for total, part in zip(whole, parts, strict=True)]
+def _without_each(
+    problem: Problem, several: Sequence[Alternative], sums: list[Statistics]
+) -> list[np.ndarray]:
+    """(c, u, p) the parameters of ``several`` models without each unit in turn. The sums of a unit are taken away for
+    all models at once; those of all units at once would fill a memory."""
+    whole, found = [part.total() for part in sums], []
+    for f in range(len(sums[0].cells)):
+        rest = [_normal(total.less(part, f)) for total, part in zip(whole, sums, strict=True)]
+        found.append([_solved(problem, one, rest) for one in several])
+    return [np.concatenate(each, axis=1) for each in zip(*found, strict=True)]
 
 
-def _solved(problem: Problem, one: Alternative, parts: list[Statistics]) -> np.ndarray:
-    """(c, 1, p) solutions of the channels' sums, which are of one fold."""
-    grams, moments = [part.gram[0, 0] for part in parts], [part.moment[0, 0][:, None] for part in parts]
-    solution = _solve(grams, moments, one, problem.slopes.shape[1])
+def _normal(sums: Statistics) -> Normal:
+    """Of sums of one fold and channel."""
+    return sums.gram[0, 0], sums.moment[0, 0]
+
+
+def _solved(problem: Problem, one: Alternative, sums: list[Normal]) -> np.ndarray:
+    """(c, 1, p) solutions of the channels' normal equations."""
+    kept = _kept(problem, one)
+    solution = _solve(sums, [moment[kept, None] for _, moment in sums], kept, one, problem.slopes.shape[1])
     return _embedded(problem, one, np.swapaxes(solution, 1, 2))
 
 
-def _prior_draws(problem: Problem, one: Alternative, whole: list[Statistics]) -> Iterator[np.ndarray]:
+def _prior_draws(problem: Problem, one: Alternative, whole: list[Normal]) -> Iterator[np.ndarray]:
     """The response (c, r, p) to one standard deviation of the prior of each mode, a channel at a time, and of each
     shape."""
     modes, shapes = one.penalty.shape[1], problem.slopes.shape[1]
@@ -152,26 +172,30 @@ def _prior_draws(problem: Problem, one: Alternative, whole: list[Statistics]) ->
 
 
 def _response(
-    problem: Problem, one: Alternative, whole: list[Statistics], moments: list[np.ndarray]
+    problem: Problem, one: Alternative, whole: list[Normal], moments: list[np.ndarray]
 ) -> np.ndarray:
     """(c, r, p) changes of all parameters by changes of the channels' ``moments`` (k, r)."""
-    grams = [part.gram[0, 0] for part in whole]  # of all cells
-    change = np.swapaxes(_solve(grams, moments, one, problem.slopes.shape[1]), 1, 2)
+    kept = _kept(problem, one)
+    change = np.swapaxes(_solve(whole, moments, kept, one, problem.slopes.shape[1]), 1, 2)
     every = np.zeros((*change.shape[:2], problem.center.shape[1]))
-    every[..., _kept(problem, one)] = change
+    every[..., kept] = change
     return every
 
 
-def _solve(grams: list[np.ndarray], moments: list[np.ndarray], one: Alternative, shapes: int) -> np.ndarray:
-    """(c, k, r) solutions of the channels' penalised normal equations, whose last ``shapes`` unknowns are shared.
+def _solve(
+    sums: list[Normal], moments: list[np.ndarray], kept: np.ndarray, one: Alternative, shapes: int
+) -> np.ndarray:
+    """(c, k, r) solutions of the channels' penalised normal equations, of the ``kept`` parameters (k,), with
+    ``moments`` (k, r) on the right. The last ``shapes`` unknowns are shared.
 
     Each channel's own unknowns are eliminated first.
     """
-    own = len(grams[0]) - shapes
+    own = len(kept) - shapes
     eliminated, inner, outer = [], np.eye(shapes) / SHAPE_SPREAD**2, np.zeros((shapes, moments[0].shape[1]))
-    for gram, moment, penalty in zip(grams, moments, one.penalty, strict=True):
+    every = np.arange(own)
+    for (whole, _), moment, penalty in zip(sums, moments, one.penalty, strict=True):
+        gram = whole[np.ix_(kept, kept)]
         block = gram[:own, :own].copy()
-        every = np.arange(own)
         block[every[: len(penalty)], every[: len(penalty)]] += penalty
         block[every, every] += RIDGE * np.trace(block) / own + np.finfo(float).tiny
         solved = cholesky_solve(cholesky(block), np.hstack([moment[:own], gram[:own, own:]]))

@@ -48,25 +48,31 @@ class Region:
         return {"theta_i_max": top, "theta_r_max": top}
 
 
-def region_of(error: Callable[[Cells], np.ndarray], model: Model, cells: Cells) -> Region:
-    """The map of a fitted ``model`` whose data are ``cells`` and whose standard ``error`` at cells is (n, c), 1/sr."""
+def region_of(error: Callable[[Cells, np.ndarray], np.ndarray], model: Model, cells: Cells) -> Region:
+    """The map of a fitted ``model`` whose data are ``cells`` and whose standard ``error`` at cells, where it says f (n,
+    c), is (n, c), 1/sr."""
     theta = np.radians(np.arange(0.5 * STEP, 90.0, STEP))
     dphi = np.radians(np.arange(1.5 * STEP, 180.0, 3.0 * STEP))
     i, r, d = (a.ravel() for a in np.meshgrid(theta, theta, dphi, indexing="ij"))
     grid = Cells.of_angles(i, r, d)
-    turns = TURNS if model.turning else TURNS[:1]
-    relative = np.mean([_relative(error, model, cells, grid, turn) for turn in turns], axis=0)
+    turns = np.array(TURNS if model.turning else TURNS[:1])
+    relative = _relative(error, model, cells, _turned(grid, turns)).reshape(len(turns), -1).mean(0)
     shape = (len(theta), len(theta), len(dphi))
     return Region(theta, dphi, seen_at(cells, grid).reshape(shape), relative.reshape(shape))
 
 
+def _turned(grid: Cells, turns: np.ndarray) -> Cells:
+    """The directions (n,) of ``grid`` with the sample turned back by each of ``turns`` (k,), (k n,): all at once."""
+    turn, every = np.repeat(turns, len(grid)), grid.take(np.tile(np.arange(len(grid)), len(turns)))
+    return replace(every, phi_i=every.phi_i + turn, phi_r=every.phi_r + turn)
+
+
 def _relative(
-    error: Callable[[Cells], np.ndarray], model: Model, cells: Cells, grid: Cells, turn: float
+    error: Callable[[Cells, np.ndarray], np.ndarray], model: Model, cells: Cells, where: Cells
 ) -> np.ndarray:
-    """(n,) standard error of f over f, mean of the channels, of the sample turned back by ``turn``."""
-    where = replace(grid, phi_i=grid.phi_i + turn, phi_r=grid.phi_r + turn)
-    size = np.maximum(np.abs(model.evaluate(where)), 1e-3 * level(cells))
-    return (error(where) / size).mean(1)
+    """(n,) standard error of f over f, mean of the channels, at the directions of ``where``."""
+    said = model.evaluate(where)
+    return (error(where, said) / np.maximum(np.abs(said), 1e-3 * level(cells))).mean(1)
 
 
 def seen_at(cells: Cells, where: Cells) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.lobes.interface import FINE, coat_albedo, cubic_piece, dielectric_fresnel
-from photogonio.reconstruct.lobes.kernel import mirror_parts
+from photogonio.reconstruct.lobes.kernel import mirror_parts, stretched_parts
 from photogonio.reconstruct.modes.kernel import LANES
 from tests import oracles
 
@@ -64,3 +64,23 @@ def test_a_coat_reflects_by_fresnel_and_lets_the_rest_in_twice():
 def test_a_pairs_value_does_not_depend_on_its_company(count):
     angles = pairs(3 * LANES)
     np.testing.assert_array_equal(parts(angles[:, :count].copy()), parts(angles)[:, :count])
+
+
+def test_stretched_slopes_are_those_of_vectors_in_units_of_the_roughness():
+    """sin^2 of the half vector as x M^-1 x, and the roughness along a direction as sqrt(x M x), of M = exp(2 E)."""
+    rng, stretch = np.random.default_rng(1), np.array([[1.7, 0.4], [0.4, 0.9]])
+    size, turn = rng.uniform(0.1, 0.99, (2, 50)), rng.uniform(0.0, 2.0 * np.pi, (2, 50))
+    toward = size * np.array([np.cos(turn), np.sin(turn)])
+    up = np.sqrt(1.0 - size**2)
+    half = np.concatenate([toward.sum(1), up.sum(0)[None]])
+    sine2, rough = np.empty(50), np.empty((2, 50))
+    longer, shorter = ((m[0, 0], m[1, 1], 2.0 * m[0, 1]) for m in (stretch, np.linalg.inv(stretch)))
+    stretched_parts(toward, size**2, np.sum(half**2, axis=0), longer, shorter, 0.3, sine2, rough)
+    half = half[:2] / np.linalg.norm(half, axis=0)
+    np.testing.assert_allclose(
+        sine2, np.einsum("an,ab,bn->n", half, np.linalg.inv(stretch), half), rtol=1e-12
+    )
+    for k in range(2):
+        unit = toward[:, k] / size[k]
+        along = np.sqrt(np.einsum("an,ab,bn->n", unit, stretch, unit))
+        np.testing.assert_allclose(rough[k], 0.3 * along, rtol=1e-12)

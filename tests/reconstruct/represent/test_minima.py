@@ -19,7 +19,7 @@ from photogonio.reconstruct.represent.minima import (
     pairs,
     values,
 )
-from tests.drawn.brdfs import brdf_of, mirror
+from tests.drawn.brdfs import brdf_of, coat, mirror
 
 GRID = directions(1.3, 7, 12)
 
@@ -65,6 +65,19 @@ def test_where_modes_are_dark_values_are_those_of_the_grid_and_nowhere_less(symm
     assert 0.1 < below.mean() < 1.0
     np.testing.assert_allclose(dark[:, below], every[:, below], rtol=1e-9, atol=1e-9)
     assert ((dark >= 0.0) | below).all() and (dark <= every + 1e-9).all()
+
+
+@pytest.mark.parametrize("symmetry", ["isotropic", "reciprocal", "general"])
+def test_under_a_coat_that_turns_values_below_0_are_those_of_the_grid(symmetry):
+    brdf = brdf_of(coat((0.5, 0.3), azimuth=0.4), symmetry=symmetry)
+    lambert = np.array([1.0, *np.zeros(len(brdf.modes) - 1)])[:, None]
+    brdf = replace(brdf, coefficients=brdf.coefficients - brdf.coefficients.max() * lambert)
+    every, dark = values(brdf, GRID), dark_values(brdf, GRID)
+    below = (every < 0.0).any(0)
+    assert 0.1 < below.mean() < 1.0
+    np.testing.assert_array_equal((dark < 0.0).any(0), below)
+    np.testing.assert_allclose(dark[:, below], every[:, below], rtol=1e-9, atol=1e-9)
+    assert (dark <= every + 1e-9).all()
 
 
 def test_a_lobe_that_takes_light_away_is_looked_at_everywhere():

@@ -68,7 +68,7 @@ def test_errors_are_averaged_by_the_light_that_goes_there():
 def test_the_map_of_a_model_is_of_its_own_error_and_data():
     model = model_of(order=0)
     data = at(30.0, 30.0, 90.0).with_value(np.full((1, 2), 0.2))
-    found = region_of(lambda where: 0.05 * model.evaluate(where), model, data)
+    found = region_of(lambda where, said: 0.05 * said, model, data)
     np.testing.assert_allclose(found.relative_error, 0.05, rtol=1e-12)
     i, r, d = np.nonzero(found.seen)
     assert len(i) > 0
