@@ -53,7 +53,10 @@ class FoldedDesign:
         self._design = design[order]
         self._weight = _by_channel(weight[order])
         self._bounds = np.searchsorted(fold[order], np.arange(fold.max(initial=0) + 2))
-        self._gram = np.stack([self._fold_gram(s) for s in self._slices()])
+        m = design.shape[1]
+        self._gram = np.zeros((len(self._bounds) - 1, len(self._weight), m, m))
+        for gram, rows in zip(self._gram, self._slices(), strict=True):
+            self._add_gram(gram, rows)
         self._common = common is not None
         if common is not None:
             unit, pattern = common.unit[order], _by_channel(common.pattern[order])
@@ -68,16 +71,15 @@ class FoldedDesign:
     def _slices(self) -> list[slice]:
         return [slice(a, b) for a, b in zip(self._bounds[:-1], self._bounds[1:], strict=True)]
 
-    def _fold_gram(self, rows: slice) -> np.ndarray:
-        """(c, m, m) of one fold, by parts that stay in the cache; numpy forms half of a symmetric product."""
+    def _add_gram(self, gram: np.ndarray, rows: slice) -> None:
+        """Add (c, m, m) of one fold to ``gram``, by parts that stay in the cache; numpy forms half of a symmetric
+        product."""
         x, root = self._design[rows], np.sqrt(self._weight[:, rows])
-        gram = np.zeros((len(root), x.shape[1], x.shape[1]))
         for start in range(0, len(x), PART):
             part = x[start : start + PART]
             for c, roots in enumerate(root[:, start : start + PART]):
                 weighed = part * roots[:, None]
                 gram[c] += weighed.T @ weighed
-        return gram
 
     def _modes_along_units(self) -> np.ndarray:
         """(c, m, u) parts of the modes along each unit's pattern, scaled for the outer products."""

@@ -104,11 +104,18 @@ class Factors:
 
         One channel's factors serve any number of right-hand sides' channels.
         """
-        blocks = gram.copy()
-        every = np.arange(blocks.shape[-1])
-        ridge = RIDGE * blocks[..., every, every].mean(-1, keepdims=True) + np.finfo(float).tiny
-        blocks[..., every, every] += penalty + ridge
-        self._factors = [[cholesky(block) for block in fold] for fold in blocks]
+        every = np.arange(gram.shape[-1])
+        diagonal = gram[..., every, every]
+        diagonal += penalty + (RIDGE * diagonal.mean(-1, keepdims=True) + np.finfo(float).tiny)
+
+        def factor(block: np.ndarray, own: np.ndarray) -> np.ndarray:
+            block = block.copy()  # one at a time: it is still in the cache when it is factored
+            block[every, every] = own
+            return cholesky(block)
+
+        self._factors = [
+            [factor(*one) for one in zip(*fold, strict=True)] for fold in zip(gram, diagonal, strict=True)
+        ]
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """Solutions (f, c, m, k) for right-hand sides (f, c, m, k)."""

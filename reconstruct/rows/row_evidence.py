@@ -25,6 +25,7 @@ from photogonio.reconstruct.table.cells import Cells
 
 NOISE = 10.0 ** np.arange(-6.0, 2.6, 0.25)  # variance of a row's noise over that of the modes at degree 1
 TINY = 1e-9  # of a diagonal: what nothing tells stays solvable
+PART = 512  # rows worked on at once
 RIDGES = NOISE[:28:4]  # that the ridge's is chosen among, by rows left out
 
 
@@ -88,6 +89,8 @@ class RowEvidence:
         columns = [one / by for one, by in zip(columns, greatest, strict=True)]
         folded = FoldedDesign(design, weight, fold)
         beyond = says * float(weight.sum()) * steadiness(order, steepest(cells)) if says else 0.0
+        others = folded.modes_gram.sum(0) - folded.modes_gram
+        others += beyond
         return cls(
             cells.value / size,
             design,
@@ -99,7 +102,7 @@ class RowEvidence:
             tuple(columns),
             tuple(greatest),
             folded,
-            folded.modes_gram.sum(0) - folded.modes_gram + beyond,
+            others,
             {},
             beyond,
         )
@@ -226,8 +229,13 @@ class RowEvidence:
 def _quadratic(rows: np.ndarray, gram: np.ndarray) -> np.ndarray:
     """(k,) x' gram^-1 x of rows x (k, m)."""
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    scaled = gram / np.outer(scale, scale) + TINY * np.eye(len(gram))
-    return np.sum(solve_triangular(np.linalg.cholesky(scaled), (rows / scale).T, lower=True) ** 2, axis=0)
+    factor = np.linalg.cholesky(gram / np.outer(scale, scale) + TINY * np.eye(len(gram)))
+    result = np.empty(len(rows))
+    for start in range(0, len(rows), PART):  # of which arrays stay in the cache
+        part = (rows[start : start + PART] / scale).T
+        part = solve_triangular(factor, part, lower=True, overwrite_b=True, check_finite=False)
+        result[start : start + PART] = np.sum(np.square(part, out=part), axis=0)
+    return result
 
 
 def _products(along: np.ndarray, share: np.ndarray) -> np.ndarray:
