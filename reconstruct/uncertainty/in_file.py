@@ -25,7 +25,7 @@ from photogonio.reconstruct.uncertainty.beyond import Sampled, tables_of
 from photogonio.reconstruct.uncertainty.budget import Uncertainty
 from photogonio.reconstruct.uncertainty.lobe_weight import covers_of
 
-CONDITION = 0.01  # of the directions in which listed parameters are told apart
+CONDITION = 1e-4  # of the directions in which listed parameters are told apart: a mode and a ground hardly
 LEAST = 1e-4  # relative error of f: a smaller one weighs no more
 FEWEST, UNTOLD = 5, 1e-3  # digits of what is found; of f's standard error, what more of them would change
 

@@ -85,6 +85,25 @@ def test_modes_that_the_file_does_not_list_are_in_its_errors():
     assert 0.9 < np.median(ratio) < 1.2 and np.mean(ratio > 0.8) > 0.9
 
 
+def test_what_a_mode_and_a_ground_do_alike_is_not_told_apart():
+    """A coat's ground and modes that are not listed say nearly the same together; the little by which a ground differs
+    from the modes that are listed has no say of its own."""
+    model = model_of(families(absolute=True)[2])
+    own, basis = len(model.coefficients), Basis("isotropic", 6)
+    modes = len(basis.modes)
+    parts = np.hstack([basis.design(cells()), model.lobes.columns(cells())[1]])
+    change = np.zeros(spread_of(model, 6).covariance.shape[1])
+    change[modes] = 0.5  # of the ground; all modes take it back
+    change[:modes] = np.linalg.lstsq(parts[:, :modes], -0.5 * parts[:, modes], rcond=None)[0]
+    assert np.abs(change[own:modes]).max() > 0.01 * np.abs(change[0])
+    spread = replace(
+        spread_of(model, 6), covariance=np.stack([np.outer(change, change)] * 2), scale_error=0.0
+    )
+    brdf = in_file(listed(model, 6), model, spread, NONE, 1.6)
+    said, true = told(brdf, cells()), spread.standard_error(model, cells())
+    assert np.sqrt(np.mean(said**2)) < 2.0 * np.sqrt(np.mean(true**2))
+
+
 def test_errors_of_few_parts_are_wider():
     """By Student's quantile over the normal one; both are of four digits."""
     model = model_of(METAL)
