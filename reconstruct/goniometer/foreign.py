@@ -17,6 +17,7 @@ from photogonio.reconstruct.brdf.scatmech import is_scatmech, read_scatmech, sca
 from photogonio.reconstruct.brdf.schema import FORMAT
 from photogonio.reconstruct.export.gltf import read_gltf
 from photogonio.reconstruct.export.openpbr import read_openpbr
+from photogonio.reconstruct.export.principled import Principled
 from photogonio.reconstruct.goniometer.pabopto import beginning, is_pabopto, read_pabopto
 from photogonio.reconstruct.goniometer.sampled import Evaluate, samples_of
 from photogonio.reconstruct.goniometer.zemax import is_zemax, read_zemax
@@ -30,7 +31,7 @@ _REFUSED = (  # what a file begins with, which program's it is
     ("SIMPLE  =", "a FITS file"),
     ("PK\x03\x04", "an archive or a spreadsheet; export the sheet as CSV"),
 )
-_MATERIALS: dict[str, tuple[str, Callable[[Path], Evaluate]]] = {
+_MATERIALS: dict[str, tuple[str, Callable[[Path], Principled]]] = {
     ".mtlx": ("OpenPBR's material", read_openpbr),
     ".gltf": ("glTF's material", read_gltf),
 }
@@ -65,7 +66,8 @@ def known_everywhere(path: Path) -> KnownEverywhere | None:
         return KnownEverywhere(known.channels, known.isotropic, known.evaluate, "Mitsuba's tensor file")
     if path.suffix in _MATERIALS and path.is_file():
         name, read = _MATERIALS[path.suffix]
-        return KnownEverywhere(CHANNELS, True, _principled(path, read), name)
+        material = _principled(path, read)
+        return KnownEverywhere(CHANNELS, material.anisotropy == 0.0, material, name)
     if path.is_file() and is_scatmech(path):
         return _of_coefficients(scatmech_brdf(read_scatmech(path)), "coefficients of SCATMECH's")
     return None
@@ -82,7 +84,7 @@ def _of_coefficients(brdf: Brdf, name: str) -> KnownEverywhere:
     return KnownEverywhere(brdf.channels, not brdf.turning, brdf, name)
 
 
-def _principled(path: Path, read: Callable[[Path], Evaluate]) -> Evaluate:
+def _principled(path: Path, read: Callable[[Path], Principled]) -> Principled:
     """A material of a renderer's own model, in R, G and B."""
     try:
         return read(path)

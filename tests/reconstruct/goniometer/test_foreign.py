@@ -7,9 +7,12 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import load_known
+from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.merl import write_merl
+from photogonio.reconstruct.export.openpbr import write_openpbr
 from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.read import read_samples
+from photogonio.reconstruct.lobes.lobe import Lobe
 from tests.drawn.goniometer import satin
 
 
@@ -55,3 +58,12 @@ def test_a_text_table_is_none_of_them(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("# VARS of the room\ntheta_i,phi_i,theta_r,phi_r,f\n10,0,20,0,0.1\n")
     assert read_foreign(path) is None
+
+
+def test_a_material_of_two_roughnesses_is_said_to_turn(tmp_path):
+    for name, axes in (("brushed", (0.35, 0.15)), ("plain", 0.25)):
+        lobe = Lobe(axes, np.array([0.9, 0.7, 0.5]), np.ones(3))
+        none = np.empty((0, 3))
+        write_openpbr(Brdf(0, ("R", "G", "B"), none.astype(int), none, none, lobes=(lobe,)), tmp_path / name)
+        path = (tmp_path / name).rename(tmp_path / f"{name}.mtlx")
+        assert load_known(path).isotropic == (name == "plain")
