@@ -36,6 +36,8 @@ def checked_angles(**given: ArrayLike) -> list[np.ndarray]:
 
 def _numbers(name: str, given: ArrayLike) -> np.ndarray:
     try:
+        if np.iscomplexobj(given):  # whose imaginary part would be dropped
+            raise TypeError
         return np.asarray(given, float)
     except (TypeError, ValueError):
         raise InputError(name, f"numbers are needed, not {given!r:.60}".replace("\n", " ")) from None

@@ -135,3 +135,8 @@ def test_a_folder_that_holds_nothing_is_told_by_what_is_looked_for(tmp_path):
     with pytest.raises(InputError, match=r"coefficients\.json") as error:
         pg.load(tmp_path)
     assert "pab-opto" not in str(error.value)
+
+
+def test_complex_numbers_are_refused_and_not_cut_to_their_real_part():
+    with pytest.raises(InputError, match="incident: numbers are needed"):
+        measured()(SIDE + 0.1j, UP)
