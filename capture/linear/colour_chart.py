@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.linear.colour_library import colour_science
 from photogonio.capture.linear.reader import RadianceReader
 
 CHART = "ColorChecker24 - After November 2014"
@@ -158,7 +159,7 @@ def lab(xyz: np.ndarray) -> np.ndarray:
 
 def delta_e_2000(xyz: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """CIE Delta E 2000 (...) by colour-science."""
-    import colour
+    colour = colour_science()
 
     return colour.delta_E(lab(xyz), lab(reference), method="CIE 2000")
 
@@ -166,7 +167,7 @@ def delta_e_2000(xyz: np.ndarray, reference: np.ndarray) -> np.ndarray:
 @cache
 def reference_xyz() -> np.ndarray:
     """XYZ (24, 3) of the chart under D50, white's Y is 1."""
-    import colour
+    colour = colour_science()
 
     return colour.xyY_to_XYZ(np.array(list(colour.CCS_COLOURCHECKERS[CHART].data.values())))
 
@@ -174,14 +175,14 @@ def reference_xyz() -> np.ndarray:
 @cache
 def white_xyz() -> np.ndarray:
     """XYZ of D50, Y = 1, from the chart's chromaticity of white."""
-    import colour
+    colour = colour_science()
 
     return colour.xy_to_XYZ(colour.CCS_COLOURCHECKERS[CHART].illuminant)
 
 
 def srgb_from_xyz() -> np.ndarray:
     """(3, 3) from XYZ under D50 to linear sRGB."""
-    import colour
+    colour = colour_science()
 
     illuminant = colour.CCS_COLOURCHECKERS[CHART].illuminant
     columns = colour.XYZ_to_RGB(np.eye(3), "sRGB", illuminant, "Bradford")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
+from photogonio.capture.linear.colour_library import colour_science
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -78,7 +79,7 @@ def _balls(evaluate: Evaluate, channels: Sequence[str]) -> np.ndarray:
 
 def difference_itp(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Delta E ITP (ITU-R BT.2124) of linear sRGB, white at :data:`_WHITE_LUMINANCE`."""
-    import colour
+    colour = colour_science()
 
     wide = colour.matrix_RGB_to_RGB(colour.RGB_COLOURSPACES["sRGB"], colour.RGB_COLOURSPACES["ITU-R BT.2020"])
     one, other = (colour.RGB_to_ICtCp(np.maximum(x @ wide.T, 0.0) * _WHITE_LUMINANCE) for x in (a, b))
@@ -87,7 +88,7 @@ def difference_itp(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _delta_e_2000(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """CIEDE2000 of linear sRGB clipped to the display's range."""
-    import colour
+    colour = colour_science()
 
     space = colour.RGB_COLOURSPACES["sRGB"]
     one, other = (
@@ -98,7 +99,7 @@ def _delta_e_2000(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _psnr(a: np.ndarray, b: np.ndarray) -> float:
     """Peak signal to noise ratio of the displayed (sRGB, clipped) pixels, dB; infinite if equal."""
-    import colour
+    colour = colour_science()
 
     shown = [colour.cctf_encoding(np.clip(x, 0.0, 1.0), function="sRGB") for x in (a, b)]
     error = float(np.mean((shown[0] - shown[1]) ** 2))
