@@ -89,6 +89,7 @@ def test_tables_come_straight_from_workers_that_can_be_reached(scheduler):
 
 
 def test_tasks_grow_to_half_a_second_and_shrink_toward_the_end():
+    pytest.importorskip("distributed", reason="dask.distributed is not installed")
     queue, sizes, seen = TaskQueue(240), [], []
     while queue.left:
         numbers = queue.task(4)
