@@ -18,7 +18,7 @@ from photogonio.reconstruct.estimate.pilot import Cleaned
 from photogonio.reconstruct.estimate.weights import ViewScales
 from photogonio.reconstruct.model_choice import FitOptions
 from photogonio.reconstruct.represent.as_found import lobes_of
-from photogonio.reconstruct.represent.bounds import enforced, held_pairs, raised, violated
+from photogonio.reconstruct.represent.bounds import MOST_MOVED, enforced, held_pairs, raised, violated
 from photogonio.reconstruct.represent.bounds_anisotropic import enforced_turning, violated_turning
 from photogonio.reconstruct.represent.in_modes import SaidInModes, said_in_modes
 from photogonio.reconstruct.rows.noise_told import FreshReading, noise_told
@@ -34,7 +34,6 @@ KNOWN = 1.6  # a departure that is known is as many standard errors: an interval
 SAID_ELSEWHERE = ("order", "lobes")  # in the file
 REASONS = ("reason", "reciprocity because")  # in words, which the report and --json have
 MOST_LEVERAGE = 0.5  # of a row in what is said of it, where it is not known
-MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,7 @@ ROUNDS = 30
 BATCH = 40  # constraints added a round
 RANK = 1e-10  # of the largest variance: below it rounding
 TRIFLE = 3e-3  # of the mean f: less below 0 is no matter
+MOST_MOVED = 4.0  # standard errors, a bound: data that must move further contradict physics, and are not bent
 WRITTEN = 1e-8  # of the largest coefficient: no finer digits are written
 KEPT = 5e-3  # of the albedo, by which raising may change it
 SLACK = 1e-9  # of the largest value: rounding

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.represent.bounds import nearest_change, root_of
+from photogonio.reconstruct.represent.bounds import MOST_MOVED, TRIFLE, nearest_change, root_of
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.neighbours import places
 from photogonio.reconstruct.uncertainty.beyond import halton
@@ -32,9 +32,7 @@ AROUND = np.radians(
 )  # finer where a gloss is
 AXES = np.pi * np.arange(4) / 4  # azimuths of the incident direction, of surfaces that turn
 LOW = 0.5  # of the mean f: what is higher is not held at first
-TRIFLE = 3e-3  # of the mean f: less below 0 is no matter
 ELSEWHERE = 4096  # pairs at which f is looked at once more
-MOST_MOVED = 4.0  # standard errors a bound, that modes may be moved by
 
 
 def steepest(cells: Cells) -> float:

@@ -12,9 +12,9 @@ from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_discrepancy import Misfit
 from photogonio.reconstruct.estimate.model_selection import Candidate, Prior
-from photogonio.reconstruct.fit_result import KNOWN, MOST_MOVED, FitResult, error_of, result_of
+from photogonio.reconstruct.fit_result import KNOWN, FitResult, error_of, result_of
 from photogonio.reconstruct.model_choice import FitOptions
-from photogonio.reconstruct.represent.bounds import TRIFLE
+from photogonio.reconstruct.represent.bounds import MOST_MOVED, TRIFLE
 from photogonio.reconstruct.symmetry.verdict import Verdict
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import samples_table
