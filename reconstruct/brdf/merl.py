@@ -31,20 +31,23 @@ class Merl:
     def evaluate(self, incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
         """f (n, 3), 1/sr, of unit vectors (n, 3) in the tangent frame: the bin's, as in MERL's reader; of bins that the
         horizon cuts, that of the next."""
-        theta_h, theta_d, phi_d = half_difference(incident, exit)
-        h = np.clip((90.0 * np.sqrt(theta_h / (np.pi / 2))).astype(int), 0, 89)
-        d = np.clip((theta_d / (np.pi / 2) * 90.0).astype(int), 0, 89)
-        p = np.clip((np.mod(phi_d, np.pi) / np.pi * 180.0).astype(int), 0, 179)
-        f = self.value[h, d, p]
-        below = _centred_below()  # bins that the horizon cuts, whose middles nobody measures
-        above = (incident[:, 2] > 0.0) & (exit[:, 2] > 0.0)
-        for _ in range(SHAPE[1]):
-            cut = above & below[h, d, p] & (d > 0)
-            if not cut.any():
-                break
-            d = d - cut
-            f[cut] = self.value[h[cut], d[cut], p[cut]]
-        return f
+        return self.value[bins_of(incident, exit)]
+
+
+def bins_of(incident: np.ndarray, exit: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) each, which bin of a table answers for unit vectors (n, 3): see :meth:`Merl.evaluate`."""
+    theta_h, theta_d, phi_d = half_difference(incident, exit)
+    h = np.clip((90.0 * np.sqrt(theta_h / (np.pi / 2))).astype(int), 0, 89)
+    d = np.clip((theta_d / (np.pi / 2) * 90.0).astype(int), 0, 89)
+    p = np.clip((np.mod(phi_d, np.pi) / np.pi * 180.0).astype(int), 0, 179)
+    below = _centred_below()  # bins that the horizon cuts, whose middles nobody measures
+    above = (incident[:, 2] > 0.0) & (exit[:, 2] > 0.0)
+    for _ in range(SHAPE[1]):
+        cut = above & below[h, d, p] & (d > 0)
+        if not cut.any():
+            break
+        d = d - cut
+    return h, d, p
 
 
 def read_merl(path: Path) -> Merl:
@@ -64,18 +67,24 @@ def read_merl(path: Path) -> Merl:
     return Merl(np.where(value < 0, np.nan, value * _SCALE))
 
 
-def write_merl(path: Path, brdf: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> None:
-    """Write f(incident (n, 3), exit (n, 3)) -> (n, 3) at the bins' centres; inverse of :func:`read_merl`.
+def write_merl(path: Path, value: np.ndarray) -> None:
+    """Write the bins' values (90, 90, 180, 3), 1/sr; inverse of :func:`read_merl`.
 
-    Pairs with a direction below the surface are marked -1, as MERL does; negative values become 0.
+    NaN, of pairs with a direction below the surface, is marked -1, as MERL does; negative values become 0.
     """
-    incident, exit = bin_centres()
-    value = np.full((len(incident), 3), -1.0)
-    above = (incident[:, 2] > 0) & (exit[:, 2] > 0)
-    value[above] = np.maximum(brdf(incident[above], exit[above]), 0.0) / _SCALE
+    stored = np.where(np.isnan(value), -1.0, np.maximum(value, 0.0) / _SCALE).reshape(-1, 3)
     with path.open("wb") as file:
         file.write(np.array(SHAPE, "<i4").tobytes())
-        file.write(np.ascontiguousarray(value.T, "<f8").tobytes())
+        file.write(np.ascontiguousarray(stored.T, "<f8").tobytes())
+
+
+def bin_values(brdf: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+    """(90, 90, 180, 3) f(incident (n, 3), exit (n, 3)) -> (n, 3) at the bins' centres; NaN below the surface."""
+    incident, exit = bin_centres()
+    value = np.full((len(incident), 3), np.nan)
+    above = (incident[:, 2] > 0) & (exit[:, 2] > 0)
+    value[above] = brdf(incident[above], exit[above])
+    return value.reshape(*SHAPE, 3)
 
 
 def bin_centres() -> tuple[np.ndarray, np.ndarray]:

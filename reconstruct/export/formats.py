@@ -13,7 +13,6 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
-from photogonio.reconstruct.brdf.merl import read_merl
 from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
 from photogonio.reconstruct.brdf.radiance import read_radiance
 from photogonio.reconstruct.brdf.scatmech import read_scatmech, scatmech_brdf
@@ -21,7 +20,7 @@ from photogonio.reconstruct.export import principled
 from photogonio.reconstruct.export.csv_table import read_csv, write_csv
 from photogonio.reconstruct.export.gltf import read_gltf, write_gltf
 from photogonio.reconstruct.export.loss import PLACE, Evaluate, Loss, loss_of
-from photogonio.reconstruct.export.merl_table import write_merl_table
+from photogonio.reconstruct.export.merl_table import NearestBins, write_merl_table
 from photogonio.reconstruct.export.mitsuba import remark_mitsuba, wavelengths_of, write_mitsuba
 from photogonio.reconstruct.export.modes_file import write_modes
 from photogonio.reconstruct.export.openpbr import read_openpbr, write_openpbr
@@ -97,9 +96,7 @@ def _read_scatmech(path: Path) -> Evaluate:
 _RADIANCE: dict[str, Writer] = {"tree": write_radiance_tree, "klems": write_radiance_klems}
 FORMATS = {
     "csv": Format(".csv", write_csv, read_csv, state=_in_plain_text),
-    "merl": Format(
-        ".binary", write_merl_table, lambda path: read_merl(path).evaluate, convert=principled.rgb
-    ),
+    "merl": Format(".binary", write_merl_table, NearestBins, convert=principled.rgb),
     "mitsuba": Format(
         ".bsdf",
         write_mitsuba,

@@ -162,6 +162,21 @@ def around(theta_i: float, polar: int = _POLAR, azimuths: int = _AZIMUTHS) -> tu
     return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
 
 
+def scattered_around(theta_i: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """As :func:`around`, by twice ``count`` nodes of Fibonacci's lattice: for what jumps from cell to cell, whose edges
+    stand in line with a grid's rows."""
+    k = np.arange(count)
+    u, turn = (k + 0.5) / count, np.mod((k + 0.5) * (np.sqrt(5.0) - 1.0) / 2.0, 1.0)
+    aside = 2.0 * turn - 1.0
+    phi = np.pi * (1.0 + np.sign(aside) * np.abs(aside) ** 3)
+    found = []
+    for end in (0.0, np.pi / 2):
+        theta = theta_i + (end - theta_i) * u**3
+        weight = np.abs(end - theta_i) * 3.0 * u**2 * 2.0 * np.pi * 3.0 * aside**2 / count
+        found.append((unit_vectors(theta, phi), weight * np.sin(theta) * np.cos(theta)))
+    return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
+
+
 def held(brdf: Brdf, value: np.ndarray, axes: list[np.ndarray]) -> np.ndarray:
     """(theta_i, phi_i) factors, at most 1, with which lines between a table's rows add no light to speak of.
 

@@ -15,7 +15,7 @@ from photogonio.compare.known import Known
 from photogonio.compare.metrics import directional_albedo
 from photogonio.compare.reflectances import load_known
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.merl import write_merl
+from photogonio.reconstruct.brdf.merl import bin_values, write_merl
 from photogonio.synthetic.brdf.library import make_brdf
 
 MASK = np.radians(80.0)
@@ -67,7 +67,7 @@ def test_a_grid_is_compared_at_its_own_points_below_the_mask(files):
 
 def test_merl_and_csv_and_folders(files, capsys):
     brdf = lambertian(0.4, 0.5, 0.1)
-    write_merl(files / "m.binary", brdf)
+    write_merl(files / "m.binary", bin_values(brdf))
     (files / "t.csv").write_text(
         "theta_i,phi_i,theta_r,phi_r,R,G,B\n"
         + "\n".join(f"{t},0,30,50,{0.4 / np.pi},{0.5 / np.pi},{0.1 / np.pi}" for t in (0, 20, 50))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.brdf.merl import bin_centres, read_merl, write_merl
+from photogonio.reconstruct.brdf.merl import bin_centres, bin_values, read_merl, write_merl
 from photogonio.reconstruct.modes.angles import from_half_difference, half_difference, unit_vectors
 
 
@@ -58,7 +58,7 @@ def glossy(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     path = tmp_path_factory.mktemp("merl") / "glossy.binary"
-    write_merl(path, glossy)
+    write_merl(path, bin_values(glossy))
     return path
 
 
@@ -100,7 +100,7 @@ def test_no_merl_table_is_refused(tmp_path):
 
 def test_bins_that_the_horizon_cuts_have_what_the_next_have(tmp_path):
     """Their middles lie below it, and are marked; pairs in them that lie above are as bright as a pair beside them."""
-    write_merl(tmp_path / "even.binary", lambda incident, exit: np.full((len(incident), 3), 0.25))
+    write_merl(tmp_path / "even.binary", bin_values(lambda incident, exit: np.full((len(incident), 3), 0.25)))
     merl = read_merl(tmp_path / "even.binary")
     rng = np.random.default_rng(0)
     incident = unit_vectors(np.radians(rng.uniform(0.0, 88.0, 5000)), 0.0)

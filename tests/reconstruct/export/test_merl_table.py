@@ -9,7 +9,10 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.merl import read_merl
 from photogonio.reconstruct.export.formats import FORMATS
-from photogonio.reconstruct.modes.basis import reciprocal_modes
+from photogonio.reconstruct.export.loss import scattered_around
+from photogonio.reconstruct.lobes.lobe import Lobe
+from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.basis import isotropic_modes, reciprocal_modes
 from tests.drawn.exports import random_pairs, satin
 
 
@@ -40,3 +43,18 @@ def test_one_channel_is_repeated(tmp_path):
     FORMATS["merl"].write(satin(("Y",)), tmp_path / "a.binary")
     found = read_merl(tmp_path / "a.binary").evaluate(*random_pairs(5))
     np.testing.assert_allclose(found[:, 0], found[:, 2], rtol=1e-12)
+
+
+@pytest.mark.parametrize("roughness", [0.15, 0.06])
+def test_bins_add_no_light_toward_grazing(tmp_path, roughness):
+    """A gloss rises by per cents over a bin: its reader has the bin's one value from the lower edge on."""
+    ones = np.ones(3)
+    lobe = Lobe(roughness, np.array([0.9, 0.7, 0.4]), ones)
+    brdf = Brdf(0, ("R", "G", "B"), isotropic_modes(0), 0.3 * ones[None], np.zeros((1, 3)), lobes=(lobe,))
+    FORMATS["merl"].write(brdf, tmp_path / "a.binary")
+    found = read_merl(tmp_path / "a.binary")
+    for angle in np.radians([0.5, 40.1, 78.2, 84.1, 86.05, 87.03]):
+        exit, weight = scattered_around(angle, 30_000)
+        incident = np.broadcast_to(unit_vectors(angle, 0.0), exit.shape)
+        added = weight @ found.evaluate(incident, exit) / (weight @ brdf(incident, exit)) - 1.0
+        assert (added < 0.005).all() and (added > -0.05).all()

@@ -8,7 +8,7 @@ import pytest
 from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import load_known
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.merl import write_merl
+from photogonio.reconstruct.brdf.merl import bin_values, write_merl
 from photogonio.reconstruct.export.openpbr import write_openpbr
 from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.read import read_samples
@@ -18,7 +18,7 @@ from tests.drawn.goniometer import satin
 
 def test_merl_is_read_at_pairs_of_directions(tmp_path):
     path = tmp_path / "satin.binary"
-    write_merl(path, satin)
+    write_merl(path, bin_values(satin))
     samples = read_samples(path)
     assert (
         samples.channels == ("R", "G", "B") and 1000 < len(samples.value) < 5000 and samples.diagnoses == ()
