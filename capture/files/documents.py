@@ -66,9 +66,11 @@ def _read(path: Path, kind: str, parse: Callable[[str], Any]) -> Any:
 _NUMBERS = {int, float}  # truth values are others
 
 
-def _small(numbers: list[float]) -> bool:
-    """Whether none is beyond :data:`LARGEST`: most lists are such, and long."""
-    return -LARGEST <= min(numbers, default=0) and max(numbers, default=0) < LARGEST
+def _plain(value: list[Any]) -> bool:
+    """Whether all are numbers, none beyond :data:`LARGEST`: most lists are such, and long."""
+    if not set(map(type, value)) <= _NUMBERS:
+        return False
+    return -LARGEST <= min(value, default=0) and max(value, default=0) < LARGEST
 
 
 def _check(value: Any, path: Path, key: str, depth: int) -> None:
@@ -78,10 +80,11 @@ def _check(value: Any, path: Path, key: str, depth: int) -> None:
         for name, item in value.items():
             _check(item, path, f"{key}.{name}" if key else str(name), depth + 1)
     elif isinstance(value, list):
-        if depth < DEEPEST and set(map(type, value)) <= _NUMBERS and _small(value):
+        if depth < DEEPEST and _plain(value):
             return
         for k, item in enumerate(value):
-            _check(item, path, f"{key}[{k}]", depth + 1)
+            if not (depth + 1 < DEEPEST and type(item) is list and _plain(item)):
+                _check(item, path, f"{key}[{k}]", depth + 1)
     elif isinstance(value, int) and not -LARGEST <= value < LARGEST:
         digits = len(str(abs(value))) if abs(value) < 10**4000 else "thousands of"
         raise InputError(f"{path}: {key}"[:200], f"a whole number of {digits} digits")

@@ -97,6 +97,9 @@ def _plain(value):
     """The value in JSON's own types; what is not finite becomes null."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        told = np.isfinite(value)
+        return value.tolist() if told.all() else np.where(told, value, None).tolist()
     if isinstance(value, np.ndarray | np.generic):
         return _plain(value.tolist())
     if isinstance(value, list | tuple):

@@ -14,7 +14,7 @@ Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]  # incident, exit (n, 
 ANGLES = (0.0, 30.0, 60.0, 75.0, 85.0, 88.0)  # degrees of incidence at which albedos are compared
 TURNS = (0.0, 70.0)  # incident azimuths, of a surface that changes as it turns
 MASKS = (60.0, 80.0)  # degrees
-_PAIRS = 60_000
+_PAIRS, _PAIRS_TURNING = 60_000, 36_000  # sums of a surface that turns are dear
 _POLAR, _AZIMUTHS = 48, 96  # nodes of an albedo's quadrature
 _SHARED = 40  # pairs of an incident direction, of a surface that turns
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # turn between points of an even spiral
@@ -93,7 +93,8 @@ def _exchanged(f: Evaluate) -> Evaluate:
 
 
 def _rms(source: Evaluate, exported: Evaluate, mask: float, rng, *, isotropic: bool) -> float:
-    incident, exit, weight = pairs(mask, rng, isotropic=isotropic)
+    count = _PAIRS if isotropic else _PAIRS_TURNING
+    incident, exit, weight = pairs(mask, rng, isotropic=isotropic, count=count)
     f0, f = source(incident, exit), exported(incident, exit)
     keep = np.isfinite(f).all(axis=1)
     error = weight[keep] @ (f - f0)[keep] ** 2 / np.maximum(weight[keep] @ f0[keep] ** 2, 1e-300)

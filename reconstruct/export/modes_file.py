@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.export.held_modes import held
 from photogonio.reconstruct.export.loss import PLACE
-from photogonio.reconstruct.represent.developed import developed
+from photogonio.reconstruct.represent.developed import Developed, developed
 
 TOLD = 1e-6  # of the rms of f: less that is lost is rounding
 
@@ -21,8 +22,17 @@ def write_modes(brdf: Brdf, path: Path, order: int | None = None) -> str | None:
         InputError: the order does not do.
     """
     found = developed(brdf, order)
-    replace(found.brdf, extra=found.brdf.extra | {"remark": PLACE}).save(path)
-    return loss_in_words(found.loss, brdf.channels, found.brdf.order)
+    kept, loss = without_added_light(brdf, found)
+    replace(kept, extra=kept.extra | {"remark": PLACE}).save(path)
+    return loss_in_words(loss, brdf.channels, kept.order)
+
+
+def without_added_light(brdf: Brdf, found: Developed) -> tuple[Brdf, np.ndarray]:
+    """What stands for the BRDF, sending out no more light than it does; and its loss (c,)."""
+    if not found.loss.any():
+        return found.brdf, found.loss
+    kept, taken = held(brdf, found.brdf)
+    return kept, np.hypot(found.loss, taken / found.size)
 
 
 def loss_in_words(loss: np.ndarray, channels: tuple[str, ...], order: int) -> str | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.scatmech import scatmech_table, write_scatmech
-from photogonio.reconstruct.export.modes_file import loss_in_words
+from photogonio.reconstruct.export.modes_file import loss_in_words, without_added_light
 from photogonio.reconstruct.represent.developed import developed
 
 
@@ -27,7 +27,8 @@ def write_scatmech_file(brdf: Brdf, path: Path, order: int | None = None) -> str
         )
     if brdf.lobes or order is not None:
         found = developed(brdf, order, alone=True)
-        write_scatmech(path, scatmech_table(found.brdf))
-        return loss_in_words(found.loss, brdf.channels, found.brdf.order)
+        kept, loss = without_added_light(brdf, found)
+        write_scatmech(path, scatmech_table(kept))
+        return loss_in_words(loss, brdf.channels, kept.order)
     write_scatmech(path, scatmech_table(brdf))
     return None

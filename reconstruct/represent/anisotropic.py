@@ -101,19 +101,32 @@ def _both(matrices: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.moveaxis(both, -3, -2).reshape(*lead, waves, into, waves, into)
 
 
+Values = dict[object, np.ndarray]  # of lobes, whatever the order
+
+
 def represent_turning(
-    lobes: Sequence[Lobe], channels: int, order: int, symmetry: str, *, alone: bool = False
+    lobes: Sequence[Lobe],
+    channels: int,
+    order: int,
+    symmetry: str,
+    *,
+    alone: bool = False,
+    known: Values | None = None,
 ) -> Represented:
-    """``lobes`` by modes of ``symmetry`` up to ``order`` and lobes of the first version; by modes ``alone`` if so."""
+    """``lobes`` by modes of ``symmetry`` up to ``order`` and lobes of the first version; by modes ``alone`` if so.
+
+    ``known`` keeps what the same lobes are worth from one order to another.
+    """
+    known = {} if known is None else known
     half = _hemisphere(order)
     count = int(half.places.max()) + 1
     matrix = np.zeros((channels, count, count))
     missing = np.zeros((channels, *2 * (NODES[1], NODES[0])))
     kept: list[Lobe] = []
-    for lobe in lobes:
-        for part, factors, is_ground in parts_of(lobe):
+    for k, lobe in enumerate(lobes):
+        for j, (part, factors, is_ground) in enumerate(parts_of(lobe)):
             shapes = () if alone or is_ground else standing_for(lobe)
-            found, coefficients, left = _nearest(half, _values(part), shapes)
+            found, coefficients, left = _nearest(half, _once(known, (k, j), part), shapes, known)
             matrix += np.einsum("kab,kc->cab", found, factors)
             missing += np.tensordot(factors, left, axes=(0, 0))
             kept += all_weighted(shapes, coefficients, factors)
@@ -121,7 +134,14 @@ def represent_turning(
     return Represented(order, coefficients, tuple(kept), _rms(half, missing))
 
 
-def _nearest(half: _Hemisphere, lobe: np.ndarray, shapes: tuple[np.ndarray, ...]):
+def _once(known: Values, name: object, lobe: Lobe) -> np.ndarray:
+    """:func:`_values` of a lobe."""
+    if name not in known:
+        known[name] = _values(lobe)
+    return known[name]
+
+
+def _nearest(half: _Hemisphere, lobe: np.ndarray, shapes: tuple[np.ndarray, ...], known: Values):
     """Modes (k, j, j), coefficients (2 lobes, k) of the first version's lobes, and what is missing of a lobe's values
     (k, ...)."""
     rest = half.rest(lobe)
@@ -129,7 +149,11 @@ def _nearest(half: _Hemisphere, lobe: np.ndarray, shapes: tuple[np.ndarray, ...]
         return half.coefficients(lobe), np.empty((0, len(lobe))), rest
     one = np.ones(1)
     columns = np.concatenate(
-        [_values(Lobe(float(shape[0]), f0, one)) for shape in shapes for f0 in (one, 0.0 * one)]
+        [
+            _once(known, (float(shape[0]), f0), Lobe(float(shape[0]), f0 * one, one))
+            for shape in shapes
+            for f0 in (1.0, 0.0)
+        ]
     )
     file_rest = half.rest(columns)
     root = np.linalg.cholesky(half.gram(file_rest, file_rest))

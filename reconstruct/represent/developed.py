@@ -13,7 +13,7 @@ from photogonio.reconstruct.brdf.parameters import either_side, named_number
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.transform import pair_coefficients, pair_matrix
-from photogonio.reconstruct.represent.anisotropic import represent_turning, typical
+from photogonio.reconstruct.represent.anisotropic import Values, represent_turning, typical
 from photogonio.reconstruct.represent.isotropic import Represented, represent
 
 # orders tried, each only while the loss of the last is larger: narrow glosses are worth modes beyond 16
@@ -29,6 +29,7 @@ class Developed:
 
     brdf: Brdf
     loss: np.ndarray  # (c,) rms of what is lost over that of f, cosine weighted, both angles below 70 degrees
+    size: np.ndarray  # (c,) that rms of f, 1/sr; NaN where nothing is lost
 
 
 def developed(brdf: Brdf, order: int | None = None, *, alone: bool = False) -> Developed:
@@ -40,7 +41,8 @@ def developed(brdf: Brdf, order: int | None = None, *, alone: bool = False) -> D
     """
     foreign = tuple(lobe for lobe in brdf.lobes if alone or not is_of_first_version(lobe))
     if not foreign and order is None:
-        return Developed(_first(brdf), np.zeros(len(brdf.channels)))
+        nothing = np.zeros(len(brdf.channels))
+        return Developed(_first(brdf), nothing, np.full_like(nothing, np.nan))
     if brdf.quantity != "brdf" and foreign:
         raise InputError("--format modes", f"cannot develop lobes beside modes of {brdf.quantity}")
     brdf = _turned(brdf) if brdf.turning else brdf
@@ -49,9 +51,11 @@ def developed(brdf: Brdf, order: int | None = None, *, alone: bool = False) -> D
         raise InputError(
             f"--order {order}", f"expected {brdf.order}, that of the BRDF's own modes, to {highest}"
         )
-    found, loss = _said(brdf, foreign, order, alone)
+    size = np.maximum(typical(brdf), np.finfo(float).tiny)
+    found, loss = _said(brdf, foreign, order, alone, size)
     own = tuple(lobe for lobe in brdf.lobes if not _is_among(lobe, foreign))
-    return Developed(_joined(brdf, found, own + found.lobes, _errors(brdf, foreign, found, alone)), loss)
+    errors = _errors(brdf, foreign, found, alone)
+    return Developed(_joined(brdf, found, own + found.lobes, errors), loss, size)
 
 
 def _first(brdf: Brdf) -> Brdf:
@@ -59,27 +63,29 @@ def _first(brdf: Brdf) -> Brdf:
     return replace(brdf, version=1, uncertainty=None)
 
 
-def _represented(brdf: Brdf, lobes: tuple[Lobe, ...], order: int, alone: bool) -> Represented:
+def _represented(
+    brdf: Brdf, lobes: tuple[Lobe, ...], order: int, alone: bool, known: Values | None = None
+) -> Represented:
     channels = len(brdf.channels)
     if brdf.turning:
-        return represent_turning(lobes, channels, order, brdf.symmetry, alone=alone)
+        return represent_turning(lobes, channels, order, brdf.symmetry, alone=alone, known=known)
     return represent(lobes, channels, order, alone=alone)
 
 
 def _said(
-    brdf: Brdf, lobes: tuple[Lobe, ...], order: int | None, alone: bool
+    brdf: Brdf, lobes: tuple[Lobe, ...], order: int | None, alone: bool, size: np.ndarray
 ) -> tuple[Represented, np.ndarray]:
-    """The lobes at the order asked for, or at the first that is close, and the relative loss."""
-    size = np.maximum(typical(brdf), np.finfo(float).tiny)
+    """The lobes at the order asked for, or at the first that is close, and the loss over ``size``."""
     if order is not None:
         found = _represented(brdf, lobes, order, alone)
         return found, found.missing / size
     finer, tried = FINER_TURNING if brdf.turning else FINER, dict[int, Represented]()
+    known: Values = {}
 
     def at(step: int) -> Represented:
         order = max(finer[step][0], brdf.order)
         if order not in tried:
-            tried[order] = _represented(brdf, lobes, order, alone)
+            tried[order] = _represented(brdf, lobes, order, alone, known)
         return tried[order]
 
     low, high = 0, len(finer) - 1
