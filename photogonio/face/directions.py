@@ -7,6 +7,8 @@ from numpy.typing import ArrayLike
 
 from photogonio.capture.errors import InputError
 
+_SQUARES = 1e-200, 1e200  # of lengths: between them products of two vectors are as they should be
+
 
 def checked_directions(incident: ArrayLike, exit: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Vectors (..., 3) of any length, which need not broadcast but in their leading axes; NaN for those that are no
@@ -53,5 +55,9 @@ def _broadcast(shapes: dict[str, tuple[int, ...]]) -> None:
 
 def _told(vectors: np.ndarray) -> np.ndarray:
     square = np.einsum("...k,...k->...", vectors, vectors)
-    wrong = ~((square > 0.0) & (square < np.inf))
-    return np.where(wrong[..., None], np.nan, vectors) if wrong.any() else vectors
+    if not ((square <= _SQUARES[0]) | (square >= _SQUARES[1]) | np.isnan(square)).any():
+        return vectors
+    largest = np.abs(vectors).max(axis=-1, keepdims=True)  # over it, squares neither vanish nor overflow
+    wrong = ~((largest > 0.0) & (largest < np.inf))
+    scaled = vectors / np.where(wrong, 1.0, largest)
+    return np.where(wrong, np.nan, scaled)

@@ -10,9 +10,10 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.merl import SHAPE, Merl, bin_values, bins_of, read_merl, write_merl
-from photogonio.reconstruct.export.loss import ANGLES, scattered_around
+from photogonio.reconstruct.export.loss import ANGLES
 from photogonio.reconstruct.export.rgb import rgb_order
 from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.mirror_quadrature import scattered_around
 
 _NODES, _MORE = 3000, 20_000  # of an albedo's quadrature, on either side of the mirror's angle
 _SLACK = 0.002  # of an albedo, that bins may add

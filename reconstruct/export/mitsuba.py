@@ -19,10 +19,10 @@ from scipy.interpolate import RegularGridInterpolator
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.mitsuba import Mitsuba, read_tensors
-from photogonio.reconstruct.export.loss import around
 from photogonio.reconstruct.export.rgb import rgb_order
 from photogonio.reconstruct.export.table_grid import scale_in_words
 from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.mirror_quadrature import around
 
 _SLICE, _INCIDENT = 96, 56  # nodes a side of a slice; incident angles
 # the same of a peak that stands wherever the light comes from, for a width of it

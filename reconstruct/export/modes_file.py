@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.export.held_modes import held
 from photogonio.reconstruct.export.loss import PLACE
 from photogonio.reconstruct.represent.developed import Developed, developed
+from photogonio.reconstruct.represent.held_modes import held
 
 TOLD = 1e-6  # of the rms of f: less that is lost is rounding
 

@@ -13,9 +13,10 @@ import numpy as np
 from scipy.optimize import minimize
 
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.export.loss import ANGLES, around, pairs
+from photogonio.reconstruct.export.loss import ANGLES, pairs
 from photogonio.reconstruct.export.rgb import rgb_order
 from photogonio.reconstruct.modes.angles import unit_vectors
+from photogonio.reconstruct.modes.mirror_quadrature import around
 
 _ROUGHNESS = np.linspace(0.05, 1.0, 16)  # of engines: the square root of GGX alpha
 _F0 = np.array([0.0, 0.01, 0.02, 0.03, 0.04, 0.055, 0.08, 0.12])  # of dielectrics, at normal incidence

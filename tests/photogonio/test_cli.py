@@ -16,10 +16,13 @@ import pytest
 from photogonio.arguments import build_parser
 from photogonio.capture.errors import InputError
 from photogonio.cli import main
+from photogonio.commands.synthesize import counted
 from photogonio.reconstruct.brdf.brdf import load_brdf
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.represent.bounds_anisotropic import TOLERANCE
 from photogonio.synthetic.brdf.library import make_brdf
+from photogonio.synthetic.scene.plan import plan
+from photogonio.synthetic.scene.scene import load_scene
 from tests.places import ROOT
 
 COMMANDS = (
@@ -346,3 +349,9 @@ def test_flags_that_exclude_one_another_are_refused(words, named, capsys):
     assert main(words) == 2
     said = capsys.readouterr().err.strip()
     assert said.startswith(f"photogonio: {named}: ") and "\n" not in said
+
+
+def test_photos_that_are_rendered_are_counted_by_what_they_are_for():
+    """Of 18 photos of the example 12 are of the sample, which is what ``process`` then counts."""
+    shots = plan(load_scene("example"))
+    assert counted(shot.role for shot in shots) == "photos (12 sample, 6 calibration)"

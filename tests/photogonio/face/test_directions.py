@@ -55,7 +55,9 @@ def test_what_is_no_direction_has_no_value(brdf, wrong):
 
 
 def test_a_vectors_length_means_nothing(brdf):
-    np.testing.assert_allclose(brdf(3.0 * SIDE, 0.2 * UP), brdf(SIDE, UP), rtol=1e-12)
+    for long, short in ((3.0, 0.2), (1e200, 1e-200), (1e307, 1.0), (1e100, 1e160)):
+        np.testing.assert_allclose(brdf(long * SIDE, short * UP), brdf(SIDE, UP), rtol=1e-12)
+        np.testing.assert_allclose(brdf(short * UP, long * SIDE), brdf(UP, SIDE), rtol=1e-12)
 
 
 def test_angles_that_are_no_number_have_no_value_and_no_albedo(brdf):

@@ -9,10 +9,10 @@ from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.brdf.merl import read_merl
 from photogonio.reconstruct.export.formats import FORMATS
-from photogonio.reconstruct.export.loss import scattered_around
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.modes.basis import isotropic_modes, reciprocal_modes
+from photogonio.reconstruct.modes.mirror_quadrature import scattered_around
 from tests.drawn.exports import random_pairs, satin
 
 

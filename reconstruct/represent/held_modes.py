@@ -13,10 +13,10 @@ import numpy as np
 
 from photogonio.reconstruct.brdf.brdf import Brdf
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.export.loss import around
 from photogonio.reconstruct.modes import integrals
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.modes.basis import isotropic_design
+from photogonio.reconstruct.modes.mirror_quadrature import around
 from photogonio.reconstruct.modes.transform import pair_coefficients, pair_matrix
 from photogonio.reconstruct.represent.isotropic import JUDGED
 

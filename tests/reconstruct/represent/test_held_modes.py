@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.export.held_modes import held
 from photogonio.reconstruct.lobes.lobe import Lobe
 from photogonio.reconstruct.modes.integrals import albedo_of
 from photogonio.reconstruct.represent.developed import developed
+from photogonio.reconstruct.represent.held_modes import held
 from tests.drawn.exports import rms_between
 
 
