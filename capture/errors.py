@@ -1,5 +1,9 @@
 """The one error of the project: input that cannot be used."""
 
+import re
+
+_BREAKS = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029]")  # what ends a line, or moves a terminal's cursor
+
 
 class InputError(ValueError):
     """Input that cannot be used: one line that names the file, the key or photo, and what was expected.
@@ -13,4 +17,4 @@ class InputError(ValueError):
         self.what = what
 
     def __str__(self) -> str:
-        return f"{self.where}: {self.what}"
+        return _BREAKS.sub(lambda found: repr(found[0])[1:-1], f"{self.where}: {self.what}")

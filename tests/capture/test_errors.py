@@ -25,3 +25,8 @@ def test_it_comes_whole_from_another_process(again):
     other = again(first)
     assert type(other) is InputError and str(other) == str(first)
     assert (other.where, other.what) == ("a.png", "cannot be read")
+
+
+def test_it_is_one_line_whatever_a_file_holds():
+    error = InputError("a\nb.png", "wrong checksum of the \x1b3\r\u2028\x85 chunk, 3 ä")
+    assert str(error) == r"a\nb.png: wrong checksum of the \x1b3\r\u2028\x85 chunk, 3 ä"
