@@ -122,7 +122,7 @@ def _read_truth(path: Path, truth: object) -> Known:
     grid, model = (_part(path, truth, name) for name in ("grid", "model"))
     value = array(None, None)(grid.get("values"), f"{path}: brdf grid values")
     channels = _names(value.shape[1])
-    if "model" in model or (path.parent / str(model.get("file"))).exists():
+    if "model" in model or _is_beside(path, model.get("file")):
         reflectance = brdf_from(model, path.parent, path, as_reflectance)
 
         def evaluate(incident: np.ndarray, exit: np.ndarray) -> np.ndarray:
@@ -139,6 +139,14 @@ def _read_truth(path: Path, truth: object) -> Known:
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
     check_values(path, nodes, value)
     return _on_grid(path, nodes, value)
+
+
+def _is_beside(path: Path, name: object) -> bool:
+    """Whether ``name`` is that of a file beside ``path``."""
+    try:
+        return isinstance(name, str) and (path.parent / name).exists()
+    except (OSError, ValueError):  # longer than names may be, or a NUL in it
+        return False
 
 
 def as_reflectance(path: Path) -> Reflectance:

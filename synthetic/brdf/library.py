@@ -42,12 +42,14 @@ def make_brdf(
     """
     if model not in MODELS:
         raise InputError(where, f"model: expected one of {', '.join(MODELS)}, got {model!r}")
-    known = {f.name for f in fields(MODELS[model])}
+    known = {f.name: f for f in fields(MODELS[model])}
     parameters = dict(parameters or {})
     for key, value in parameters.items():
         if key not in known:
             raise InputError(where, f"{model} has no parameter {key!r}; it has {', '.join(sorted(known))}")
         parameters[key] = checked(key, value, where)
+        if isinstance(value, list | tuple) and not isinstance(known[key].default, tuple):
+            raise InputError(where, f"{key}: {model} has one number of it, for all channels; got {value!r}")
     return MODELS[model](**parameters)
 
 

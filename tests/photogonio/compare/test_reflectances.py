@@ -6,6 +6,7 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import BESIDE, MOST_NAMED, TABLE, find_brdf, load_known
+from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
 
 def result(folder):
@@ -55,6 +56,15 @@ def test_of_a_table_the_coefficients_beside_it_are_shown(tmp_path):
         (tmp_path / name).write_text("{}")
     assert find_brdf(tmp_path / TABLE) == tmp_path / TABLE
     assert find_brdf(tmp_path / TABLE, everywhere=True) == tmp_path / "coefficients.json"
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b", 3, {"file": "gone.csv"}, None])
+def test_a_truth_whose_file_cannot_be_there_is_its_grid(tmp_path, name):
+    path = tmp_path / "truth.json"
+    grid = {"theta_i": [15.0, 45.0], "theta_r": [15.0, 45.0], "dphi": [30.0, 90.0]}
+    grid = grid | {"values": [[0.1, 0.1, 0.1]] * 8}
+    path.write_text(json.dumps({"format": TRUTH_FORMAT, "brdf": {"model": {"file": name}, "grid": grid}}))
+    assert load_known(path).value.shape == (8, 3)
 
 
 def test_what_coefficients_leave_out_is_said(tmp_path):

@@ -178,7 +178,14 @@ def test_brushed_metal_is_streaked_across_the_strokes():
 
 
 @pytest.mark.parametrize(
-    "bad", [{"albedo": "red"}, {"roughness": 0.0}, {"albedo": []}, {"ior": float("nan")}]
+    "bad",
+    [
+        {"albedo": "red"},
+        {"roughness": 0.0},
+        {"albedo": []},
+        {"ior": float("nan")},
+        {"roughness": [0.1, 0.2, 0.3]},
+    ],
 )
 def test_parameters_that_no_plastic_has_are_refused(bad):
     with pytest.raises(InputError, match=next(iter(bad))):
