@@ -99,14 +99,24 @@ def _ask_elevation(table: TextTable, name: str, degrees: np.ndarray, value: np.n
 
 
 def _turns_by_400(found: Mapping[str, np.ndarray]) -> bool:
-    """Whether azimuths of light from one azimuth go around by 400: beyond 360, or by half a turn of 200."""
+    """Whether azimuths of light from one azimuth go around by 400: beyond 360, by half a turn of 200, or in even steps
+    that close at 400 and never at 360."""
     incident, exit = (found.get(name, np.zeros(1)) for name in ("phi_i", "phi_r"))
     if not np.isfinite(exit).any() or np.nanmax(incident) != np.nanmin(incident):
         return False
     low, high = (float(side) for side in (np.nanmin(exit), np.nanmax(exit)))
     beyond = low >= 0.0 and 360.0 + NORMAL < high <= 400.0 + NORMAL
     halves = (low, high) in ((0.0, 200.0), (-200.0, 200.0), (-200.0, 0.0))
-    return beyond or halves
+    return beyond or halves or _closes_at_400(exit)
+
+
+def _closes_at_400(azimuth: np.ndarray) -> bool:
+    """Whether a turn of 400 is cut evenly by azimuths of which there are three or more, from 0 on or about it."""
+    found = np.unique(np.round(azimuth[np.isfinite(azimuth)] % 400.0, 2))
+    found = found[found < 399.9]  # rounding of a whole turn
+    if len(found) < 3 or abs(360.0 / (400.0 / len(found)) % 1.0) < 1e-6:
+        return False
+    return bool(np.allclose(found, np.arange(len(found)) * 400.0 / len(found), atol=0.05))
 
 
 def _ask_side(table: TextTable, theta_i: np.ndarray, theta_r: np.ndarray, value: np.ndarray) -> None:

@@ -138,6 +138,27 @@ def test_gradians_are_asked_about_and_read(tmp_path, azimuths):
     assert len(read_samples(path, Told(angles="degrees")).value) == 3
 
 
+@pytest.mark.parametrize("count", [4, 8, 16])
+@pytest.mark.parametrize("first", [0, -200])
+def test_even_steps_that_close_at_400_are_gradians(tmp_path, count, first):
+    path = tmp_path / "gradians.csv"
+    azimuths = first + 400.0 / count * np.arange(count)
+    rows = [f"50,0,{r},{azimuth:.6g},0.2" for r in (30, 80) for azimuth in azimuths]
+    path.write_text("theta_i,phi_i,theta_r,phi_r,value\n" + "\n".join(rows))
+    with pytest.raises(InputError, match=r"are these gradians"):
+        read_samples(path)
+    path.write_text("theta_i,phi_i,theta_r,phi_r,value\n" + "\n".join(rows[:-count] + rows[: count - 1]))
+    assert len(read_samples(path, Told(angles="degrees")).value)
+
+
+@pytest.mark.parametrize("azimuths", [(0, 90, 180, 270), (0, 100), (0, 40, 80, 120, 160, 200, 240, 280, 320)])
+def test_azimuths_of_degrees_are_no_gradians(tmp_path, azimuths):
+    path = tmp_path / "degrees.csv"
+    rows = [f"50,0,{r},{azimuth},0.2" for r in (30, 80) for azimuth in azimuths]
+    path.write_text("theta_i,phi_i,theta_r,phi_r,value\n" + "\n".join(rows))
+    assert len(read_samples(path).value) == 2 * len(azimuths)
+
+
 def test_azimuths_of_a_lamp_that_goes_around_are_no_gradians(tmp_path):
     path = tmp_path / "turned.csv"
     path.write_text("theta_i,phi_i,theta_r,phi_r,value\n40,0,30,10,0.2\n40,200,30,390,0.2\n")
