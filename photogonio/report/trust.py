@@ -118,6 +118,10 @@ def _mirrored(result: Result) -> str:
     return _told(result, "table-mirrored")
 
 
+def _slipped(result: Result) -> str:
+    return _told(result, "table-slipped")
+
+
 def _scan(result: Result) -> str:
     return _told(result, "table-scan-off")
 
@@ -259,6 +263,13 @@ OF_FITS = (
         "a table's peak toward the lamp, or beside the plane of incidence, is a mirror lobe, with odds above e^20",
         "azimuths count from the mirror side: --azimuth mirror, or lamp if they do not; or from elsewhere",
         _mirrored,
+    ),
+    Check(
+        "rows-slipped",
+        "a table's values, all or from some row on, agree with one another far better a row or two lower or higher, "
+        "with odds above e^50",
+        "a value was lost, or the column of values pasted a row off; or a zero of the angles is off by a step",
+        _slipped,
     ),
     Check(
         "scan-off",

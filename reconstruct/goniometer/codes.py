@@ -51,6 +51,16 @@ ENTRIES = (
         source="tables of known glossy surfaces; of thirty CUReT materials and NIST's PTFE none is above 0",
     ),
     Entry(
+        "table-slipped",
+        "Values of a table, all or from some row on, would agree with one another far better a row or two lower or "
+        "higher, by the evidence of smooth surfaces and of lobes. The result is not to be trusted.",
+        "Put the column of values back beside its angles: one was lost, or pasted a row off. Or a zero of the angles "
+        "is off by a step.",
+        least=doubts.SLIPPED,
+        source="600 tables of known surfaces, with readings far off among them, reach 22; thirty CUReT materials and "
+        "NIST's PTFE are below 0",
+    ),
+    Entry(
         "table-scan-off",
         "All readings of one incidence are about the same multiple of what neighbouring incidences and exchanged pairs "
         "say; no surface does that. The result is not to be trusted.",

@@ -9,6 +9,7 @@ import numpy as np
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.rows.mirrored import mirrored_odds
+from photogonio.reconstruct.rows.slipped import Slip, slip_of
 from photogonio.reconstruct.symmetry.scans import scan_off
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
 from photogonio.reconstruct.table.cells import cells_of
@@ -28,6 +29,7 @@ BESIDE = np.radians(31.0)  # from the plane of incidence, where no surface has i
 LOST = 0.1  # of the rows
 EDGE = 4.0  # degrees: rows toward the horizon that are lost
 MIRRORED = 20.0  # logarithm of the odds that azimuths count from the mirror side
+SLIPPED = 50.0  # of the odds that values stand beside their directions; readings far off alone make 22 of it
 
 FLAT = 5.0  # times as often as the values next below the largest must come, to be a limit, and
 LEVEL = 4  # times, at different directions
@@ -43,9 +45,25 @@ def doubts_of(samples: GoniometerSamples, quantity: str, *, side_told: bool = Fa
     if not side_told and peak is None:
         mirrored = _beside(samples, value)
     cosine = _cosine(samples, value, quantity)
+    slip = slip_of(samples, value, SLIPPED, turns=side_told) if cosine is None else None
+    if slip is not None and (mirrored is None or slip.odds > mirrored.amount):
+        return tuple(one for one in (_slipped(samples, slip), _saturated(samples)) if one is not None)
     scan = _scan(samples, value) if cosine is None else None
     found = (cosine, peak, mirrored, scan, _saturated(samples))
     return tuple(one for one in found if one is not None)
+
+
+def _slipped(samples: GoniometerSamples, slip: Slip) -> Diagnosis:
+    """What is told of values that stand beside their directions."""
+    where = "" if slip.first == 0 else f" from about row {slip.first + 1} on"
+    if slip.first and samples.line is not None:
+        where = f" from about line {samples.lines[slip.first, 0]} on"
+    rows = "a row" if abs(slip.by) == 1 else f"{abs(slip.by)} rows"
+    message = (
+        f"values{where} agree with one another far better {rows} {'lower' if slip.by > 0 else 'higher'} (odds "
+        f"e^{slip.odds:.0f}): do they stand beside their directions? Or an angle is off by its step"
+    )
+    return Diagnosis("table-slipped", message, amount=slip.odds, least=SLIPPED)
 
 
 def _cosine(samples: GoniometerSamples, value: np.ndarray, quantity: str) -> Diagnosis | None:
