@@ -38,6 +38,7 @@ from photogonio.run.photo_choices import asked_symmetry, choose_level
 from photogonio.run.reduce_photos import Plan, Reduced, reduce_photos
 from photogonio.run.surroundings import around_of, shown_around
 from photogonio.run.tables import refuse_empty, take_channels
+from photogonio.system.memory import give_back
 from photogonio.system.outputs import check_place, staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
 from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos
@@ -71,6 +72,8 @@ def process(
         setup, radiance, kept, correction = calibrated(
             photoset, reporter, options.threads(), scratch, rig=rig
         )
+        scratch.let_go()
+        give_back()
         setup = replace(setup, rig=())
         space = photoset.radiometry.colour
         require_mixable(photoset, setup.scale, options.channels)
@@ -86,6 +89,8 @@ def process(
             plan = Plan(int(level.value), around, options.threads(), kept.store, kept.hashes, None, cluster)
             reduced = _reduced(radiance, setup, plan, reporter)
             refuse_empty(reduced.table)
+            scratch.let_go()
+            give_back()
             watch.lap("reduce")
             shown, table = shown_around(photoset, setup, reduced.table, reduced.around)
             table = take_channels(table, options)

@@ -16,6 +16,7 @@ INTEGERS = {"uint8": np.uint8, "uint16": np.uint16}
 FLOATS = {"half", "float", "double"}
 UNCHANGED = cv2.IMREAD_UNCHANGED
 AS_RGB = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
+BAND = 16  # rows at a time
 UNREADABLE = "not a readable image"
 
 
@@ -72,7 +73,10 @@ def load_opencv(path: Path) -> np.ndarray | None:
         return None
     if pixels.ndim == 2:
         return pixels[..., None]
-    return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB) if pixels.shape[2] == 3 else pixels
+    if pixels.shape[2] == 3:  # AS_RGB leaves TIFF of 16 bits unfilled (OpenCV 5.0.0)
+        for band in np.array_split(pixels, max(1, len(pixels) // BAND)):  # no second picture in memory
+            band[:] = cv2.cvtColor(band, cv2.COLOR_BGR2RGB)
+    return pixels
 
 
 def decode_oiio(path: Path, file: oiio.ImageInput, part: int = 0, kept: tuple[int, ...] = ()) -> np.ndarray:

@@ -111,7 +111,10 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
     if wrong:
         raise InputError(path, wrong)
     found = about(path, kind)
-    pixels = decoded(path, kind, found, data)
+    packed = None if data is None or kind != "png" else png_pixels.packed(data)
+    if packed is not None:
+        data = None  # of a large photo, to hold the pixels and what they are made of is enough
+    pixels = decoded(path, found, packed or data)
     width, height = found.size
     if pixels.shape != (height, width, len(found.channels)):
         raise InputError(path, f"decodes to {pixels.shape}, not to the size in its header")
@@ -120,14 +123,16 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
     return Image(pixels, full_scale, found.channels, lossy=found.lossy, tone=found.tone)
 
 
-def decoded(path: Path, kind: str, found: About, data: bytes | None) -> np.ndarray:
-    """Pixels (h, w, c) by the reader that fits the file's format ``kind``."""
-    pixels = None if data is None or kind != "png" else png_pixels.decoded(data)
-    if pixels is not None:
-        pixels = pixels[..., list(found.kept)] if len(found.kept) < pixels.shape[2] else pixels
+def decoded(path: Path, found: About, held: png_pixels.Packed | bytes | None) -> np.ndarray:
+    """Pixels (h, w, c) by the reader that fits what the file says of itself; ``held`` is what of it was read."""
+    pixels = None
+    if isinstance(held, png_pixels.Packed):
+        pixels = held.pixels()
+        if pixels is not None and len(found.kept) < pixels.shape[2]:
+            pixels = pixels[..., list(found.kept)]
     elif found.reader == "opencv":
         channels = len(found.channels)
-        pixels = decode.load_opencv(path) if data is None else decode.decode_opencv(data, channels)
+        pixels = decode.load_opencv(path) if held is None else decode.decode_opencv(held, channels)
     elif found.reader in ("heic", "avif"):
         try:
             return heif.decoded(path, found.reader, len(found.channels))

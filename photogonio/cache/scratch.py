@@ -66,6 +66,10 @@ class Scratch:
         """The photo, which is kept if there is room: for those that are read again."""
         return self._latest(path, demosaic, keep=True)
 
+    def let_go(self) -> None:
+        """Forget each thread's latest photo: what comes next begins with others."""
+        self._last = threading.local()
+
     def put(self, value: Value) -> Callable[[], Value]:
         """Set ``value`` aside, however little room there is for photos, and return what reads it back, a copy each
         time. It stays in memory where it cannot be written."""
@@ -88,12 +92,12 @@ class Scratch:
         return recall
 
     def _latest(self, path: Path, demosaic: str, *, keep: bool) -> Image:
-        asked = path, demosaic
-        if getattr(self._last, "asked", None) != asked:
-            self._last.asked = self._last.image = None  # memory for one photo, not two
-            self._last.image = self._found(path, demosaic, keep)
-            self._last.asked = asked
-        return self._last.image
+        asked, last = (path, demosaic), self._last  # which let_go may replace meanwhile
+        if getattr(last, "asked", None) != asked:
+            last.asked = last.image = None  # memory for one photo, not two
+            last.image = self._found(path, demosaic, keep)
+            last.asked = asked
+        return last.image
 
     def _found(self, path: Path, demosaic: str, keep: bool) -> Image:
         kept = self._kept.get((path, demosaic))

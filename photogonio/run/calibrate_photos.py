@@ -27,6 +27,7 @@ from photogonio.capture.linear.prepare import prepare, untold_by_brackets, vigne
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.photoset import MANIFEST, PhotoSet
 from photogonio.run.colours import correction_note, find_correction
+from photogonio.system.memory import give_back
 from photogonio.system.progress import Reporter
 
 ABREAST = 2  # whole photos that calibration looks at together: the memory they take
@@ -159,10 +160,16 @@ def _found(
     rig: RigPrior,
     tone: PrintTone | None = None,
 ) -> Setup:
+    def progress(what: str, done: int, total: int) -> None:
+        reporter.progress(what, done, total)
+        if done == total:  # what follows takes other memory than a pass over all photos
+            scratch.let_go()
+            give_back()
+
     return find_setup(
         radiance.photoset,
         lambda _, view: radiance.read(view),
-        reporter.progress,
+        progress,
         rig,
         tone,
         read_part=radiance.read,

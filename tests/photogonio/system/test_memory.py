@@ -38,6 +38,29 @@ def test_freed_memory_is_taken_again():
     assert told_and_faults("given back")[1] > 190
 
 
+BACK = """
+import ctypes
+import numpy as np
+from photogonio.system.memory import give_back, keep_freed
+def resident():
+    return int(next(line for line in open("/proc/self/status") if line.startswith("VmRSS")).split()[1])
+told = keep_freed()
+np.full(100_000_000, 1, np.uint8)
+before = resident()
+give_back()
+print(told and hasattr(ctypes.CDLL(None), "malloc_trim"), before - resident())
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the C library of Linux is told")
+def test_what_was_kept_is_given_back():
+    done = subprocess.run([sys.executable, "-c", BACK], check=True, capture_output=True, text=True)
+    told, less = done.stdout.split()
+    if told == "False":
+        pytest.skip("a C library without mallopt or malloc_trim")
+    assert int(less) > 90_000  # KB, of 97,656
+
+
 SELDOM = """
 import gc, weakref
 from photogonio.system.memory import collect_seldom
