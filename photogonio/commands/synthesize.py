@@ -19,7 +19,7 @@ from photogonio.system.progress import Reporter
 
 def counted(roles: Iterable[str]) -> str:
     """How many photos of each role, since ``process`` counts those of the sample alone."""
-    each = ", ".join(f"{count} {role}" for role, count in Counter(roles).items())
+    each = ", ".join(f"{count} {role}" for role, count in Counter(roles).most_common())
     return f"photos ({each})"
 
 
