@@ -7,6 +7,7 @@ Front" alone is of a thing seen from there. docs/cli.md says what was tried.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.capture.jit import jit
 from photogonio.reconstruct.brdf.radiance_matrix import angle_bases, matrix_of, text_of
 from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square
 from photogonio.reconstruct.modes.angles import spherical_angles
@@ -180,11 +182,12 @@ def parse_tree(path: Path, text: str, axes: int) -> Tree:
     Raises:
         InputError: braces or numbers that do not fit.
     """
+    quick = _quick(text, axes)
+    if quick is not None:
+        return quick
     child: list[int] = [-1]
     value: list[float] = [0.0]
     tokens = re.findall(r"[{}]|[^\s{},][^{}]*", text)
-    bits = (np.arange(2**axes)[:, None] >> np.arange(axes)) & 1
-    order = (bits @ 2 ** np.arange(axes)[::-1]).tolist()  # of the halves in a block of them
     stack: list[tuple[int, int, list[float]]] = []  # node, children seen, numbers
     wrong = InputError(path, "its tensor tree is cut short or has numbers where none belong")
 
@@ -218,9 +221,6 @@ def parse_tree(path: Path, text: str, axes: int) -> Tree:
                 raise wrong
             if len(numbers) == 1:
                 value[node] = numbers[0]
-            elif len(numbers) == len(order):  # as most are, in a tree of small blocks
-                first = below(node)
-                value[first : first + len(order)] = [numbers[k] for k in order]
             elif numbers:
                 _spread(np.array(numbers), node, axes, below, value, wrong)
         else:
@@ -246,3 +246,233 @@ def _spread(numbers: np.ndarray, node: int, axes: int, below, value: list[float]
     for k in range(2**axes):
         half = tuple(slice(side // 2 * (k >> a & 1), side // 2 * ((k >> a & 1) + 1)) for a in range(axes))
         _spread(cube[half].ravel(), first + k, axes, below, value, wrong)
+
+
+def tree_text(child: np.ndarray, value: np.ndarray, axes: int) -> str:
+    """A tree as text, depth first. Inverse of :func:`parse_tree`, to five digits.
+
+    ``child`` (n,) says where a cell's parts begin, -1 of a leaf, whose ``value`` (n,), not negative, is told. The first
+    of a tree of four axes is its root; the first four of one of three are the halves of the root that isotropic
+    surfaces have, those along the first axis holding nothing.
+    """
+    length = 40 * len(value) + 64
+    text = np.empty(length, np.uint8)
+    used = _write(child, value, axes, _block_order(axes), text)
+    return text[:used].tobytes().decode("ascii")
+
+
+def _block_order(axes: int) -> np.ndarray:
+    """(2^axes,) of a cell's halves, first axis fastest: their places in a block of them, last axis fastest."""
+    bits = (np.arange(2**axes)[:, None] >> np.arange(axes)) & 1
+    return bits @ 2 ** np.arange(axes)[::-1]
+
+
+def _quick(text: str, axes: int) -> Tree | None:
+    """A tree of leaves and of blocks of 2^axes of them, as ours are; None of any other."""
+    try:
+        data = text.encode("ascii")
+    except UnicodeEncodeError:
+        return None
+    shape, leaves = np.frombuffer(data, np.uint8), np.empty(0)
+    counts = np.empty(len(data), np.int32)
+    tokens, nodes = _tokens(shape, counts, 2**axes)
+    if tokens < 0:
+        return None
+    bare = data.translate(bytes.maketrans(b"{},", b"   "))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            leaves = np.fromstring(bare, sep=" ")
+        except (ValueError, DeprecationWarning):
+            return None
+    child, value = np.full(nodes, -1), np.zeros(nodes)
+    order = np.argsort(_block_order(axes))
+    if not _build(counts[:tokens], leaves, 2**axes, order, child, value) or not np.isfinite(value).all():
+        return None
+    return Tree(axes, child, value)
+
+
+_OPEN, _CLOSE = -1, -2
+
+
+@jit
+def _tokens(text, counts, parts):
+    """Braces and how many numbers stand together, into ``counts``; how many such tokens, and nodes at most. -1 tokens
+    where numbers stand together that are neither one nor ``parts``."""
+    at, run, inside, nodes = 0, 0, False, 1
+    for byte in text:
+        brace = byte == 123 or byte == 125
+        if brace or byte == 32 or byte == 44 or (9 <= byte <= 13):
+            if inside:
+                run += 1
+            inside = False
+            if brace:
+                if run:
+                    if run != 1 and run != parts:
+                        return -1, 0
+                    counts[at] = run
+                    at += 1
+                    nodes += run
+                    run = 0
+                counts[at] = -1 if byte == 123 else -2
+                at += 1
+                nodes += 1 if byte == 123 else 0
+        else:
+            inside = True
+    if inside or run:
+        return -1, 0
+    return at, nodes + parts * (nodes // 2 + 1)
+
+
+@jit
+def _build(tokens, numbers, parts, order, child, value):
+    """The nodes that tokens tell of; whether they are a tree."""
+    node, seen = np.zeros(_DEEPEST + 3, np.int64), np.zeros(_DEEPEST + 3, np.int64)
+    depth, made, taken = 0, 1, 0
+    done = False
+    for k in range(len(tokens)):
+        token = tokens[k]
+        if done:
+            return False
+        if token == _OPEN:
+            if depth > _DEEPEST:
+                return False
+            if depth == 0:
+                node[1], seen[1] = 0, 0
+            else:
+                above = node[depth]
+                if seen[depth] >= parts:
+                    return False
+                if child[above] < 0:
+                    if made + parts > len(child):
+                        return False
+                    child[above] = made
+                    made += parts
+                node[depth + 1], seen[depth + 1] = child[above] + seen[depth], 0
+                seen[depth] += 1
+            depth += 1
+        elif token == _CLOSE:
+            if depth == 0:
+                return False
+            if seen[depth] != parts and seen[depth] != -1:
+                return False
+            depth -= 1
+            done = depth == 0
+        else:
+            if depth == 0 or seen[depth] != 0 or taken + token > len(numbers):
+                return False
+            seen[depth] = -1
+            if token == 1:
+                value[node[depth]] = numbers[taken]
+            else:
+                if made + parts > len(child):
+                    return False
+                child[node[depth]] = made
+                for part in range(parts):
+                    value[made + order[part]] = numbers[taken + part]
+                made += parts
+            taken += token
+    return done and taken == len(numbers)
+
+
+@jit
+def _write(child, value, axes, order, text):
+    """The text's length."""
+    parts = 2**axes
+    node, seen = np.zeros(64, np.int64), np.zeros(64, np.int64)
+    at, depth = 0, 0
+    block = np.empty(parts, np.int64)
+    roots = 1
+    if axes == 3:
+        roots = 4
+        text[at], text[at + 1] = 123, 10
+        at += 2
+    for root in range(roots):
+        node[0], seen[0], depth = root, 0, 1
+        while depth:
+            one = node[depth - 1]
+            first = child[one]
+            if first >= 0 and seen[depth - 1] == 0:
+                deeper = False
+                for k in range(parts):
+                    deeper = deeper or child[first + k] >= 0
+                if deeper:
+                    text[at], text[at + 1] = 123, 10
+                    at += 2
+            if first >= 0 and seen[depth - 1] < parts:
+                deeper = False
+                for k in range(parts):
+                    deeper = deeper or child[first + k] >= 0
+                if deeper:
+                    node[depth], seen[depth] = first + seen[depth - 1], 0
+                    seen[depth - 1] += 1
+                    depth += 1
+                    continue
+                for k in range(parts):
+                    block[order[k]] = first + k
+                text[at] = 123
+                at += 1
+                for k in range(parts):
+                    text[at] = 32
+                    at = _number(value[block[k]], text, at + 1)
+            elif first < 0:
+                text[at], text[at + 1] = 123, 32
+                at = _number(value[one], text, at + 2)
+            text[at], text[at + 1], text[at + 2] = 32, 125, 10
+            at += 3
+            depth -= 1
+        if axes == 3:
+            for byte in (123, 32, 48, 32, 125, 10):
+                text[at] = byte
+                at += 1
+    if axes == 3:
+        text[at] = 125
+        at += 1
+    return at
+
+
+@jit
+def _number(value, text, at):
+    """Five digits of a number that is not negative; where the text goes on."""
+    if not value > 1e-300:
+        text[at] = 48
+        return at + 1
+    power = int(np.floor(np.log10(value))) - 4
+    digits = int(np.rint(value * 10.0**-power if power > -300 else value / 10.0**power))
+    while digits >= 100000:
+        digits = (digits + 5) // 10
+        power += 1
+    while digits % 10 == 0:
+        digits //= 10
+        power += 1
+    count, rest = 0, digits
+    while rest:
+        rest //= 10
+        count += 1
+    if -count <= power < 0:  # a point among them or before them
+        for k in range(count, 0, -1):
+            if k == -power:
+                text[at] = 46
+                at += 1
+            text[at] = 48 + digits // 10 ** (k - 1) % 10
+            at += 1
+        return at
+    for k in range(count, 0, -1):
+        text[at] = 48 + digits // 10 ** (k - 1) % 10
+        at += 1
+    if power:
+        text[at] = 101
+        at += 1
+        if power < 0:
+            text[at] = 45
+            at += 1
+            power = -power
+        if power >= 100:
+            text[at] = 48 + power // 100
+            at += 1
+        if power >= 10:
+            text[at] = 48 + power // 10 % 10
+            at += 1
+        text[at] = 48 + power % 10
+        at += 1
+    return at

@@ -1,19 +1,23 @@
-"""Cells of a tensor tree: means over samples within each, divided where that lowers the error most.
+"""Cells of a tensor tree: f at their centres, divided where that lowers the error most.
 
-An error counts by projected solid angle, relative to the rms of f for its incident direction, so that dim directions
-are as good as bright ones.
+Errors are counted by several measures at once, each relative to f's own size by it. What a cell loses if it is not
+divided is told by the centres of its parts; before it has parts, by those of itself and its neighbours in the cell that
+they are part of: a slope of f there makes a third of their variance within each. So every cell is looked at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-Values = Callable[[np.ndarray], np.ndarray]  # at places (n, axes) of the unit cube, (n,)
+# at places (n, axes) of the unit cube: f, 1/sr, (n,), and the weight of its squared error by each measure, (n, k);
+# the first is over f^2's mean for each incident direction, so that dim ones are as good as bright ones
+Look = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+Near = Callable[[np.ndarray, int], np.ndarray]  # places and halvings of cells: (n,) bool
 _CHUNK = 1 << 17  # cells at once
-_ROUNDS, _SLACK = 8, 0.003  # of holding cells to an albedo
+_ROUNDS, _SLACK, _LEFT = 8, 0.003, 1e-4  # of holding cells to an albedo
 _COARSE = 1e-3  # spread at which dividing begins
 
 
@@ -40,54 +44,93 @@ class Level:
         bits = (np.arange(2**axes)[:, None] >> np.arange(axes)) & 1
         return (2 * self.place[chosen, None, :] + bits).reshape(-1, axes)
 
+    def add(self, more: Level) -> None:
+        for name in ("place", "mean", "spread", "first"):
+            setattr(self, name, np.concatenate([getattr(self, name), getattr(more, name)]))
+
 
 @dataclass(slots=True)
 class CellTree:
     """A tree while it grows."""
 
-    values: Values  # f, gray, 1/sr
-    weight: Values  # of a squared error
+    look: Look
+    shares: np.ndarray  # (k,) what a squared error by each measure counts
     incident: int  # how many axes say the incident direction
     levels: list[Level]
     base: int = 0  # the level up to which every cell is divided
-    scale: np.ndarray | None = None  # by place of the incident direction at the base: mean of f^2
-    total: float = 1.0  # of all weights times f^2
+    scale: np.ndarray = field(default_factory=lambda: np.ones(1))  # of f^2, by incident direction at the base
+    total: np.ndarray = field(
+        default_factory=lambda: np.ones(1)
+    )  # (k,) of all weights times f^2, over the shares
 
     @classmethod
-    def of(cls, values: Values, weight: Values, incident: int, top: Level, halvings: int) -> CellTree:
+    def of(cls, look: Look, shares: np.ndarray, incident: int, top: Level, halvings: int) -> CellTree:
         """With every cell divided as often, and looked at."""
-        found = cls(values, weight, incident, [top])
+        found = cls(look, shares, incident, [top])
         while found.levels[-1].halvings < halvings:
             found._divide_all()
         found.base = len(found.levels) - 1
         found._look_everywhere()
         return found
 
-    def grow(self, leaves: int, enough: float, deepest: int) -> float:
-        """Divide what is worth it; the spread above which cells are to be divided for at most so many undivided ones,
-        or for a relative rms of ``enough`` within them."""
-        bound, least = _COARSE, enough**2 / leaves
+    def look_closely(self, near: Near, halvings: int) -> None:
+        """Divide cells below the base that are ``near`` what may be narrower than they are, whatever their centres
+        tell."""
+        for depth in range(self.base + 1, halvings - self.levels[0].halvings):
+            level = self.levels[depth]
+            self._divide_some(depth, np.flatnonzero(near(level.place, level.halvings) & (level.first < 0)))
+        parts = 2 ** self.levels[0].place.shape[1]
+        for level, below in zip(self.levels[-2::-1], self.levels[:0:-1], strict=True):
+            inner = level.first >= 0
+            together = below.spread.reshape(-1, parts).sum(axis=1)[level.first[inner] // parts]
+            level.spread[inner] = np.maximum(level.spread[inner], together)
+
+    def grow(self, few: int, enough: float, most: int, at_most: float, deepest: int) -> float:
+        """The spread above which cells are to be divided: for a relative rms error of ``enough`` with ``few`` undivided
+        ones or less; where ``few`` leave more than ``at_most``, for that with no more than ``most``."""
+        bound, least = _COARSE, enough**2 / most
         while True:
-            for depth in range(self.base, deepest - self.levels[0].halvings):
+            for depth in range(self.base + 1, deepest - self.levels[0].halvings):
                 if depth < len(self.levels):
                     self._divide(depth, bound)
-            if bound <= least or self.count(bound) > leaves:
+            spread, counts, errors = self._progress()
+            done = int((spread > bound).sum())
+            count, error = counts[done], errors[done]
+            if (
+                count > most
+                or (error <= at_most**2 and (count > few or error <= enough**2))
+                or bound <= least
+            ):
                 break
             bound = max(0.5 * bound, least)
-        if self.count(bound) <= leaves:
-            return bound
-        low, high = bound, 1.0
-        for _ in range(30):
-            middle = np.sqrt(low * high)
-            low, high = (low, middle) if self.count(middle) <= leaves else (middle, high)
-        return high
+        allowed = int(np.searchsorted(counts, few, side="right")) - 1
+        asked = enough
+        if errors[min(allowed, done)] > at_most**2:
+            allowed, asked = int(np.searchsorted(counts, most, side="right")) - 1, at_most
+        reached = np.flatnonzero(errors[: done + 1] <= asked**2)
+        taken = max(min(allowed, int(reached[0]) if len(reached) else done, done), 0)
+        return float(spread[taken]) if taken < len(spread) else 0.0
+
+    def _progress(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(m,) spreads of cells that have parts, greatest first; (m + 1,) how many cells are undivided, and what they
+        lose together, if so many of those are divided."""
+        top = self.levels[0]
+        parts = 2 ** top.place.shape[1]
+        each, together = [], []
+        for level, next_one in zip(self.levels, self.levels[1:], strict=False):
+            inner = level.first >= 0
+            each.append(level.spread[inner])
+            together.append(next_one.spread.reshape(-1, parts).sum(axis=1)[level.first[inner] // parts])
+        spread, below = np.concatenate(each), np.concatenate(together)
+        order = np.argsort(-spread, kind="stable")
+        counts = len(top.place) + (parts - 1) * np.arange(len(order) + 1)
+        falls = np.concatenate([[0.0], np.cumsum((below - spread)[order])])
+        return spread[order], counts, top.spread.sum() + falls
 
     def count(self, bound: float) -> int:
         """Undivided cells, if those with a greater spread that have parts are divided."""
-        parts = 2 ** self.levels[0].place.shape[1] - 1
-        return len(self.levels[0].place) + parts * sum(
-            int(self.divided(one, bound).sum()) for one in self.levels
-        )
+        spread, counts, _ = self._progress()
+        return int(counts[(spread > bound).sum()])
 
     @staticmethod
     def divided(level: Level, bound: float) -> np.ndarray:
@@ -101,19 +144,37 @@ class CellTree:
         A cell of many parts goes by their mean, since its value alone does not decide what each of them sends out; in
         the last round by the worst.
         """
-        fine, whole = len(albedo).bit_length() - 1, self._whole(bound)
-        for k in range(_ROUNDS):
-            last = k == _ROUNDS - 1
+        fine = len(albedo).bit_length() - 1
+        whole = []  # of each level that has any: the level, cells, and where they stand among its incident directions
+        for level, cells in zip(self.levels, self._whole(bound), strict=True):
+            shape = (2**level.halvings,) * self.incident
+            if len(cells):
+                key = np.ravel_multi_index(tuple(level.place[cells, : self.incident].T), shape)
+                whole.append((level, cells, key, shape))
+        k = 0
+        while k < _ROUNDS:
             sent = np.zeros(albedo.shape)
-            for level, cells in zip(self.levels, whole, strict=True):
+            for level, cells, key, shape in whole:
                 area = np.pi * 0.5 ** ((level.place.shape[1] - self.incident) * level.halvings)
-                part = np.zeros((2**level.halvings,) * self.incident)
-                np.add.at(part, tuple(level.place[cells, : self.incident].T), area * level.mean[cells])
-                sent += _spread_out(part, fine - level.halvings)
+                part = area * np.bincount(key, level.mean[cells], int(np.prod(shape)))
+                sent += _spread_out(part.reshape(shape), fine - level.halvings)
+            if (sent <= (1.0 + _LEFT) * albedo).all():
+                k = max(k, _ROUNDS - 1)
+            last = k == _ROUNDS - 1
             factor = np.minimum(1.0, (1.0 + last * _SLACK) * albedo / np.maximum(sent, 1e-300))
-            for level, cells in zip(self.levels, whole, strict=True):
+            for level, cells, key, _ in whole:
                 of_all = _over(np.min if last else np.mean, factor, fine - level.halvings)
-                level.mean[cells] *= of_all[tuple(level.place[cells, : self.incident].T)]
+                level.mean[cells] *= of_all.ravel()[key]
+            k += 1
+
+    def flat(self, bound: float) -> tuple[np.ndarray, np.ndarray]:
+        """Of all cells, level by level: where the parts of those divided begin, or -1, and their means."""
+        starts = np.cumsum([0, *(len(level.place) for level in self.levels)])
+        child = [
+            np.where(self.divided(level, bound), level.first + start, -1)
+            for level, start in zip(self.levels, starts[1:], strict=True)
+        ]
+        return np.concatenate(child), np.concatenate([level.mean for level in self.levels])
 
     def _whole(self, bound: float) -> list[np.ndarray]:
         """Places of the undivided cells in each level."""
@@ -133,72 +194,78 @@ class CellTree:
         self.levels.append(Level.of(last.parts(np.arange(len(last.place))), last.halvings + 1))
 
     def _look_everywhere(self) -> None:
-        """Means and spreads from the base up."""
-        base = self.levels[self.base]
-        base.mean, square = self._sampled(base.place, base.halvings)
-        count = 2**base.halvings
-        key = self._key(base)
-        size = count**self.incident
+        """Means and spreads from below the base up."""
+        self._divide_all()
+        base, below = self.levels[self.base], self.levels[self.base + 1]
+        below.mean, weight = self._looked(below.place, below.halvings)
+        square = below.mean**2
+        key = self._key(base.place, base.halvings)
+        size = 2 ** (base.halvings * self.incident)
         held = np.maximum(np.bincount(key, minlength=size), 1)
-        mean_square = np.bincount(key, square + base.mean**2, size) / held
+        mean_square = np.bincount(key, square.reshape(len(base.place), -1).mean(axis=1), size) / held
         self.scale = np.maximum(mean_square, 1e-12 * max(float(mean_square.max()), 1e-280))
-        weight = self._weight(base)
-        self.total = max(float((weight * (square + base.mean**2)).sum()), 1e-300)
-        base.spread = weight * square / self.total
-        for level, below in zip(self.levels[-2::-1], self.levels[:0:-1], strict=True):
-            means = below.mean.reshape(len(level.place), -1)
-            level.mean = means.mean(axis=1)
-            apart = (means - level.mean[:, None]) ** 2 * weight.reshape(means.shape) / self.total
-            level.spread = below.spread.reshape(means.shape).sum(axis=1) + apart.sum(axis=1)
-            weight = weight.reshape(means.shape).sum(axis=1)
+        weight[:, 0] /= self.scale[self._key(below.place, below.halvings)]
+        self.total = np.maximum(weight.T @ square, 1e-300) / self.shares
+        weight = (weight / self.total).sum(axis=1)
+        for level, parts in zip(self.levels[-2::-1], self.levels[:0:-1], strict=True):
+            means, shares = (one.reshape(len(level.place), -1) for one in (parts.mean, weight))
+            level.mean, weight = means.mean(axis=1), shares.sum(axis=1)
+            if level is base:
+                self._tell(level, slice(None), parts, shares)
+                continue
+            within = parts.spread.reshape(means.shape).sum(axis=1)
+            level.spread = within + ((means - level.mean[:, None]) ** 2 * shares).sum(axis=1)
 
     def _divide(self, depth: int, bound: float) -> None:
-        """Cells of a level, from the base down, whose spread is greater and that are whole."""
+        """Cells of a level whose spread is greater and that are whole."""
         level = self.levels[depth]
         chosen = np.flatnonzero((level.spread > bound) & (level.first < 0))
+        known = level.spread[chosen]
+        self._divide_some(depth, chosen)
+        level.spread[chosen] = np.minimum(level.spread[chosen], known)  # never above that of the cell above
+
+    def _divide_some(self, depth: int, chosen: np.ndarray) -> None:
+        """Cells of a level, by their places in it."""
         if not len(chosen):
             return
-        new = Level.of(level.parts(chosen), level.halvings + 1)
-        new.mean, square = self._sampled(new.place, new.halvings)
-        parts = len(new.place) // len(chosen)
-        new.spread = np.minimum(
-            self._weight(new) * square / self.total, np.repeat(level.spread[chosen], parts)
-        )
-        level.mean[chosen] = new.mean.reshape(-1, parts).mean(axis=1)
+        level = self.levels[depth]
         if depth + 1 == len(self.levels):
-            self.levels.append(Level.of(new.place[:0], new.halvings))
+            self.levels.append(Level.of(level.place[:0], level.halvings + 1))
         below = self.levels[depth + 1]
-        level.first[chosen] = len(below.place) + parts * np.arange(len(chosen))
-        for name in ("place", "mean", "spread", "first"):
-            setattr(below, name, np.concatenate([getattr(below, name), getattr(new, name)]))
+        new = Level.of(level.parts(chosen), level.halvings + 1)
+        new.mean, weight = self._looked(new.place, new.halvings)
+        weight[:, 0] /= self.scale[self._key(new.place, new.halvings)]
+        level.mean[chosen] = new.mean.reshape(len(chosen), -1).mean(axis=1)
+        self._tell(level, chosen, new, (weight / self.total).sum(axis=1).reshape(len(chosen), -1))
+        level.first[chosen] = len(below.place) + len(new.place) // len(chosen) * np.arange(len(chosen))
+        below.add(new)
 
-    def _sampled(self, place: np.ndarray, halvings: int) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) mean over the centres of a cell's parts, and squared deviation, with that of a slope in the parts."""
-        axes = place.shape[1]
-        mean, square = np.empty(len(place)), np.empty(len(place))
+    @staticmethod
+    def _tell(level: Level, chosen, parts: Level, shares: np.ndarray) -> None:
+        """Spreads of cells and of their parts, by the parts' means and ``shares`` of weight (cells, parts)."""
+        means = parts.mean.reshape(shares.shape)
+        variance = means.var(axis=1)
+        told = shares.sum(axis=1) * variance * 4.0 / 3.0  # of the parts' centres, and of a slope within each
+        level.spread[chosen] = told
+        parts.spread = np.minimum(shares * (variance / 3.0)[:, None], told[:, None]).ravel()
+
+    def _looked(self, place: np.ndarray, halvings: int) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) f at the centres of cells, and (n, k) weights times the cells' volume."""
+        value, weight = [], []
         for start in range(0, len(place), _CHUNK):
-            some = Level.of(place[start : start + _CHUNK], halvings)
-            inner = (some.parts(np.arange(len(some.place))) + 0.5) / 2.0 ** (halvings + 1)
-            value = self.values(inner).reshape(-1, 2**axes)
-            mean[start : start + _CHUNK] = value.mean(axis=1)
-            square[start : start + _CHUNK] = value.var(axis=1) * 4.0 / 3.0
-        return mean, square
+            f, some = self.look((place[start : start + _CHUNK] + 0.5) / 2.0**halvings)
+            value.append(f)
+            weight.append(some * 2.0 ** (-halvings * place.shape[1]))
+        return np.concatenate(value), np.concatenate(weight)
 
-    def _key(self, level: Level) -> np.ndarray:
+    def _key(self, place: np.ndarray, halvings: int) -> np.ndarray:
         """(n,) which of the base's incident directions a cell has."""
-        by = level.halvings - self.levels[self.base].halvings
+        by = halvings - self.levels[self.base].halvings
         count = 2 ** self.levels[self.base].halvings
-        found = np.zeros(len(level.place), int)
+        found = np.zeros(len(place), int)
         for axis in range(self.incident):
-            found = found * count + (level.place[:, axis] >> by)
+            found = found * count + (place[:, axis] >> by)
         return found
-
-    def _weight(self, level: Level) -> np.ndarray:
-        """(n,) of a squared deviation in each cell."""
-        assert self.scale is not None
-        volume = 2.0 ** (-level.halvings * level.place.shape[1])
-        centre = (level.place + 0.5) / 2.0**level.halvings
-        return volume * self.weight(centre) / self.scale[self._key(level)]
 
 
 def _spread_out(value: np.ndarray, halvings: int) -> np.ndarray:

@@ -16,19 +16,24 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.radiance import tree_text
 from photogonio.reconstruct.brdf.shirley_chiu import square_to_disk
 from photogonio.reconstruct.export import radiance_xml as xml
 from photogonio.reconstruct.export.loss import ANGLES, PLACE
-from photogonio.reconstruct.export.radiance_cells import CellTree, Level, Values
+from photogonio.reconstruct.export.radiance_cells import CellTree, Level, Look
 from photogonio.reconstruct.export.table_grid import title
 
 _BASE, _DEEPEST = (
     {3: 6, 4: 4},
-    {3: 11, 4: 8},
+    {3: 11, 4: 9},
 )  # halvings of each axis everywhere, and at most, by number of axes
-_LEAVES = {3: 500_000, 4: 300_000}  # at most, which keeps a file to 4 MB and its writing to 3 s
-_COUNTS = ((61.0, 1.0), (82.0, 0.2), (90.0, 0.05))  # degrees up to which an error counts so much
-_ENOUGH = 1e-3  # relative rms within the cells, below which finer ones are not worth their bytes
+_CLOSE = {3: 10, 4: 6}  # halvings about the mirror's direction and the light's own
+_FEW, _MOST = 400_000, 2_000_000  # cells, of files of 3 and of 15 MB
+_ENOUGH, _AT_MOST = 0.0015, 0.0085  # relative rms: worth so few cells, and so many
+_MASKS = (61.0, 82.0)  # degrees below which errors count by f itself: cells across 60 and 80 are seen too
+# what squared errors count: over f for the same incident direction, and below 60 and 80 degrees, where more may be lost
+_SHARES = np.array([0.01, 1.0, 1.0 / 25.0])
+_COUNTS = ((61.0, 1.0), (82.0, 0.2), (90.0, 0.05))  # degrees up to which that counts so much
 _FINE, _POLAR, _TURNS = (
     89,
     16,
@@ -58,10 +63,11 @@ def _tree(brdf: Brdf, axes: int) -> str:
         top = np.array([[0, j, k] for k in (0, 1) for j in (0, 1)])
     start = Level.of(top, 4 - axes)
     base, deepest = min(_BASE[axes], _DEEPEST[axes] - 1), _DEEPEST[axes]
-    cells = CellTree.of(_values(brdf, axes), _weight, axes - 2, start, base)
-    bound = cells.grow(_LEAVES[axes], _ENOUGH, deepest)
+    cells = CellTree.of(_look(brdf, axes), _SHARES, axes - 2, start, base)
+    cells.look_closely(_near_peaks, min(_CLOSE[axes], deepest))
+    bound = cells.grow(_FEW, _ENOUGH, _MOST, _AT_MOST, deepest)
     cells.hold(bound, _least_albedo(brdf, axes, deepest))
-    return _text(cells, bound)
+    return tree_text(*cells.flat(bound), axes)
 
 
 def _least_albedo(brdf: Brdf, axes: int, halvings: int) -> np.ndarray:
@@ -84,64 +90,38 @@ def _least_albedo(brdf: Brdf, axes: int, halvings: int) -> np.ndarray:
     return np.minimum(albedo[:, 1:], albedo[:, :-1])
 
 
-def _values(brdf: Brdf, axes: int) -> Values:
-    """f, gray, (n,) at places (n, axes)."""
-
-    def values(place: np.ndarray) -> np.ndarray:
-        x, y = square_to_disk(place[:, -2], place[:, -1])
-        theta_r, phi_r = np.arcsin(np.minimum(np.hypot(x, y), 1.0)), np.arctan2(y, x)
-        if axes == 3:
-            theta_i, phi_i = np.arcsin(1 - 2 * place[:, 0]), np.full(len(place), np.pi)
-        else:
-            x, y = square_to_disk(place[:, 0], place[:, 1])
-            theta_i, phi_i = np.arcsin(np.minimum(np.hypot(x, y), 1.0)), np.arctan2(y, x) + np.pi
-        return xml.gray(brdf, np.maximum(brdf.evaluate(theta_i, phi_i, theta_r, phi_r), 0.0))
-
-    return values
+def _near_peaks(place: np.ndarray, halvings: int) -> np.ndarray:
+    """(n,) whether cells touch the mirror's direction, or of an isotropic surface the light's own."""
+    wide = 0.5**halvings
+    centre = (place + 0.5) * wide
+    exit = centre[:, -2:]
+    if place.shape[1] == 4:
+        apart = np.abs(exit - centre[:, :2])
+        return np.maximum(apart[:, 0], apart[:, 1]) < 1.6 * wide
+    aside = np.abs(exit[:, 1] - 0.5) < wide
+    return aside & (np.abs(np.abs(exit[:, 0] - 0.5) - (0.5 - centre[:, 0])) < 2.1 * wide)
 
 
-def _weight(place: np.ndarray) -> np.ndarray:
-    """(n,) projected solid angle of a volume there, little where nobody looks."""
-    sine_r = np.hypot(*square_to_disk(place[:, -2], place[:, -1]))
-    if place.shape[1] == 3:
-        sine_i = area = 1 - 2 * place[:, 0]
-    else:
-        sine_i, area = np.hypot(*square_to_disk(place[:, 0], place[:, 1])), np.ones(len(place))
+def _look(brdf: Brdf, axes: int) -> Look:
+    """What cells are told by: see :class:`.radiance_cells.CellTree`."""
+    masks = np.sin(np.radians(_MASKS))
     limits = np.sin(np.radians([limit for limit, _ in _COUNTS[:-1]]))
     counts = np.array([count for _, count in _COUNTS])
-    return area * counts[np.searchsorted(limits, np.maximum(sine_i, sine_r))]
 
+    def look(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x, y = square_to_disk(place[:, -2], place[:, -1])
+        sine_r, phi_r = np.minimum(np.hypot(x, y), 1.0), np.arctan2(y, x)
+        if axes == 3:
+            sine_i = area = 1 - 2 * place[:, 0]
+            phi_i = np.full(len(place), np.pi)
+        else:
+            x, y = square_to_disk(place[:, 0], place[:, 1])
+            sine_i, phi_i = np.minimum(np.hypot(x, y), 1.0), np.arctan2(y, x) + np.pi
+            area = np.ones(len(place))
+        f = xml.gray(brdf, np.maximum(brdf.evaluate(np.arcsin(sine_i), phi_i, np.arcsin(sine_r), phi_r), 0.0))
+        sine = np.maximum(sine_i, sine_r)
+        weights = [area * counts[np.searchsorted(limits, sine)]]
+        weights += [area * (sine < mask) for mask in masks]
+        return f, np.column_stack(weights)
 
-def _text(cells: CellTree, bound: float) -> str:
-    """The tree, depth first."""
-    axes = cells.levels[0].place.shape[1]
-    bits = (np.arange(2**axes)[:, None] >> np.arange(axes)) & 1
-    order = np.argsort(bits @ 2 ** np.arange(axes)[::-1]).tolist()  # of a block of values: last axis fastest
-    divided = [cells.divided(level, bound).tolist() for level in cells.levels]
-    first = [level.first.tolist() for level in cells.levels]
-    told = [[f"{mean:.5g}" for mean in level.mean.tolist()] for level in cells.levels]
-    parts: list[str] = []
-
-    def walk(depth: int, cell: int) -> None:
-        if not divided[depth][cell]:
-            parts.append(f"{{ {told[depth][cell]} }}")
-            return
-        start = first[depth][cell]
-        if not any(divided[depth + 1][start : start + 2**axes]):
-            below = told[depth + 1]
-            parts.append(f"{{ {' '.join([below[start + k] for k in order])} }}")
-            return
-        parts.append("{")
-        for k in range(2**axes):
-            walk(depth + 1, start + k)
-        parts.append("}")
-
-    if axes == 4:
-        walk(0, 0)
-        return "\n".join(parts)
-    parts.append("{")
-    for k in range(4):
-        walk(0, k)
-        parts.append("{ 0 }")
-    parts.append("}")
-    return "\n".join(parts)
+    return look

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.brdf import radiance
 from photogonio.reconstruct.brdf.brdf import Brdf, Lobe
-from photogonio.reconstruct.brdf.radiance import parse_tree, read_radiance
+from photogonio.reconstruct.brdf.radiance import parse_tree, read_radiance, tree_text
 from photogonio.reconstruct.export import radiance_tree
 from photogonio.reconstruct.export.radiance_klems import write_radiance_klems
 from photogonio.reconstruct.export.radiance_tree import write_radiance_tree
@@ -52,7 +53,8 @@ def pairs(count: int, seed: int):
 @pytest.fixture
 def coarse(monkeypatch):
     monkeypatch.setattr(radiance_tree, "_DEEPEST", {3: 6, 4: 3})
-    monkeypatch.setattr(radiance_tree, "_LEAVES", {3: 20_000, 4: 20_000})
+    monkeypatch.setattr(radiance_tree, "_FEW", 20_000)
+    monkeypatch.setattr(radiance_tree, "_MOST", 20_000)
 
 
 @pytest.mark.parametrize("write", [write_radiance_tree, write_radiance_klems])
@@ -162,3 +164,24 @@ def test_albedos_of_a_matrix_are_its_columns_sums(tmp_path):
     for one, albedo in zip(incident, matrix.albedo(incident)[:, 0], strict=True):
         f = matrix(np.broadcast_to(one, (len(theta), 3)), unit_vectors(theta, phi))[:, 0]
         assert np.pi * f.mean() == pytest.approx(albedo, abs=4 * np.pi * f.std() / np.sqrt(len(f)))
+
+
+@pytest.mark.parametrize("axes", [3, 4])
+def test_text_of_a_tree_is_read_as_it_was(tmp_path, axes, monkeypatch):
+    """By the reader of our own form, and by that of all forms; of numbers of every size."""
+    parts, rng = 2**axes, np.random.default_rng(axes)
+    roots = 4 if axes == 3 else 1
+    child = np.full(roots + 3 * parts, -1)
+    child[0], child[roots + 1], child[roots + parts - 1] = roots, roots + parts, roots + 2 * parts
+    value = 10.0 ** rng.uniform(-9, 6, len(child))
+    value[-3:] = 0.0, 1.0, 0.25
+    text = tree_text(child, value, axes)
+    places = rng.uniform(size=(2, 500, 2)) * [0.49 * np.pi, 2 * np.pi]
+    incident, exit = (unit_vectors(*one.T) for one in places)
+    found = parse_tree(tmp_path, text, axes)(incident, exit)
+    monkeypatch.setattr(radiance, "_quick", lambda text, axes: None)
+    np.testing.assert_array_equal(parse_tree(tmp_path, text, axes)(incident, exit), found)
+    told = found[found > 0.0]
+    known = value[child < 0]
+    nearest = np.abs(told[:, None] / np.where(known > 0.0, known, np.inf) - 1.0).min(axis=1)
+    assert (nearest < 6e-5).all() and len(np.unique(told)) > 5

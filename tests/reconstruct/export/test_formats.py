@@ -43,7 +43,6 @@ WITHOUT_ROOM = {"merl", "scatmech"}
 def test_files_with_room_say_their_loss_and_where_they_came_from(tmp_path, name, monkeypatch):
     monkeypatch.setattr(radiance_tree, "_DEEPEST", {3: 4, 4: 2})
     monkeypatch.setattr(loss, "_PAIRS", 600)
-    monkeypatch.setattr(loss, "_POLAR", 8)
     monkeypatch.setattr(principled, "_ROUGHNESS", np.array([0.5]))
     form, where = FORMATS[name], tmp_path / "a"
     source = 'photogonio export "a.json" --format x & <b>'

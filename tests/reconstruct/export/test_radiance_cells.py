@@ -7,8 +7,8 @@ from photogonio.reconstruct.export.radiance_cells import CellTree, Level
 
 def _grown(values, leaves=200, deepest=8):
     top = Level.of(np.zeros((1, 2), int), 0)
-    cells = CellTree.of(values, lambda place: np.ones(len(place)), 1, top, 3)
-    return cells, cells.grow(leaves, 1e-6, deepest)
+    cells = CellTree.of(lambda place: (values(place), np.ones((len(place), 1))), np.ones(1), 1, top, 3)
+    return cells, cells.grow(leaves, 1e-6, leaves, 1e-6, deepest)
 
 
 def _step(place):
@@ -53,3 +53,37 @@ def test_held_cells_send_out_no_more_than_they_may():
         sent[place[0] * width : (place[0] + 1) * width] += np.pi * mean * 0.5**halvings
     assert (sent <= 1.0031 * most).all()
     assert sent[-1] > 5.0  # what was allowed is as it was
+
+
+def test_few_cells_do_where_they_lose_little_and_more_are_taken_where_not():
+    def grown(width, few, most):
+        def look(place):
+            return 1.0 + np.tanh((place[:, 1] - 0.3) / width), np.ones((len(place), 1))
+
+        cells = CellTree.of(look, np.ones(1), 1, Level.of(np.zeros((1, 2), int), 0), 3)
+        return cells.count(cells.grow(few, 0.001, most, 0.004, 9))
+
+    assert grown(2.0, 6000, 40_000) <= 6000
+    assert 6000 < grown(0.02, 6000, 40_000) <= 40_000
+
+
+def test_a_peak_that_no_centre_sees_is_looked_at_closely():
+    """A line of a 200th, of which the cells' centres at the base and below see nothing."""
+
+    def look(place):
+        return 0.2 + np.exp(-(((place[:, 1] - 0.5) / 0.005) ** 2)), np.ones((len(place), 1))
+
+    def lost(closely):
+        cells = CellTree.of(look, np.ones(1), 1, Level.of(np.zeros((1, 2), int), 0), 3)
+        if closely:
+            cells.look_closely(lambda place, h: np.abs((place[:, 1] + 0.5) / 2**h - 0.5) < 0.5**h, 9)
+        bound = cells.grow(3000, 1e-6, 3000, 1e-6, 11)
+        at = np.linspace(0.49, 0.51, 2001)
+        told = np.zeros_like(at)
+        for place, halvings, mean in _whole(cells, bound):
+            if place[0] == 0:
+                inside = (at * 2**halvings >= place[1]) & (at * 2**halvings < place[1] + 1)
+                told[inside] = mean
+        return np.sqrt(np.mean((told - 0.2 - np.exp(-(((at - 0.5) / 0.005) ** 2))) ** 2))
+
+    assert lost(True) < 0.15 < 0.3 < lost(False)

@@ -34,7 +34,8 @@ def test_more_leaves_lose_less(tmp_path, monkeypatch):
     brdf = plain(0.3, (Lobe(0.4, np.full(3, 0.04), np.ones(3)),))
     found = []
     for leaves in (500, 4_000, 32_000):
-        monkeypatch.setattr(radiance_tree, "_LEAVES", {3: leaves})
+        monkeypatch.setattr(radiance_tree, "_FEW", leaves)
+        monkeypatch.setattr(radiance_tree, "_MOST", leaves)
         find_format("radiance").write(brdf, tmp_path / "a.xml")
         text = (tmp_path / "a.xml").read_text()
         assert len(re.findall(r"[0-9.e-]+", text.partition("<ScatteringData>")[2])) <= leaves + 16
@@ -43,7 +44,7 @@ def test_more_leaves_lose_less(tmp_path, monkeypatch):
 
 
 def test_a_gloss_toward_grazing_adds_no_light(tmp_path, monkeypatch):
-    monkeypatch.setattr(radiance_tree, "_LEAVES", {3: 30_000})
+    monkeypatch.setattr(radiance_tree, "_MOST", 400_000)
     brdf = plain(0.3, (Lobe(0.1, np.full(3, 0.04), np.ones(3)),))
     form = find_format("radiance")
     form.write(brdf, tmp_path / "a.xml")
