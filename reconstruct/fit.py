@@ -15,7 +15,7 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.lobe_search import search_lobes
 from photogonio.reconstruct.estimate.mode_set import Basis
-from photogonio.reconstruct.estimate.model import LobeSet
+from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Candidate
 from photogonio.reconstruct.estimate.narrow_gloss import fewer, half_angles
 from photogonio.reconstruct.estimate.pilot import Cleaned, Progress, StrayLightOn, clean
@@ -62,6 +62,8 @@ class PhotoErrors:
     doubt: Callable[[Cells], np.ndarray] | None = None
     # variances (n, 2), radians^2, of turns as ``Cells.turn`` has them, by what a pixel sees of the sample
     footprint: Callable[[Cells], np.ndarray] | None = None
+    # changes (n, k, c), 1/sr, of cells' values by k things that all photos share, each one standard deviation
+    shared: Callable[[Cells, Model], np.ndarray] | None = None
 
 
 def fit_table(
@@ -119,6 +121,7 @@ def fit_table(
         predicting_alike(tried, chosen, work.cells),
         view_errors=work.scales.error,
         scale_error=known.scale_error,
+        shared=None if known.shared is None else known.shared(work.cells, final.model),
     )
     own = with_blur_left(spread, final.model, work.cells)
     spread = replace(own, rivals=rivals(tried, chosen, work, verdict.symmetry))

@@ -17,6 +17,9 @@ from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import Plane, Sphere
 from photogonio.options import Choice
+from photogonio.reconstruct.estimate.model import Model
+from photogonio.reconstruct.lighting.lamp_errors import by_lamps
+from photogonio.reconstruct.lighting.sample_place import by_place
 from photogonio.reconstruct.lighting.stray_limits import Spoilt
 from photogonio.reconstruct.lighting.veil_error import veil_error
 from photogonio.reconstruct.table.cells import Cells
@@ -84,6 +87,18 @@ def phase_of(setup: Setup) -> Callable[[Cells], np.ndarray] | None:
         return found
 
     return cosines
+
+
+def shared_by_photos(setup: Setup) -> Callable[[Cells, Model], np.ndarray]:
+    """What is not sure of where things stand: changes (n, k, c), 1/sr, of cells' values by one standard deviation of
+    each of k unknowns, of the ball's place and of lamps."""
+    place, lamps = by_place(setup), by_lamps(setup)
+
+    def changes(cells: Cells, model: Model) -> np.ndarray:
+        parts = [lamps(cells, model)] if place is None else [place(cells, model), lamps(cells, model)]
+        return np.concatenate(parts, axis=1)
+
+    return changes
 
 
 def footprints(setup: Setup, table: FacetTable) -> Callable[[Cells], np.ndarray]:

@@ -11,6 +11,7 @@ from photogonio.run.circumstances import (
     lamp_variances,
     phase_of,
     scale_error,
+    shared_by_photos,
     view_errors,
 )
 from photogonio.run.fit_cells import fitted
@@ -38,6 +39,7 @@ def fitted_photos(
             stray=beside.known,
             doubt=beside.unknown,
             footprint=footprints(setup, table),
+            shared=shared_by_photos(setup),
         ),
     )
     return found, beside

@@ -2,8 +2,8 @@
 
 A centre that is off by a fiftieth of the radius turns normals by a degree: a gloss's peak then lies aside on either
 side of the mirror direction, which no reciprocal surface does, and in all photos alike. Centre and radius are found
-together with all that the surface and the views' scales may do instead, by one step of Gauss and Newton; what
-calibration knows of them is the prior.
+together with all that the surface, the lamps and the views' scales may do instead, by one step of Gauss and Newton;
+what calibration knows of them is the prior.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ from photogonio.reconstruct.estimate.weights import (
     residual_scale,
     student_weights,
 )
+from photogonio.reconstruct.lighting.lamp_errors import by_lamps
 from photogonio.reconstruct.table.cells import Cells
 
 SURE = 4.0  # standard errors of the move
 IMPLAUSIBLE = 5.0  # of calibration: a move by more is something else's doing
-LEAST = 0.004  # rms change of the cells' radiance: a smaller one is not worth looking at all photos again
+LEAST = 0.002  # rms change of the cells' radiance: a smaller one is not worth looking at all photos again
 LIMIT = np.radians(75.0)  # grazing cells tell more of the model than of the place
 FEWEST_VIEWS = 4
 STEP = 1e-3  # of the radius, of the derivatives
@@ -58,7 +59,9 @@ def moved_sample(cells: Cells, model: Model, setup: Setup) -> MovedSample | None
     if len(np.unique(cells.group)) < FEWEST_VIEWS:
         return None
     slopes = _slopes(_shading(cells, model, setup), setup.sample)
-    found, covariance = _solved(cells, model, slopes, known)
+    found, covariance = _solved(
+        cells, model, slopes, known, by_lamps(setup, every=True)(cells, model).mean(2)
+    )
     changed = float(np.sqrt(np.mean((slopes @ found) ** 2)))
     if found @ np.linalg.solve(covariance, found) < SURE**2 or changed < LEAST:
         return None
@@ -95,6 +98,24 @@ def _known(setup: Setup) -> np.ndarray | None:
         return None
     known = np.array(told["covariance"], float)
     return known if np.linalg.eigvalsh(known)[0] > 0.0 else None
+
+
+def by_place(setup: Setup) -> Callable[[Cells, Model], np.ndarray] | None:
+    """What the ball's place leaves unsure in cells: change (n, 4, c), 1/sr, of the values that a model gives them, by
+    one standard deviation of each of four independent turns of centre and radius. All photos share it: it is no noise
+    that many of them take away. None where calibration does not say how sure the place is, or of a flat sample."""
+    known = _known(setup)
+    if known is None or not isinstance(setup.sample, Sphere):
+        return None
+    root, sample = np.linalg.cholesky(known), setup.sample
+
+    def changes(cells: Cells, model: Model) -> np.ndarray:
+        if model.turning or not cells.binned:
+            return np.zeros((len(cells), 0, len(cells.channels)))
+        slopes = _slopes(_shading(cells, model, setup), sample) @ root
+        return slopes[:, :, None] * model.evaluate(cells)[:, None]
+
+    return changes
 
 
 def moved_in_words(moved: MovedSample, unit: str) -> str:
@@ -139,14 +160,15 @@ def _slopes(radiance: Callable[[np.ndarray], np.ndarray], sample: Sphere) -> np.
 
 
 def _solved(
-    cells: Cells, model: Model, slopes: np.ndarray, known: np.ndarray
+    cells: Cells, model: Model, slopes: np.ndarray, known: np.ndarray, lamps: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Change (4,) of centre and radius and its covariance, with all else free: of the mean of the channels."""
+    """Change (4,) of centre and radius and its covariance, with all else free: of the mean of the channels. ``lamps``
+    (n, k) are changes by one standard deviation of the lamps' directions."""
     said = model.evaluate(cells).mean(1)
     mirror = model.lobes.columns(cells)[1]
     surface = np.column_stack([model.basis.design(cells), mirror, shape_slopes(model, cells).mean(2)])
     views = np.eye(len(cells.groups))[cells.group] * said[:, None]
-    matrix = np.column_stack([slopes * said[:, None], surface, views])
+    matrix = np.column_stack([slopes * said[:, None], surface, views, lamps])
     modes = PILOT_PRIOR.precision(model.basis.degree(), level(cells)).mean(0)
     precision = np.zeros((matrix.shape[1],) * 2)
     precision[:4, :4] = np.linalg.inv(known)
@@ -157,7 +179,7 @@ def _solved(
             np.full(surface.shape[1] - len(modes) - mirror.shape[1], SHAPE_SPREAD**-2),
         ]
     )
-    held = np.concatenate([held, np.full(views.shape[1], VIEW_ERROR**-2)])
+    held = np.concatenate([held, np.full(views.shape[1], VIEW_ERROR**-2), np.ones(lamps.shape[1])])
     precision[np.arange(4, len(precision)), np.arange(4, len(precision))] = held
     target = cells.value.mean(1) - said
     deviation, counts = error_model(cells).mean(1), independence(cells)[:, 0]

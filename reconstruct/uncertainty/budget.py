@@ -106,25 +106,29 @@ def uncertainty_of(
     *,
     view_errors: np.ndarray | None = None,
     scale_error: float = 0.0,
+    shared: np.ndarray | None = None,
 ) -> Uncertainty:
     """Covariance of the fit's parameters on ``cells``, whose error model is ``deviation`` (n, c).
 
     ``models`` are those that may be as good, with weights that add up to 1; only those with the fit's own lobes are
-    heeded. ``view_errors`` (g,) are relative standard errors of the views' scales.
+    heeded. ``view_errors`` (g,) are relative standard errors of the views' scales; ``shared`` (n, k, c), 1/sr, what k
+    things that all views have alike may do to the cells, each a standard deviation.
     """
     model = fitted.model
+    shared = np.zeros((len(cells), 0, len(cells.channels))) if shared is None else shared
     same = [(one, weight) for one, weight in models if one.lobes.families == model.lobes.families]
     basis = Basis(model.basis.symmetry, max([model.basis.order, *(one.order for one, _ in same)]))
-    problem = _problem(fitted, cells, deviation, basis, view_errors)
+    problem = _problem(fitted, cells, deviation, basis, view_errors, shared)
     total = covariance(problem, _alternatives(same, model, level(cells)))
-    units = len(np.unique(problem.unit))
+    kept = total.shape[1] - shared.shape[1]  # f does not change with what is shared
+    total, units = total[:, :kept, :kept], len(np.unique(problem.unit))
     return Uncertainty(basis, total, len(model.lobe_coefficients), max(units - 1.0, 1.0), scale_error)
 
 
-def _problem(fitted: Fitted, cells: Cells, deviation, basis: Basis, view_errors) -> Problem:
+def _problem(fitted: Fitted, cells: Cells, deviation, basis: Basis, view_errors, shared) -> Problem:
     model = fitted.model
     fixed, columns = model.lobes.columns(cells)
-    slopes = _shared_slopes(model, cells)
+    slopes = np.concatenate([_shared_slopes(model, cells), shared], axis=1)
     own = model.lobe_coefficients
     center = np.zeros((own.shape[1], len(basis.modes) + len(own) + slopes.shape[1]))
     center[:, : len(model.coefficients)] = model.coefficients.T

@@ -10,7 +10,7 @@ from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.capture.photoset import Plane, Sphere
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.lighting.sample_place import moved_sample, replaced
+from photogonio.reconstruct.lighting.sample_place import by_place, moved_sample, replaced
 from photogonio.reconstruct.lobes.families import families
 from photogonio.reconstruct.table.cells import Cells
 
@@ -124,3 +124,27 @@ def test_setups_that_do_not_say_how_sure_the_place_is_are_left_alone():
     told = {key: one for key, one in setup.residuals["sample"].items() if key != "covariance"}
     for sample in (None, told, told | {"covariance": np.zeros((4, 4)).tolist()}):
         assert moved_sample(cells, metal(), replace(setup, residuals={"sample": sample})) is None
+
+
+def test_what_the_place_leaves_unsure_is_what_moving_the_ball_does():
+    """Four moves of one standard deviation each, of which any is a sum: their squares add up to the covariance."""
+    setup, cells = seen(BELIEVED)
+    changes = by_place(setup)(cells, metal())
+    assert changes.shape == (len(cells), 4, 1)
+    inner = (cells.theta_i < 1.0) & (cells.theta_r < 1.0)
+    root = np.linalg.cholesky(KNOWN)
+    for k, move in enumerate(root.T):
+        there = Sphere(BELIEVED.center + move[:3], BELIEVED.radius + move[3])
+        rays = cells.place - CAMERA
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        true = np.empty(len(cells))
+        for group, light in enumerate(LIGHTS):
+            rows = cells.group == group
+            normal = hit(there, rays[rows])[0] / there.radius * BELIEVED.radius
+            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+            value = metal().evaluate(Cells.of_angles(*pairs(normal, rays[rows], light)))[:, 0]
+            true[rows] = value * (normal @ light) / np.cos(cells.theta_i[rows])
+        said = changes[:, k, 0]
+        off = true - metal().evaluate(cells)[:, 0] - said
+        assert np.sqrt(np.mean(off[inner] ** 2)) < 0.05 * np.sqrt(np.mean(said[inner] ** 2))  # second order
+    assert by_place(replace(setup, residuals={})) is None

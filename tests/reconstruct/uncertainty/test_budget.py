@@ -1,13 +1,18 @@
 """How sure a fit is: what its standard error is made of."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from photogonio.reconstruct.estimate.lobe_search import search_lobes
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import STEP, LobeSet, Model, shape_slopes
+from photogonio.reconstruct.estimate.model_selection import Candidate
+from photogonio.reconstruct.estimate.pilot import PILOT_PRIOR
 from photogonio.reconstruct.lobes.families import retro_lobe
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty
+from photogonio.reconstruct.uncertainty.budget import Rival, Uncertainty, uncertainty_of
 
 
 def test_the_stated_error_holds_the_spread_of_the_rivals():
@@ -24,6 +29,32 @@ def test_the_stated_error_holds_the_spread_of_the_rivals():
     both = Uncertainty(basis, sure.covariance, 0, 10.0, rivals=(Rival(other, 0.5, unsure),))
     expected = np.sqrt(0.5 * (0.01 + 0.03)) * value
     np.testing.assert_allclose(both.standard_error(model, cells), expected, rtol=1e-9)
+
+
+def test_what_all_cells_share_is_not_averaged_away():
+    """A matte surface of many cells: a change of all of them by a hundredth is taken for the surface's own, and leaves
+    f unsure by a hundredth; one that no surface does, in half of them up and in half down, is told by the cells."""
+    rng, count = np.random.default_rng(0), 2000
+    angles = np.arccos(rng.uniform(0.3, 1.0, (2, count)))
+    cells = Cells.of_angles(*angles, rng.uniform(0.0, np.pi, count))
+    value = np.full((count, 1), 0.2) * rng.normal(1.0, 0.01, (count, 1))
+    group = np.arange(count) % 12
+    cells = replace(cells, value=value, variance=np.full((count, 1), 4e-6), binned=True, group=group)
+    cells = replace(cells, groups=tuple(map(str, range(12))), channels=("grey",))
+    deviation, basis = np.full((count, 1), 2e-3), Basis("isotropic", 0)
+    fitted = search_lobes(cells, deviation, basis, PILOT_PRIOR, LobeSet(), free=0)
+    models = [(Candidate(0, PILOT_PRIOR, LobeSet(), np.zeros(1)), 1.0)]
+    up = np.where(rng.random(count) < 0.5, 1.0, -1.0)
+    shares = {"none": None, "scale": np.full(count, 2e-3), "told": 2e-3 * up}
+    errors = {}
+    for name, shared in shares.items():
+        rows = None if shared is None else shared[:, None, None]
+        spread = uncertainty_of(fitted, cells, deviation, models, shared=rows)
+        assert spread.covariance.shape == (1, 1, 1)  # f does not change with what is shared
+        errors[name] = float(spread.standard_error(fitted.model, cells.take(np.arange(1)))[0, 0])
+    assert errors["none"] < 2e-4
+    assert errors["scale"] == pytest.approx(2e-3, rel=0.1)
+    assert errors["told"] == pytest.approx(errors["none"], rel=0.1)
 
 
 def test_an_interval_of_few_degrees_of_freedom_is_students():
