@@ -77,6 +77,23 @@ QUANTITIES = {
     "reflectance-factor": {"brf", "hdrf", "reff"},
     "brdf-cos": {"ccbrdf", "ars", "cos", "cosine"},
 }
+REFLECTANCES = {
+    "value",
+    "values",
+    "brdf",
+    "bsdf",
+    "f",
+    "fr",
+    "r",
+    "g",
+    "b",
+    "x",
+    "y",
+    "z",
+    "luminance",
+    "reflectance",
+}
+FEWEST = 20  # rows, in which no channel is the same number
 LOGARITHMS = {"log", "log10", "ln", "db", "decibel", "logarithm"}
 
 
@@ -198,6 +215,7 @@ def _values(table: TextTable, told: Told, others: list[str]) -> tuple[str, ...]:
         return tuple(told.columns["value"].split("+"))
     likely = tuple(name for name in others if is_value(name))
     values = tuple(name for name in likely if not _all_words(table, name)) or likely
+    values = _varying(table, values)
     values = tuple(name for name in values if not words_of(name) & BESIDE) or values
     if not values:
         raise InputError(
@@ -205,6 +223,20 @@ def _values(table: TextTable, told: Told, others: list[str]) -> tuple[str, ...]:
             f"no column of values; found {', '.join(table.header)}; say which with --columns value=...",
         )
     return values
+
+
+def _varying(table: TextTable, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of which a BRDF may be told: without what is the same number in every row, a circumstance, where others are
+    not."""
+    told = [name for name in names if table.header.count(name) == 1]
+    rows = {name: table.numbers[table.header.index(name)] for name in told}
+    good = {name: column[np.isfinite(column)] for name, column in rows.items()}
+    same = {
+        name
+        for name, one in good.items()
+        if len(one) >= FEWEST and np.ptp(one) == 0.0 and not words_of(name) & REFLECTANCES
+    }
+    return tuple(name for name in names if name not in same) or names
 
 
 def _all_words(table: TextTable, name: str) -> bool:

@@ -30,6 +30,7 @@ from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 
 LARGEST, LEAST = 1e30, 1e-30  # 1/sr: what the middle value of a table may be
+MOST_TURN = 4.0 * math.pi + 0.1  # of an azimuth: beyond, a mark of a missing one
 SURE, UNSURE = 1e-9, 1e9  # standard errors, of the middle value: below it refused, above it no measurement
 
 
@@ -148,9 +149,11 @@ def _measured(path: Path, samples: GoniometerSamples) -> GoniometerSamples:
     parts += [] if samples.sigma is None else [*samples.sigma.T]
     keep = np.all(np.isfinite(parts), axis=0)
     keep &= (samples.theta_i <= math.pi / 2) & (samples.theta_r <= math.pi / 2)
+    keep &= (np.abs(samples.phi_i) <= MOST_TURN) & (np.abs(samples.phi_r) <= MOST_TURN)
     if not keep.any():
         raise InputError(path, "no row has a value and both directions above the surface")
-    return _left(samples, keep, "without a number, or with a direction below the surface")
+    why = "without a number, with a direction below the surface, or an azimuth of more than two turns"
+    return _left(samples, keep, why)
 
 
 def _in_units(path: Path, samples: GoniometerSamples, quantity: str) -> GoniometerSamples:

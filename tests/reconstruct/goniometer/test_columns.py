@@ -12,6 +12,7 @@ from photogonio.reconstruct.goniometer.columns import (
     unit_of,
     unused_note,
 )
+from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.goniometer.text import read_text
 from photogonio.reconstruct.goniometer.told import Told
 
@@ -129,3 +130,19 @@ def test_a_relative_azimuth_does_for_both(tmp_path):
 
 def test_an_angle_beside_another_is_no_channel(tmp_path):
     assert match_columns(table_of(tmp_path, "AOI,el_r,f", "10,70,0.2"), Told()).values == ("f",)
+
+
+def test_what_is_the_same_number_in_every_row_is_no_channel(tmp_path):
+    """A circumstance that nobody mapped, whatever its name; but a surface may be the same everywhere."""
+    path = tmp_path / "table.csv"
+    rows = [(i, r, 0.1 + 0.001 * (i + r)) for i in range(0, 60, 10) for r in range(0, 60, 10)]
+    path.write_text(
+        "theta_i,phi_i,theta_r,phi_r,RH,green,T_degC\n"
+        + "\n".join(f"{i},0,{r},180,45.0,{f:.4f},22.5" for i, r, f in rows)
+    )
+    found = read_samples(path)
+    assert found.channels == ("green",) and "RH, T_degC" in found.notes[0]
+    path.write_text(
+        "theta_i,phi_i,theta_r,phi_r,value,T\n" + "\n".join(f"{i},0,{r},180,0.2,{f}" for i, r, f in rows)
+    )
+    assert "value" in read_samples(path).channels

@@ -102,3 +102,12 @@ def test_line_numbers_in_words():
     assert lines_of(np.array([5, 3, 4, 9, 11, 12])) == "lines 3 to 5, 9, 11 to 12"
     assert lines_of(np.array([7])) == "line 7"
     assert lines_of(np.arange(0, 100, 2), most=3) == "lines 0, 2, 4 and 47 more"
+
+
+def test_an_azimuth_of_many_turns_is_a_mark(tmp_path):
+    rows = [
+        f"30,0,{r},{azimuth},0.2" for r, azimuth in ((10, 0), (20, 999), (30, -999), (40, 540), (50, 180))
+    ]
+    found = read_samples(write(tmp_path, "theta_i,phi_i,theta_r,phi_r,value\n" + "\n".join(rows)))
+    np.testing.assert_allclose(np.degrees(found.theta_r), [10.0, 40.0, 50.0])
+    assert "2 rows left out" in found.warnings[0] and "lines 3 to 4" in found.warnings[0]
