@@ -33,6 +33,7 @@ HOPELESS = 12.0  # of the logarithm of the evidence behind the best: not tried o
 MOST = 12  # tried on left-out rows, beside none
 LEAST = 0.02  # a smaller weight is dropped
 MOST_RICH = 0.7  # of the weight, that others than the ridge may have
+SEEN = 0.25  # of a retro-reflective peak's height, that a row must be at: the foot of a narrow one says nothing of it
 CHANCE = 0.5  # standard errors, of the squares that they save, which do not count
 
 
@@ -103,7 +104,7 @@ class Weighed:
         least: float = 0.0,
     ) -> Weighed:
         """As :func:`average_of`."""
-        lobes = grid() if lobes is None else lobes
+        lobes = [one for one in (grid() if lobes is None else lobes) if _seen(one, cells)]
         rows = RowEvidence.of(cells, deviation, order, (LobeSet(), *lobes), SAYS)
         evidence, ratio = rows.evidence()
         good = np.argsort(-evidence, kind="stable")[:MOST]
@@ -216,6 +217,16 @@ def grid() -> tuple[LobeSet, ...]:
     mirror = second_lobe(absolute=False)
     kinds = (mirror, mirror.with_beckmann, retro_lobe(absolute=False))
     return tuple(LobeSet((kind,), (np.array([one]),)) for kind in kinds for one in ROUGHNESS)
+
+
+def _seen(lobes: LobeSet, cells: Cells) -> bool:
+    """Whether rows show the top of a retro-reflective lobe; where light and camera never stand close together a wide
+    peak looks as the foot of a narrow one, whose light would be made up."""
+    if not any(family.retro for family in lobes.families):
+        return True
+    lamp = Cells.of_angles(cells.theta_i, cells.theta_i, np.zeros(len(cells)))
+    there, top = (lobes.columns(one)[1] for one in (cells, lamp))
+    return bool((there / np.maximum(top, np.finfo(float).tiny)).max(0).min() >= SEEN)
 
 
 def _weights(evidence: np.ndarray, missed: np.ndarray, fold: np.ndarray, least: float = 0.0) -> np.ndarray:

@@ -8,6 +8,7 @@ import pytest
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.weights import error_model
 from photogonio.reconstruct.lobes.families import second_lobe
+from photogonio.reconstruct.modes.angles import spherical_angles, unit_vectors
 from photogonio.reconstruct.rows.row_average import Average, Weighed, average_of, between
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import samples_table
@@ -115,3 +116,32 @@ def test_between_two_averages_all_is_their_mean_and_the_covariance_holds_what_th
     # the law of total variance
     expected = 0.3 * variance(one) + 0.7 * variance(other) + 0.21 * (one.said - other.said)[:, 0] ** 2
     np.testing.assert_allclose(variance(both), expected, rtol=1e-6, atol=1e-12 * expected.max())
+
+
+def in_rings(count: int, seed: int, first: float = 22.5) -> tuple[np.ndarray, ...]:
+    """theta_i, theta_r, dphi (count,) of random directions at a few angles from the lamp, as a camera that moves in
+    steps sees them."""
+    rng = np.random.default_rng(seed)
+    many = 4 * count
+    apart = np.radians(rng.choice(np.arange(first, 150.0, 22.5), many))[:, None]
+    turn = rng.uniform(0.0, 2.0 * np.pi, many)[:, None]
+    theta_i = np.arccos(rng.uniform(np.cos(np.radians(75.0)), 1.0, many))
+    along = unit_vectors(theta_i + np.pi / 2, np.zeros(many))
+    exit = np.cos(apart) * unit_vectors(theta_i, np.zeros(many))
+    exit += np.sin(apart) * (np.cos(turn) * along + np.sin(turn) * [0.0, 1.0, 0.0])
+    seen = np.flatnonzero(exit[:, 2] > np.cos(np.radians(75.0)))[:count]
+    theta_r, dphi = spherical_angles(exit[seen])
+    return theta_i[seen], theta_r, dphi
+
+
+@pytest.mark.parametrize("exponent", [8.0, 12.0, 20.0])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_retro_reflective_peak_whose_top_no_row_shows_is_no_narrow_one(exponent, seed):
+    """From 22 degrees of the lamp on: the foot of a narrow lobe fits the rows as well, and its light would be made up.
+    (So it was, fifteen times as high as the peak.)"""
+    surface = glossy_surface(0.3, 0.3, exponent, toward=1.0)
+    rows = cells_of(samples_table(measured(surface, in_rings(205, seed), noise=0.05)))
+    found = average_of(rows, error_model(rows), 12)
+    theta = np.radians([10.0, 30.0, 50.0])
+    top = found.model.evaluate(Cells.of_angles(theta, theta, np.zeros(3)))[:, 0]
+    assert np.all(top < 1.5 * surface(theta, theta, np.zeros(3)))
