@@ -48,3 +48,17 @@ def test_a_board_whose_corners_miss_by_many_pixels_is_refused_by_name():
             photos[k] = replace(corners, points=points)
     with pytest.raises(InputError, match=r"\[board\]: its corners miss their places by .* px"):
         drawn.camera()
+
+
+def test_corners_are_as_sure_as_the_worse_axis_of_the_picture_shows():
+    """Where the print lies along the rows of pixels, which cut all edges along them alike, corners err several times as
+    much across as along: by the middle of both a pose would be stated several times too sure."""
+    rng, along, across = np.random.default_rng(7), 0.02, 0.3
+    drawn = Drawn(8)
+    for photos in (drawn.boards, drawn.samples):
+        for k, corners in enumerate(photos):
+            off = rng.normal(size=corners.pixels.shape) * [along, across]
+            photos[k] = replace(corners, pixels=corners.pixels + off, sigma=np.full(len(corners), 0.01))
+    state = drawn.camera()
+    stated = np.concatenate([c.sigma for _, c, _ in state.boards])
+    np.testing.assert_allclose(stated, across, rtol=0.25)  # some hundred corners, drawn with their own errors
