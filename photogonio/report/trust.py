@@ -247,7 +247,8 @@ OF_FITS = (
     ),
     Check(
         "cosine-in-values",
-        "exchanged pairs of directions differ in a table, and a cosine explains it",
+        "exchanged pairs of directions differ in a table, and a cosine explains it; or values fall toward grazing as "
+        "both cosines do",
         "the values are cosine-corrected, or intensities: --quantity says which",
         _cosine,
     ),

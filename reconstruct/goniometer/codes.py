@@ -23,9 +23,9 @@ ENTRIES = (
     ),
     Entry(
         "table-cosine",
-        "Exchanged pairs of directions differ, and a cosine explains it: the values are no BRDF, or the surface is "
-        "not reciprocal in just that way.",
-        "`--quantity brdf-cos` (of the exit angle) or `brdf-cos-incident`.",
+        "Exchanged pairs of directions differ, and a cosine explains it; or values fall toward grazing as both cosines "
+        "do: they are no BRDF, or the surface is not reciprocal, or darkens, in just that way.",
+        "`--quantity brdf-cos` (of the exit angle), `brdf-cos-incident` or `brdf-cos-cos`; `brdf` if they are f.",
         least=1.0 - doubts.COSINE,
         source="tables of known surfaces; of thirty CUReT materials none reaches 0.3",
     ),

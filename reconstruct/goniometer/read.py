@@ -91,7 +91,12 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     refuse_repeated(table.path, pair, samples.value.mean(1))
     samples = believed(samples)
     samples = _in_units(table.path, samples, told.values_are)
-    doubts = doubts_of(samples, told.values_are, side_told=told.azimuth is not None)
+    doubts = doubts_of(
+        samples,
+        told.values_are,
+        side_told=told.azimuth is not None,
+        quantity_told=told.quantity is not None,
+    )
     return replace(samples, diagnoses=(*samples.diagnoses, *_said_otherwise(table, matched, told), *doubts))
 
 

@@ -138,3 +138,16 @@ def test_a_gloss_beside_the_plane_of_incidence(surface, turn):
     turned = replace(table, phi_r=table.phi_r + np.radians(turn))
     assert "table-mirrored" in codes(turned) and "table-mirrored" not in codes(table)
     assert not doubts_of(turned, "brdf", side_told=True)
+
+
+@pytest.mark.parametrize("places", ["grid", "random"])
+@pytest.mark.parametrize("surface", ["matte", "rough", "satin"])
+def test_values_that_hold_both_cosines_are_doubted(surface, places):
+    """Which are reciprocal: exchanged pairs say nothing."""
+    table = measured(SURFACES[surface], PLACES[places], noise=0.02)
+    both = np.cos(table.theta_i) * np.cos(table.theta_r)
+    dark = replace(table, value=table.value * both[:, None])
+    (doubt,) = [one for one in doubts_of(dark, "brdf") if one.code == "table-cosine"]
+    assert "--quantity brdf-cos-cos" in doubt.message and abs(doubt.amount - 1.0) < 0.25
+    assert "table-cosine" not in [one.code for one in doubts_of(dark, "brdf", quantity_told=True)]
+    assert "table-cosine" not in codes(table)
