@@ -32,8 +32,8 @@ _FEW, _MOST = 400_000, 2_000_000  # cells, of files of 3 and of 15 MB
 _ENOUGH, _AT_MOST = 0.0015, 0.0085  # relative rms: worth so few cells, and so many
 _MASKS = (61.0, 82.0)  # degrees below which errors count by f itself: cells across 60 and 80 are seen too
 # what squared errors count: over f for the same incident direction, and below 60 and 80 degrees, where more may be lost
-_SHARES = np.array([0.01, 1.0, 1.0 / 25.0])
-_COUNTS = ((61.0, 1.0), (82.0, 0.2), (90.0, 0.05))  # degrees up to which that counts so much
+_SHARES = np.array([0.02, 1.0, 1.0 / 25.0])
+_COUNTS = ((61.0, 1.0), (82.0, 0.6), (90.0, 0.4))  # degrees up to which the former counts so much
 _FINE, _POLAR, _TURNS = (
     89,
     16,
