@@ -22,11 +22,11 @@ _ROUGHNESS = np.linspace(0.05, 1.0, 16)  # of engines: the square root of GGX al
 _F0 = np.array([0.0, 0.01, 0.02, 0.03, 0.04, 0.055, 0.08, 0.12])  # of dielectrics, at normal incidence
 _MASK = np.radians(80.0)
 _ANGLES = np.radians([*ANGLES, 45.0, 80.0])  # of viewers at whom light is counted
-_TURNS = np.radians([0.0, 45.0, 90.0, 135.0])  # of the sample, if it counts
+_TURNS = np.radians([0.0, 45.0, 90.0, 135.0])  # of the sample, if it counts, from its ridges' own on
 _NODES, _TURNING_NODES = (20, 32), (10, 20)  # of that count, polar and azimuth; and of a material that turns
 _ANISOTROPY, _ROTATION = (0.0, 0.3, 0.6, 0.8), np.radians(np.arange(0.0, 180.0, 22.5))  # that are tried first
 _LEAST = 1e-3  # GGX alpha
-_ADDED = 1.002  # light that a material may add to the BRDF's, at most
+_ADDED = 1.001  # light that a material may add to the BRDF's, at most
 _PENALTY = 1e5  # times the squared share of light added
 
 
@@ -126,7 +126,7 @@ class _Wanted:
         nodes = _TURNING_NODES if turning else _NODES
         even, area = (np.stack(part) for part in zip(*[around(t, *nodes) for t in _ANGLES], strict=True))
         sides = []
-        for turn in _TURNS if brdf.turning else _TURNS[:1]:
+        for turn in _turns(brdf):
             about = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
             toward = np.repeat((unit_vectors(_ANGLES, 0.0) @ about)[:, None], even.shape[1], axis=1)
             f = rgb(brdf, np.maximum(brdf((even @ about).reshape(-1, 3), toward.reshape(-1, 3)), 0.0))
@@ -247,3 +247,11 @@ def schlick(f0: float, seen: Halves) -> np.ndarray:
 def _seen(brdf: Brdf) -> float:
     reach = [np.radians(float(brdf.valid.get(key, 80.0))) for key in ("theta_i_max", "theta_r_max")]
     return float(np.clip(min(reach), np.radians(20.0), _MASK))
+
+
+def _turns(brdf: Brdf) -> np.ndarray:
+    """Azimuths of viewers, radians: along ridges and across them most and least light is sent out."""
+    if not brdf.turning:
+        return _TURNS[:1]
+    lobes = getattr(brdf, "lobes", ())  # tables that are handed on have none
+    return np.unique(np.concatenate([_TURNS, *(_TURNS + lobe.azimuth for lobe in lobes if lobe.turning)]))
