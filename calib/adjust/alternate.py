@@ -31,8 +31,16 @@ from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.rig.values import LAMP
 from photogonio.calib.shading.correction import NO_FALLOFF
-from photogonio.calib.shading.fit import ShadingFit, Stand, fits_better, shading_of, stepped
-from photogonio.calib.shading.model import LitPaper, ShadingScene
+from photogonio.calib.shading.fit import (
+    ShadingFit,
+    Stand,
+    fits_better,
+    pooled_ink,
+    pooled_patches,
+    shading_of,
+    stepped,
+)
+from photogonio.calib.shading.model import USUAL_PATCHES, LitPaper, ShadingScene
 from photogonio.calib.shading.model_error import pooled
 from photogonio.calib.shading.sights import Sights
 from photogonio.capture import robust
@@ -88,7 +96,10 @@ def settle(state: State, longer: bool = False) -> State:
             new = {k: v for k, v in shown.items() if k not in asked or _apart(v, asked[k])}
             tried = _shade(now, now.scene, steps, new)
             asked |= {name: shown[name] for name in tried}
-            now.scene = replace(now.scene, error=pooled(fit.shown for fit in now.fits.values()))
+            fits = now.fits.values()
+            white = pooled_patches(fits, USUAL_PATCHES)
+            now.scene = replace(now.scene, error=pooled(fit.shown for fit in fits), patches=white)
+            now.scene = replace(now.scene, ink=pooled_ink(fits, now.scene.ink))
         terms = all_terms(state, observations, now.lamps, now.values, now.fits, now.scale)
         middle, shaded = middle_of(state.photoset), _shaded_places(now)
         places = [block_name(n) for n, one in now.lamps.items() if one.kind == "point" and not one.attached]

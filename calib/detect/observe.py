@@ -13,12 +13,18 @@ from photogonio.calib.detect.limb import Limb, settled_limb
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.paper import PaperPlaces, paper_places, sample_paper
 from photogonio.calib.detect.paper_near_balls import ClosePlaces, close_paper, close_places
-from photogonio.calib.detect.paper_reading import PaperReading, local_noise
+from photogonio.calib.detect.paper_reading import (
+    PaperReading,
+    PatchPlaces,
+    local_noise,
+    patch_places,
+    sample_patches,
+)
 from photogonio.calib.detect.photo_reader import Progress, Reader
 from photogonio.calib.geometry.board import board_size
 from photogonio.calib.geometry.camera import Camera, Pose, focal
 from photogonio.calib.geometry.cones import outline
-from photogonio.calib.geometry.print_map import draw_print
+from photogonio.calib.geometry.print_map import draw_print, square_pitch
 from photogonio.capture.linear.signal import Region
 from photogonio.capture.photoset import LooseMarkers, MirrorBall, PhotoSet, Plane, Sphere
 from photogonio.capture.radiance import RadianceImage
@@ -97,12 +103,13 @@ class _Places:
     lamp: list[np.ndarray]  # each ball's :func:`lamp_pixels`
     paper: PaperPlaces | None
     close: ClosePlaces | None
+    patches: PatchPlaces | None
     sample: Region | None  # None: not in the picture
     balls: Region | None
 
 
 def _places(photoset: PhotoSet, camera: Camera, pose: Pose, balls: tuple[MirrorBall, ...]) -> _Places:
-    board, paper, close = photoset.board, None, None
+    board, paper, close, white = photoset.board, None, None, None
     sample, patches = photoset.sample, photoset.white_patches
     if board is not None:
         step = float(board_size(board).max()) / (
@@ -110,12 +117,23 @@ def _places(photoset: PhotoSet, camera: Camera, pose: Pose, balls: tuple[MirrorB
         )
         paper = paper_places(photoset, camera, pose, step=step, apart=_CAUSTIC)
         close = close_places(board, camera, pose, sample=sample, balls=photoset.mirror_balls, patches=patches)
+        if paper is not None:
+            white = patch_places(
+                camera,
+                pose,
+                patches,
+                step=step,
+                cell=square_pitch(board),
+                sample=sample,
+                balls=photoset.mirror_balls,
+            )
     limbs = [outline(camera, pose, np.asarray(b.center, float), b.radius) for b in balls]
     reach = max((_within(camera, pose, b.center, b.radius) for b in balls), default=0.0)
     return _Places(
         [lamp_pixels(camera, pose, ball) for ball in balls],
         paper,
         close,
+        white,
         _sample_box(photoset, camera, pose),
         _box(camera, np.concatenate(limbs), reach) if limbs else None,
     )
@@ -201,7 +219,8 @@ def _paper(
     noise = samples.variance.mean(axis=1) / samples.variance.shape[1]
     close = None if places.close is None else close_paper(places.close, near)
     noise = np.maximum(noise, (local_noise(samples, level) * level) ** 2)
-    return PaperReading(samples, level, noise, close=close)
+    patches = None if places.patches is None else sample_patches(places.patches, near)
+    return PaperReading(samples, level, noise, close=close, patches=patches)
 
 
 def is_dark(reading: PaperReading) -> bool:

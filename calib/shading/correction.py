@@ -45,10 +45,12 @@ class PhotometricCorrection:
     def of_reading(self, reading: PaperReading) -> PaperReading:
         """What was read of a photo's paper."""
         samples, level, noise, close = reading.samples, reading.level, reading.noise, reading.close
+        patches = reading.patches
         if self.offset is not None:
             gray = float(self.offset.mean())
             samples, level = replace(samples, value=samples.value - self.offset), level - gray
             close = None if close is None else replace(close, level=close.level - gray)
+            patches = None if patches is None else replace(patches, level=patches.level - gray)
         if any(self.falloff) and samples.aside is not None:
             gain = self.gain(samples.aside)
             many = gain[:, None]
@@ -57,7 +59,10 @@ class PhotometricCorrection:
             if close is not None and close.aside is not None:
                 own = self.gain(close.aside)
                 close = replace(close, level=close.level * own, noise=close.noise * own**2)
-        return replace(reading, samples=samples, level=level, noise=noise, close=close)
+            if patches is not None:
+                own = self.gain(patches.aside)
+                patches = replace(patches, level=patches.level * own, noise=patches.noise * own**2)
+        return replace(reading, samples=samples, level=level, noise=noise, close=close, patches=patches)
 
 
 NO_CORRECTION = PhotometricCorrection()

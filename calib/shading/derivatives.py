@@ -8,7 +8,7 @@ import numpy as np
 
 from photogonio.calib.geometry.visibility import log_cosine
 from photogonio.calib.shading.kernel import lens, slopes_of_shaded
-from photogonio.calib.shading.parameters import BLACK, EVEN, FALLOFF, LOCAL, NARROW, SHARED, THROWN
+from photogonio.calib.shading.parameters import BLACK, EVEN, FALLOFF, LOCAL, NARROW, PATCHES, SHARED, THROWN
 
 if TYPE_CHECKING:
     from photogonio.calib.shading.model import LightOnPaper, LitPaper, ShadingScene
@@ -60,6 +60,8 @@ def slopes(
     design[THROWN] = light.tone * thrown.T
     design[EVEN] = light.tone * light.even
     design[7:9] = light.shaded * board.across
+    design[PATCHES] = 0.0
+    design[PATCHES, board.of_patches] = base[board.of_patches]
     if count > LOCAL:
         ink = np.exp(values[BLACK]) * (1.0 - board.white) * np.exp(values[3])
         if any(now.falloff):

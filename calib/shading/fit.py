@@ -6,6 +6,7 @@ tells where the lamp is. Light that the sample throws onto the board is modelled
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from photogonio.calib.geometry.visibility import direct
 from photogonio.calib.shading.derivatives import slopes
 from photogonio.calib.shading.model import LightOnPaper, LitPaper, ShadingScene, Weighing, lit, median_ratio
 from photogonio.calib.shading.model_error import ErrorShown, shown
-from photogonio.calib.shading.parameters import EVEN, LOCAL, STRENGTH, THROWN
+from photogonio.calib.shading.parameters import EVEN, LOCAL, PATCHES, STRENGTH, THROWN
 from photogonio.capture import robust
 
 _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
@@ -23,7 +24,8 @@ _TUKEY = 5.0
 _STEPS = 15
 _STILL = 1e-3  # squared standard errors of a step after which a fit has ended
 _SAME = 0.25  # squared standard errors within which two fits are on their way to one place
-_PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0, 0.5])  # of the local values after the first four
+# of the local values after the first four but the last, which is the scene's
+_PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0, 0.5])
 _IS_EVEN = np.arange(4, LOCAL) == EVEN
 _PRIOR_SIGMA = np.array([0.3, 1.0, 0.0005])  # of the first three of them; even light looks like a nearer lamp
 # least and most of what balls throw, for its error
@@ -37,6 +39,14 @@ _SLOPE_BOUNCE = 0.15  # of the bounce over the direct light: what its model may 
 # full light, and how many times less sure a view is of its lamp, for sharpened edges of shadows lie elsewhere
 _SLOPE_BENT, _FLOOR_BENT, _BENT = 0.03, 0.02, 3.0
 _SLOPE_BEAM = 0.02  # for each power of the cosine: a beam whose axis passes by the sample by some degrees
+_PATCHES_VARY = 0.001  # relative: by what patches' light over paper's differs from view to view
+_NOTHING = 1e-9  # of what is expected of a value: what tells no more says nothing
+_OF_SQUARE, _SQUARES = (
+    4,
+    8,
+)  # samples of a square of black print, and such squares, that tell what they have in common
+_INKS = (0.001, 0.03)  # least and most that this is taken for
+_INK_SHARE = 0.5  # of white in a sample: with less it is ink's
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
 
 
@@ -53,6 +63,10 @@ class ShadingFit:
     level: float  # of white paper by the lamp alone, in the middle of the board's samples, radiance
     beside: np.ndarray  # (2,) the same by light that is everywhere, as the paper alone has it, and its error
     shown: ErrorShown  # of the model's error in shadows
+    patches: (
+        np.ndarray
+    )  # (2,) logarithm of patches' light over paper's, by this view alone, and how sure: 1 / error^2
+    ink: float  # relative error of black print that squares in full light show to have in common; NaN: too few do
 
     @property
     def place(self) -> np.ndarray:
@@ -84,11 +98,13 @@ def _weigh(
     slope = _SLOPE + _SLOPE_BEAM * max(now.narrow, 0.0)
     bounced = median_ratio(indirect[own], np.maximum(light.bare[own], 1e-300))
     slope = float(np.hypot(slope, _SLOPE_BOUNCE * bounced + _SLOPE_BENT * now.bent))
-    prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED]])
+    mean, error = now.patches
+    prior = np.concatenate([_PRIOR_SIGMA, [slope, slope, _POLISHED, error]])
     if now.sample is None:
         prior[2] = _EVEN_PLANE
     beside = np.array(reading.beside) / (np.exp(values[3]) * max(light.even, 1e-300))
-    expected, prior[2] = np.where(_IS_EVEN, beside[0], _PRIOR), np.hypot(prior[2], beside[1])
+    usual = np.append(_PRIOR, mean)
+    expected, prior[2] = np.where(_IS_EVEN, beside[0], usual), np.hypot(prior[2], beside[1])
     residual = (board.level - board.shown(light.radiance(values, thrown))[0]) / sigma
     bound = _TUKEY * max(float(robust.deviation(residual)), 1.0) * most
     return Weighing(sigma, bound, share, thrown, place, expected, prior), residual
@@ -104,6 +120,8 @@ def _errors(
     floor = (np.where(shade, board.floor[1], full) * light.bare) ** 2
     most = board.noise + floor + board.crowd * (_BOUNCE_ERROR * indirect) ** 2
     told = np.where(shade & far, floor, 0.0)
+    ink = _lit_ink(board, light)
+    most = most + np.where(ink, board.crowd * (scene.ink * light.bare) ** 2, 0.0)
     variance = most - (1 - scene.error**2) * told
     least = np.sqrt(np.maximum(most / variance, 1.0))
     return np.sqrt(variance), least, np.where(told > most / 2, told / variance, 0.0)
@@ -240,7 +258,7 @@ def _step(
 
 def start_values(reading: PaperReading, scene: ShadingScene, place: np.ndarray) -> np.ndarray:
     """(LOCAL,) values at a light's place: the strength as the median over what is lit."""
-    values = np.concatenate([place, [0.0], _PRIOR, scene.shared])
+    values = np.concatenate([place, [0.0], _PRIOR, scene.patches[:1], scene.shared])
     points = reading.samples.points
     model = direct(points, place) * np.where(reading.samples.white, 1.0, scene.black)
     chosen = (lit(points, place, scene) > 0.9) & (model > 0)
@@ -291,7 +309,17 @@ def shading_of(at: Stand) -> ShadingFit:
         scene.error,
     )
     return ShadingFit(
-        values[:LOCAL], normal / inflation, slope / inflation, rms, believed, cost, level, share * level, seen
+        values[:LOCAL],
+        normal / inflation,
+        slope / inflation,
+        rms,
+        believed,
+        cost,
+        level,
+        share * level,
+        seen,
+        _patches_alone(values, normal[:LOCAL, :LOCAL], slope[:LOCAL], weighing, inflation),
+        _ink_shown(board, light, residual * weighing.sigma),
     )
 
 
@@ -303,6 +331,61 @@ def _even_alone(values: np.ndarray, normal: np.ndarray, slope: np.ndarray, weigh
     pulled[EVEN] += values[EVEN] * _EVEN_ANY**-2.0 - (values[EVEN] - weighing.expected[2]) * held
     inverse = np.linalg.pinv(freed, hermitian=True)
     return np.array([values[EVEN] - inverse[EVEN] @ pulled, np.sqrt(inverse[EVEN, EVEN])])
+
+
+def _patches_alone(
+    values: np.ndarray, normal: np.ndarray, slope: np.ndarray, weighing: Weighing, inflation: float
+) -> np.ndarray:
+    """(2,) what patches' light is over the paper's without what is expected of it, after one more step, and the inverse
+    of its variance; 0 of a view that shows none."""
+    freed, pulled = normal.copy(), slope.copy()
+    held = weighing.prior[PATCHES - 4] ** -2.0
+    freed[PATCHES, PATCHES] -= held
+    pulled[PATCHES] -= (values[PATCHES] - weighing.expected[PATCHES - 4]) * held
+    if freed[PATCHES, PATCHES] <= _NOTHING * held:
+        return np.array([values[PATCHES], 0.0])
+    others = np.arange(LOCAL) != PATCHES
+    cross = np.linalg.solve(freed[np.ix_(others, others)], freed[others, PATCHES])
+    told = float(freed[PATCHES, PATCHES] - freed[PATCHES, others] @ cross)
+    if told <= _NOTHING * held:
+        return np.array([values[PATCHES], 0.0])
+    return np.array(
+        [values[PATCHES] - float(pulled[PATCHES] - cross @ pulled[others]) / told, told / inflation]
+    )
+
+
+def _lit_ink(board: LitPaper, light: LightOnPaper) -> np.ndarray:
+    """Which samples (n,) are black print in full light."""
+    return (light.shaded >= 0.99 * light.bare) & (board.white < _INK_SHARE)
+
+
+def _ink_shown(board: LitPaper, light: LightOnPaper, miss: np.ndarray) -> float:
+    """Relative scatter of squares of black print in full light about the model, beyond what noise makes of it; ``miss``
+    (n,) is radiance."""
+    chosen = _lit_ink(board, light) & (light.bare > 0)
+    _, square, count = np.unique(board.square[chosen], return_inverse=True, return_counts=True)
+    whole = count >= _OF_SQUARE
+    if whole.sum() < _SQUARES:
+        return float("nan")
+    bare = light.bare[chosen]
+    off = (np.bincount(square, miss[chosen] / bare) / count)[whole]
+    noise = (np.bincount(square, board.noise[chosen] / bare**2) / count**2)[whole]
+    return float(
+        np.sqrt(max(float(robust.deviation(off - np.median(off))) ** 2 - float(np.mean(noise)), 0.0))
+    )
+
+
+def pooled_ink(fits: Iterable[ShadingFit], usual: float) -> float:
+    """What black print's squares have in common in the middle of all views; ``usual`` where none shows it."""
+    told = [one.ink for one in fits if np.isfinite(one.ink)]
+    return float(np.clip(np.median(told), *_INKS)) if told else usual
+
+
+def pooled_patches(fits: Iterable[ShadingFit], usual: tuple[float, float]) -> tuple[float, float]:
+    """What all views say of patches' light over the paper's beside what is ``usual``, and its standard error."""
+    told = np.array([[usual[0], usual[1] ** -2.0], *(one.patches for one in fits)])
+    whole = float(told[:, 1].sum())
+    return float(told[:, 0] @ told[:, 1] / whole), float(np.hypot(whole**-0.5, _PATCHES_VARY))
 
 
 def _inflation(normal: np.ndarray, each: np.ndarray, square: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from photogonio.calib.detect.paper_reading import PaperReading
 from photogonio.calib.geometry.visibility import lit_fraction
 from photogonio.calib.shading.interreflection import Thrown
 from photogonio.calib.shading.kernel import lens, light_on_board, straight_light
-from photogonio.calib.shading.parameters import BALL, EVEN, LOCAL, SHARED, THROWN, TILTS
+from photogonio.calib.shading.parameters import BALL, EVEN, LOCAL, PATCHES, SHARED, THROWN, TILTS
 from photogonio.calib.shading.sights import Sights
 from photogonio.capture import robust
 
@@ -25,6 +25,9 @@ _UNEVEN = 0.6
 _GLARE = 0.002  # of white print's radiance: what reaches black print among it
 _DIM = 4.0  # of its noise: what is brighter loses none of it at a code of 0
 _MIDDLE = 2000  # samples, about, that tell a median
+# logarithm of white patches' light, over their reflectance, over the paper's, and its standard error: paper's own is
+# about 0.8
+USUAL_PATCHES = (0.22, 0.3)
 _STRONGEST = 100.0  # logarithm of a strength: a trial beyond goes astray, and not over the range of numbers
 
 
@@ -50,6 +53,8 @@ class ShadingScene:
     aim: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where that axis points
     error: float = 1.0  # of the model's expected error in shadows, what the set shows
     falloff: tuple[float, float] = (0.0, 0.0)  # of the lens: logarithm's terms in aside and its square
+    patches: tuple[float, float] = USUAL_PATCHES  # as all views have it
+    ink: float = 0.015  # relative error of black print that is common to a square in full light
     bent: bool = False  # by a tone curve that is not known well: how paper's light falls off is not believed
 
     def moved(self, shared: np.ndarray) -> ShadingScene:
@@ -103,7 +108,8 @@ def lit(points: np.ndarray, light: np.ndarray, scene: ShadingScene) -> np.ndarra
 
 @dataclass(frozen=True, slots=True)
 class LitPaper:
-    """What of a view's paper stays while its lamp is sought; what is close to polished balls comes last."""
+    """What of a view's paper stays while its lamp is sought; what is close to polished balls comes after it, and white
+    patches last."""
 
     reading: PaperReading
     points: np.ndarray  # (n, 3)
@@ -116,6 +122,7 @@ class LitPaper:
     floor: np.ndarray  # (2, n) relative error of the model in full light and in shadow
     across: np.ndarray  # (2, n) board coordinates from -1 to 1 over what is seen of it
     crowd: float  # samples of a square
+    reflectance: np.ndarray  # (k,) of the last samples, those of patches
     cut: np.ndarray  # (n,) noise of a pixel, radiance, where codes end at 0 and cut it off; else 0
     sights: Sights | None = None  # what highlights say of the lamp
     known: dict[bytes, Thrown] = field(default_factory=dict)  # what balls throw, by their table
@@ -137,10 +144,37 @@ class LitPaper:
             own = [np.concatenate(both) for both in zip(own, more, strict=True)]
             floor = np.concatenate([floor, _close_floor(close)], axis=1)
             cut = np.concatenate([cut, np.zeros(len(close.level))])
+        reflectance = np.zeros(0)
+        if (patches := reading.patches) is not None:
+            ones, reflectance = np.ones(len(patches)), patches.reflectance
+            more = [
+                patches.points,
+                ones,
+                patches.level,
+                patches.noise,
+                1 + own[4].max(initial=0) + patches.square,
+            ]
+            more += [patches.spread, patches.aside]
+            own = [np.concatenate(both) for both in zip(own, more, strict=True)]
+            floor = np.concatenate([floor, np.outer([_FLOOR, _SHADOW_FLOOR], ones)], axis=1)
+            cut = np.concatenate([cut, 0.0 * ones])
         across = (2 * np.ascontiguousarray(own[0][:, :2].T) - low - high) / (high - low)
         points, white, level, noise, square, spread, aside = own
         return cls(
-            reading, points, white, level, noise, square, spread, aside, floor, across, crowd, cut, sights
+            reading,
+            points,
+            white,
+            level,
+            noise,
+            square,
+            spread,
+            aside,
+            floor,
+            across,
+            crowd,
+            reflectance,
+            cut,
+            sights,
         )
 
     def light(self, values: np.ndarray, scene: ShadingScene) -> LightOnPaper:
@@ -163,8 +197,15 @@ class LitPaper:
         )
         if any(scene.falloff):
             found[:3] *= lens(self.aside, scene.falloff)
+        if len(self.reflectance):
+            found[:3, self.of_patches] *= np.exp(values[PATCHES]) * self.reflectance
         own = slice(len(self.reading.level))
         return LightOnPaper(found, median_ratio(found[1, own], found[0, own]))
+
+    @property
+    def of_patches(self) -> slice:
+        """Which samples are white patches'."""
+        return slice(len(self.level) - len(self.reflectance), len(self.level))
 
     def even(self, place: np.ndarray, scene: ShadingScene) -> float:
         """Direct light in the middle of the samples of a lamp at ``place`` (3,)."""

@@ -17,12 +17,12 @@ from photogonio.calib.detect.limb import Limb
 from photogonio.calib.detect.masks import fill
 from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.paper import PaperSamples, covered, draw_print, spread_of
-from photogonio.calib.detect.paper_reading import PaperReading
+from photogonio.calib.detect.paper_reading import PaperReading, PatchSamples
 from photogonio.calib.geometry.board import Corners, board_points, board_size
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.geometry.cones import outline
 from photogonio.calib.geometry.mirror import mirrored_point
-from photogonio.calib.geometry.visibility import behind_ball
+from photogonio.calib.geometry.visibility import behind_ball, direct
 from photogonio.calib.shading.interreflection import diffuse_bounce, glossy_bounce, polished_bounce
 from photogonio.calib.shading.kernel import light_on_board
 from photogonio.calib.shading.model import Ball, ShadingScene, lit
@@ -266,3 +266,19 @@ def draw_patch(
         value[y, x, 0] = level * (1 + 0.005 * rng.normal(size=len(level)))
     clear = np.ones(mask.shape, bool)
     return RadianceImage(value, np.maximum(0.005 * value, 1e-6) ** 2, clear, ~clear)
+
+
+def strip_of(
+    place: np.ndarray, factor: float, rng: np.random.Generator, noise: float = 0.003
+) -> PatchSamples:
+    """A strip of white beside the board's lower edge under a lamp of unit strength at ``place`` (3,), ``factor`` times
+    as bright as paper of reflectance 1 would be."""
+    x, y = (side.ravel() for side in np.meshgrid(np.arange(10.5, 170.0, 2.0), np.arange(-12.0, -3.0, 2.0)))
+    points = np.column_stack([x, y, np.zeros(len(x))])
+    level = factor * direct(points, place)
+    sigma = noise * level
+    level = level + sigma * rng.normal(size=len(x))
+    spread = np.tile([0.2, 0.0, 0.2], (len(x), 1))
+    return PatchSamples(
+        points, level, sigma**2, (x // 20).astype(int), spread, 0.1 * x / 170, np.full(len(x), 0.8)
+    )

@@ -217,7 +217,9 @@ def lifted(reading: PaperReading, veil: Veil | None) -> PaperReading:
         return reading
     reading, doubt = correction_of(veil).of_reading(reading), float(veil.error.mean()) ** 2
     close = None if reading.close is None else replace(reading.close, noise=reading.close.noise + doubt)
-    return replace(reading, noise=reading.noise + doubt, close=close)
+    patches = reading.patches
+    patches = None if patches is None else replace(patches, noise=patches.noise + doubt)
+    return replace(reading, noise=reading.noise + doubt, close=close, patches=patches)
 
 
 def correction_of(veil: Veil) -> PhotometricCorrection:

@@ -9,7 +9,7 @@ from photogonio.calib.shading.derivatives import slopes
 from photogonio.calib.shading.initial import thinned
 from photogonio.calib.shading.model import LitPaper
 from photogonio.calib.shading.parameters import LOCAL
-from tests.drawn.setups import scene_of
+from tests.drawn.setups import scene_of, strip_of
 
 STEP = 1e-5
 
@@ -22,8 +22,10 @@ def test_every_slope_is_that_of_differences(drawn, narrow, falloff):
     themselves, and off by that much of how they bend."""
     world, (reading, *_) = drawn
     scene = replace(scene_of(world), narrow=narrow, falloff=falloff, aim=tuple(world.sample.center))
-    board = LitPaper.of(thinned(reading, 400))
-    own = np.array([*world.lamps[0], np.log(1.3), 0.3, 1.0, 0.01, 0.002, -0.003, 0.5])
+    board = LitPaper.of(
+        replace(thinned(reading, 400), patches=strip_of(world.lamps[0], 1.3, np.random.default_rng(1)))
+    )
+    own = np.array([*world.lamps[0], np.log(1.3), 0.3, 1.0, 0.01, 0.002, -0.003, 0.5, 0.1])
     values = np.concatenate([own, scene.shared])
     thrown = board.thrown(scene).of(world.lamps[0])
     light = board.light(values, scene)
@@ -47,7 +49,7 @@ def test_every_slope_is_that_of_differences(drawn, narrow, falloff):
 def test_a_views_own_values_come_first_alone(drawn):
     world, (reading, *_) = drawn
     scene, board = scene_of(world), LitPaper.of(thinned(reading, 300))
-    values = np.concatenate([[*world.lamps[0], 0.1, 0.3, 1.0, 0.0, 0.0, 0.0, 0.5], scene.shared])
+    values = np.concatenate([[*world.lamps[0], 0.1, 0.3, 1.0, 0.0, 0.0, 0.0, 0.5, 0.2], scene.shared])
     thrown, light = board.thrown(scene).of(world.lamps[0]), board.light(values, scene)
     every = slopes(board, values, scene, light, thrown, len(values))
     np.testing.assert_allclose(slopes(board, values, scene, light, thrown, LOCAL), every[:LOCAL], rtol=1e-9)

@@ -10,7 +10,7 @@ PLACE, STRENGTH = range(3), 3
 
 def test_a_views_own_values_have_one_place_each():
     tilts = range(parameters.LOCAL)[parameters.TILTS]
-    every = [*PLACE, STRENGTH, parameters.EVEN, *tilts, *parameters.THROWN]
+    every = [*PLACE, STRENGTH, parameters.EVEN, *tilts, *parameters.THROWN, parameters.PATCHES]
     assert sorted(every) == list(range(parameters.LOCAL))
 
 
