@@ -22,8 +22,9 @@ from photogonio.calib.response.unknowns import NO_SCATTER, Unknowns, expectation
 from photogonio.capture import robust
 from photogonio.capture.containers.tone import srgb
 
-_ROUNDS, _TUKEY = 12, 5.0
-_STEPS, _LEAST_MISS = 15, 0.5
+# rounds and steps until a fit is at its end: lamps may start a fifth of their distance off, and dark codes come last
+_ROUNDS, _STEPS = 40, 60
+_TUKEY, _LEAST_MISS = 5.0, 0.5
 _DAMPING, _DAMPED, _GAINED = (
     1e-3,
     1e6,
@@ -31,6 +32,7 @@ _DAMPING, _DAMPED, _GAINED = (
 )  # of steps at the end: first, at most; and of the cost, that counts
 _DRAWN = (1.0, 0.5, 0.25)  # how strong a curve may be, of those that are known: the likeliest is taken
 _STEP = 0.1  # of a lamp's distance that it moves in a round, at most
+_SINKS = 0.3  # of its height, that it comes down by in a round, at most
 _WIDE = 64.0  # of the errors expected, in which all is believed at first
 _ENDS = 0.002  # share of the codes that lies beyond what is called seen, at either end
 
@@ -54,7 +56,8 @@ def fit_response(photos: Sequence[PaperCodes]) -> FittedResponse:
     lights = tuple(dict.fromkeys(one.light for one in photos))
     middles = tuple(float(np.median(direct_light(raised(one.place) - one.points)[0])) for one in photos)
     tones = 1 + max(int(one.tone.max()) for one in photos)
-    layout = Unknowns(channels, lights, len(photos), middles, tones)
+    attached = tuple(dict.fromkeys(one.light for one in photos if one.attached))
+    layout = Unknowns(channels, lights, len(photos), middles, tones, attached)
     values = start_values(layout, photos)
     alike = dict.fromkeys(lights, NO_SCATTER)
     values, scale = _approached(layout, photos, values, expectations(layout, photos, values, alike))
@@ -113,7 +116,7 @@ def _approached(
     values: np.ndarray,
     expectation: tuple[np.ndarray, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values near the end, and how far each photo's black and white print then miss (p, 2), in their errors: at first
+    """Values near the end, and how far each photo's black and other print then miss (p, 2), in their errors: at first
     all is believed."""
     (held, expected), scale = expectation, np.full((len(photos), 2), _WIDE)
     for _ in range(_ROUNDS):
@@ -177,12 +180,12 @@ def start_values(layout: Unknowns, photos: Sequence[PaperCodes]) -> np.ndarray:
     inks = []
     for k, one in enumerate(photos):
         light = light_of(layout, one, k, values)[0]
-        lit = one.white
+        lit = one.whitest
         seen = np.log(np.maximum(srgb(one.code[lit]), 1e-9)) - np.log(light[lit])[:, None]
         at = layout.strengths + k * layout.channels
         values[at : at + layout.channels] = np.median(seen, axis=0)
         every = np.log(np.maximum(srgb(one.code), 1e-9)) - np.log(light)[:, None]
-        kinds = [every[~lit & (one.tone == tone)] for tone in range(layout.tones)]
+        kinds = [every[~one.white & (one.tone == tone)] for tone in range(layout.tones)]
         untold = np.full(layout.channels, np.nan)
         inks_of = [np.median(each, axis=0) if len(each) else untold for each in kinds]
         inks.append(np.concatenate(inks_of) - np.tile(np.median(seen, axis=0), layout.tones))
@@ -207,7 +210,7 @@ def _weighed(
 ) -> Iterator[tuple[int, _Weighed]]:
     usual = np.median(scale, axis=0)
     for number, one in enumerate(photos):
-        kind = one.white.astype(int)
+        kind = one.bright.astype(int)
         bound, wider = _TUKEY * scale[number][kind], np.maximum(scale[number] / usual, 1.0)[kind]
         for channel in range(layout.channels):
             design, miss, error = design_of(layout, one, number, values, channel)
@@ -220,14 +223,14 @@ def _weighed(
 def _normal(
     layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Normal matrix and pull of all unknowns; how far each photo's black and white print miss (p, 2), in errors."""
+    """Normal matrix and pull of all unknowns; how far each photo's black and other print miss (p, 2), in errors."""
     normal, pull = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
     misses: list[list[list[np.ndarray]]] = [[[], []] for _ in photos]
     for number, one in _weighed(layout, photos, values, scale):
         normal[np.ix_(one.asked, one.asked)] += one.design.T @ one.design
         pull[one.asked] += one.design.T @ one.miss
         for kind in (0, 1):
-            misses[number][kind].append(one.bare[photos[number].white == kind])
+            misses[number][kind].append(one.bare[photos[number].bright == kind])
     scatter = [[robust.deviation(np.concatenate(each)) for each in kinds] for kinds in misses]
     return normal, pull, np.array(scatter)
 
@@ -236,21 +239,24 @@ def _scores(
     layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
     """Sum of the squares of what each square of each photo pulls at the unknowns, all channels together, and of what
-    each photo's white, and its black, does: squares err alone, and with their neighbours."""
+    each photo's black, and its other print, does: squares err alone, and with their neighbours."""
     pulls = [np.zeros((len(one.code), layout.size)) for one in photos]
     for number, one in _weighed(layout, photos, values, scale):
         pulls[number][:, one.asked] += one.design * one.miss[:, None]
     total = np.zeros((layout.size, layout.size))
     for each, photo in zip(pulls, photos, strict=True):
-        kinds = np.stack([each[photo.white].sum(0), each[~photo.white].sum(0)])
+        kinds = np.stack([each[photo.bright].sum(0), each[~photo.bright].sum(0)])
         total += each.T @ each + kinds.T @ kinds
     return total
 
 
 def _shortened(layout: Unknowns, values: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """A step that moves no lamp too far at once."""
-    for k in range(len(layout.lights)):
+    """A step that moves no lamp too far at once, nor down to the board, where a lamp would stay."""
+    for k, name in enumerate(layout.lights):
         at = slice(layout.places + 3 * k, layout.places + 3 * k + 3)
+        height, rises = float(values[at][2]), float(step[at][2])
+        if name not in layout.attached and height > 0 and rises < -_SINKS * height:
+            step = step * (-_SINKS * height / rises)
         far = max(float(np.linalg.norm(values[at])), 100.0)
         moved = float(np.linalg.norm(step[at]))
         if moved > _STEP * far:

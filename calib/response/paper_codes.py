@@ -37,7 +37,7 @@ _SAMPLE_POINTS = 16  # along the sample
 # number of the first grey among squares; samples along each, and what of its side is left at the edges
 _GREYS, _GREY_SAMPLES, _INNER = 1_000_000, 12, 0.2
 _OF_ONE = 1000  # squares of one grey, at most
-_WHITES = 4  # squares of white print that a photo needs, where white patches help
+_WHITES, _PATCHES = 4, 8  # squares of white print that a photo needs where patches help, or of those alone
 _STEEPEST = 0.5  # of a ball: cosine to the camera
 _GRID = np.linspace(0.0, 1.0, 4096)
 
@@ -62,6 +62,20 @@ class PaperCodes:
     exposure: float = 1.0  # signal over radiance
     sure: float = np.inf  # standard error of the place, where something else tells it
     millimetre: float = 1.0  # in the unit of length of all places
+
+    @property
+    def bright(self) -> np.ndarray:
+        """(n,) bool, all but black print."""
+        return self.white | (self.tone > 0)
+
+    @property
+    def whitest(self) -> np.ndarray:
+        """(n,) bool, white print, or what is most like it where there is none."""
+        if self.white.any():
+            return self.white
+        level = self.code.mean(axis=1)
+        tones = np.unique(self.tone[self.bright])
+        return self.tone == max(tones, key=lambda tone: float(np.median(level[self.tone == tone])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +225,9 @@ def _means(
     aside = np.zeros(len(code)) if samples.aside is None else samples.aside
     good, white = count >= _FEWEST, kinds % 2 == 1
     grey = kinds // 2 >= _GREYS
-    enough = (good & (white | grey)).sum() >= _CELLS and (good & white).sum() >= _WHITES
+    # where the others show what patches are of white print, one photo may do with them alone
+    mixed = (good & white).sum() >= _WHITES and (good & (white | grey)).sum() >= _CELLS
+    enough = mixed or (good & grey).sum() >= _PATCHES
     if not enough or (good & ~white & ~grey).sum() < _CELLS:
         return None
     name, attached, exposure, sure = lamp
@@ -272,5 +288,5 @@ def _on_sample(setup: Setup, one: ViewSetup) -> np.ndarray:
 
 
 def middle_white(photos: Sequence[PaperCodes]) -> list[np.ndarray]:
-    """The middle code (c,) of each photo's white print."""
-    return [np.median(one.code[one.white], axis=0) for one in photos]
+    """The middle code (c,) of each photo's white print, or of what is most like it."""
+    return [np.median(one.code[one.whitest], axis=0) for one in photos]

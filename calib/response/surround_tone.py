@@ -24,7 +24,8 @@ _WILD = 5.0  # standard deviations
 def by_surroundings(layout: Unknowns, photos: Sequence[PaperCodes], values: np.ndarray) -> float:
     """Slope of white print's miss by its surroundings' light, logarithms of both: the middle of all photos. 0: codes
     hang on their own light alone."""
-    return float(np.median([_of_photo(layout, one, k, values) for k, one in enumerate(photos)]))
+    shown = [(k, one) for k, one in enumerate(photos) if one.white.any()]
+    return float(np.median([_of_photo(layout, one, k, values) for k, one in shown])) if shown else 0.0
 
 
 def _of_photo(layout: Unknowns, one: PaperCodes, number: int, values: np.ndarray) -> float:

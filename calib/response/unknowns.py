@@ -24,7 +24,9 @@ _DEPTH = (5.0, 0.3)
 _VEIL = 0.003  # of white, over the whole picture
 # how far off strengths' logarithms and lamps, over their distance, may be at first: next to nothing is known
 _STRENGTH, _REACH = 3.0, 1.0
-_LOWEST = 0.15  # height over distance at which a lamp is first sought, at least
+_LOWEST = (
+    0.3  # height over distance at which a lamp is first sought, at least: one that starts too low stays there
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,7 @@ class Unknowns:
     photos: int
     middles: tuple[float, ...]  # of the direct light of each photo, about: that is 1
     tones: int = 1  # of print that is not white: black, and greys
+    attached: tuple[str, ...] = ()  # lights that move with the camera
 
     @property
     def strengths(self) -> int:

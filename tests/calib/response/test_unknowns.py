@@ -66,5 +66,5 @@ def test_the_same_strength_in_all_photos_has_no_scatter():
 
 
 def test_no_lamp_begins_below_the_board():
-    assert raised(np.array([300.0, 400.0, -20.0])) == pytest.approx([300.0, 400.0, 75.0])
+    assert raised(np.array([300.0, 400.0, -20.0])) == pytest.approx([300.0, 400.0, 150.0])
     assert raised(np.array([3.0, 4.0, 500.0])) == pytest.approx([3.0, 4.0, 500.0])
