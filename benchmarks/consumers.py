@@ -11,6 +11,12 @@ With ``--balls`` instead: twenty materials as OpenPBR and glTF, by shaded balls 
 colour difference (Delta E ITP, ITU-R BT.2124) over the ball and its 95 % quantile are printed::
 
     python -m benchmarks.consumers --balls
+
+With ``--cells`` instead: how many cells at least any tensor tree needs to lose 1 % below 60 degrees and 3 % below 80,
+since Radiance answers with a cell's one value. Cubes of sides h lose (integral of w |grad f|^2 h^2 / 12) and number
+(integral of h^-d); the best sides give the bound, by random pairs, its parts for either mask alone::
+
+    python -m benchmarks.consumers --cells
 """
 
 from __future__ import annotations
@@ -22,7 +28,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +36,10 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.compare.appearance import appearance
 from photogonio.reconstruct.brdf.brdf import Brdf
+from photogonio.reconstruct.brdf.shirley_chiu import disk_to_square
 from photogonio.reconstruct.export.formats import find_format
 from photogonio.reconstruct.export.loss import MASKS, pairs
+from photogonio.reconstruct.export.radiance_tree import tree_look
 from photogonio.reconstruct.lobes.lobe import Lobe
 
 PAIRS = 2500
@@ -103,6 +111,38 @@ def tell_balls() -> None:
         print(f"| {name} | mean of {len(means)} | {np.mean(means):.2f} | |", flush=True)
 
 
+def least_cells(brdf: Brdf, mask: float, asked: float, count: int = 100_000) -> float:
+    """Cells of the best tree that loses ``asked`` of f, relative rms below ``mask`` degrees and gray; see above.
+
+    Any cubes may stand side by side there, wherever and however large; halves of halves do no better.
+    """
+    axes = 4 if brdf.turning else 3
+    rng = np.random.default_rng(2)
+    incident, exit, weight = pairs(np.radians(mask), rng, isotropic=axes == 3, count=count)
+    if axes == 3:  # the incident polar angle alone: sin d(sin) of 2 pi, and half of it is the first axis
+        place = np.column_stack([0.5 - 0.5 * incident[:, 0], *disk_to_square(-exit[:, 0], -exit[:, 1])])
+        volume, share = weight / (4.0 * np.pi**2 * incident[:, 0]) / count, incident[:, 0]
+    else:
+        squares = *disk_to_square(-incident[:, 0], -incident[:, 1]), *disk_to_square(exit[:, 0], exit[:, 1])
+        place, volume = np.column_stack(squares), weight / np.pi**2 / count
+        share = np.ones(len(place))
+    look, step = tree_look(brdf, axes), 1e-5
+    place = np.clip(place, 2.0 * step, 1.0 - 2.0 * step)
+    slope = sum(
+        ((look(place + one)[0] - look(place - one)[0]) / (2.0 * step)) ** 2 for one in step * np.eye(axes)
+    )
+    within = (volume @ (share * slope) ** (axes / (axes + 2.0))) ** ((axes + 2.0) / axes)
+    return float((within / (12.0 * volume @ (share * look(place)[0] ** 2)) / asked**2) ** (0.5 * axes))
+
+
+def tell_cells(names: Iterable[str]) -> None:
+    print("| material | cells for 1 % below 60 degrees | for 3 % below 80 |")
+    print("|---|---|---|")
+    for name in names:
+        few, many = (least_cells(materials()[name], *asked) for asked in ((60.0, 0.01), (80.0, 0.03)))
+        print(f"| {name} | {few:.2g} | {many:.2g} |", flush=True)
+
+
 def _brdf(lobes: tuple[Lobe, ...], *, bare: bool) -> Brdf:
     base = np.zeros((1, 3)) if bare else 2.0 * GROUND[None]  # the first mode is 1 / (2 pi)
     return Brdf(0, ("R", "G", "B"), np.zeros((1, 3), int), base, np.zeros((1, 3)), lobes=lobes)
@@ -171,7 +211,11 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--materials", nargs="+", choices=tuple(materials()), default=tuple(materials()))
     parser.add_argument("--quick", action="store_true", help="two formats of two materials")
     parser.add_argument("--balls", action="store_true", help="colour differences of OpenPBR's and glTF's")
+    parser.add_argument("--cells", action="store_true", help="cells that a tensor tree needs at least")
     options = parser.parse_args(arguments)
+    if options.cells:
+        tell_cells(options.materials)
+        return
     if options.balls:
         tell_balls()
         return

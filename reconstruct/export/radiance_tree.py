@@ -63,7 +63,7 @@ def _tree(brdf: Brdf, axes: int) -> str:
         top = np.array([[0, j, k] for k in (0, 1) for j in (0, 1)])
     start = Level.of(top, 4 - axes)
     base, deepest = min(_BASE[axes], _DEEPEST[axes] - 1), _DEEPEST[axes]
-    cells = CellTree.of(_look(brdf, axes), _SHARES, axes - 2, start, base)
+    cells = CellTree.of(tree_look(brdf, axes), _SHARES, axes - 2, start, base)
     cells.look_closely(_near_peaks, min(_CLOSE[axes], deepest))
     bound = cells.grow(_FEW, _ENOUGH, _MOST, _AT_MOST, deepest)
     cells.hold(bound, _least_albedo(brdf, axes, deepest))
@@ -102,7 +102,7 @@ def _near_peaks(place: np.ndarray, halvings: int) -> np.ndarray:
     return aside & (np.abs(np.abs(exit[:, 0] - 0.5) - (0.5 - centre[:, 0])) < 2.1 * wide)
 
 
-def _look(brdf: Brdf, axes: int) -> Look:
+def tree_look(brdf: Brdf, axes: int) -> Look:
     """What cells are told by: see :class:`.radiance_cells.CellTree`."""
     masks = np.sin(np.radians(_MASKS))
     limits = np.sin(np.radians([limit for limit, _ in _COUNTS[:-1]]))

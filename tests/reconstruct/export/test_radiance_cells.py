@@ -2,7 +2,11 @@
 
 import numpy as np
 
+from benchmarks.consumers import least_cells
 from photogonio.reconstruct.export.radiance_cells import CellTree, Level
+from photogonio.reconstruct.export.radiance_tree import tree_look
+from photogonio.reconstruct.lobes.lobe import Lobe
+from tests.drawn.exports import plain
 
 
 def _grown(values, leaves=200, deepest=8):
@@ -87,3 +91,13 @@ def test_a_peak_that_no_centre_sees_is_looked_at_closely():
         return np.sqrt(np.mean((told - 0.2 - np.exp(-(((at - 0.5) / 0.005) ** 2))) ** 2))
 
     assert lost(True) < 0.15 < 0.3 < lost(False)
+
+
+def test_no_tree_is_better_than_the_bound():
+    """Of a plain gloss, by the benchmark's bound on cells: what our tree loses with its cells needs at least fewer."""
+    brdf = plain(0.3, (Lobe(0.3, np.full(3, 0.04), np.ones(3)),))
+    top = Level.of(np.array([[0, j, k] for k in (0, 1) for j in (0, 1)]), 1)
+    cells = CellTree.of(tree_look(brdf, 3), np.array([1e-6, 1.0, 1e-6]), 1, top, 5)
+    count = cells.count(cells.grow(20_000, 1e-6, 20_000, 1e-6, 9))
+    lost = np.sqrt(cells._progress()[2][(count - 4) // 7])
+    assert 0.1 * count < least_cells(brdf, 60.0, lost, 20_000) < count
