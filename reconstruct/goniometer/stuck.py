@@ -60,8 +60,8 @@ def _either_way(at: np.ndarray) -> np.ndarray:
 
 
 def _log_chance(values: np.ndarray, count: np.ndarray, k: int) -> float:
-    """The logarithm of the odds of Poisson that value ``k`` comes as often as it does, or more often, by how many rows
-    have values near and how many such values the digits allow."""
+    """The logarithm of the odds of Poisson that value ``k``, given that it comes at all, comes as often as it does or
+    more often, by how many rows have values near and how many such values the digits allow."""
     low, high = max(k - BESIDE, 0), min(k + BESIDE + 1, len(values))
     gaps = np.diff(values[low:high])
     others = np.delete(count[low:high], k - low)
@@ -69,7 +69,10 @@ def _log_chance(values: np.ndarray, count: np.ndarray, k: int) -> float:
     steps = max((values[high - 1] - values[low]) / gaps.min(), 1.0)
     expected = float(usual.sum()) / steps
     more = count[k]
-    return float(more * np.log(expected) - expected - gammaln(more + 1)) if more > expected else 0.0
+    if more <= expected:
+        return 0.0
+    at_all = np.log(-np.expm1(-expected))
+    return float(more * np.log(expected) - expected - gammaln(more + 1) - at_all)
 
 
 def stands_still(

@@ -78,3 +78,17 @@ def test_rows_of_the_wrong_sign_are_left_out_and_noise_below_zero_is_not():
         noisy = measured(matte(0.05), scattered(600, 3), constant=constant * 0.05 / np.pi)
         assert constant < 0.5 or (noisy.value < 0.0).any()
         assert not len(out_of(noisy))
+
+
+def test_chance_repeats_a_reading_three_times_now_and_then():
+    """In a tenth of tables of 205 noisy readings, five digits each: none has stood still."""
+    rng, claimed, repeated = np.random.default_rng(5), 0, 0
+    for _ in range(1000):
+        theta_i, theta_r = np.arccos(rng.uniform(0.2, 1.0, (2, 205)))
+        value = 0.15 * (1.0 + 0.05 * rng.standard_normal(205))
+        value[:40] *= rng.uniform(1.0, 4.0, 40)
+        value = np.round(value, 5)
+        repeated += np.unique(value, return_counts=True)[1].max() >= 3
+        claimed += len(stuck_suspects(places(theta_i, theta_r, rng.uniform(0.1, 3.0, 205)), value)) > 0
+    assert repeated > 50
+    assert claimed <= 1  # one in 10^4 tables is asked: two of 1000 would come once in 200 times
