@@ -19,8 +19,6 @@ if not os.path.isdir(os.path.join(_here, "capture")):
 
 from photogonio import one_thread as _one_thread  # noqa: E402, F401  before numpy
 
-__version__ = "0.1.0"
-
 _HOMES = {
     "InputError": "photogonio.capture.errors",
     "PhotoSet": "photogonio.capture.photoset",
@@ -45,9 +43,21 @@ __all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> object:
+    if name == "__version__":
+        return _version()
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def _version() -> str:
+    """As installed, which git's tags tell; of a folder that nobody installed, that there is none."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("photogonio")
+    except PackageNotFoundError:
+        return "0+not.installed"
 
 
 def __dir__() -> list[str]:

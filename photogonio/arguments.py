@@ -6,7 +6,6 @@ import argparse
 import sys
 from typing import NoReturn
 
-from photogonio import __version__
 from photogonio.argument_values import mask, positive, whole
 from photogonio.option_groups import executor_option, fit_options, table_options, workers_option
 
@@ -24,6 +23,16 @@ class _Parser(argparse.ArgumentParser):
         sys.exit(2)
 
 
+class _Version(argparse.Action):
+    """Asks for the version when it is wanted, which takes longer than all of this module."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from photogonio import __version__
+
+        print(f"photogonio {__version__}")
+        parser.exit()
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command and its subcommands; the namespace names the handler in ``command``."""
     parser = _Parser(
@@ -31,7 +40,7 @@ def build_parser() -> argparse.ArgumentParser:
         description="Ordinary photos in, a measured BRDF out.",
         epilog="photogonio COMMAND --help tells more of each command, with an example.",
     )
-    parser.add_argument("--version", action="version", version=f"photogonio {__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
     for add in (
         _process,
