@@ -28,7 +28,7 @@ def by_lamps(setup: Setup, *, every: bool = False) -> Callable[[Cells, Model], n
     angles of the lamps in question, or of ``every`` one."""
 
     def changes(cells: Cells, model: Model) -> np.ndarray:
-        none = np.zeros((len(cells), 0, len(cells.channels)))
+        none = np.zeros((len(cells), 0, cells.value.shape[1]))
         if model.turning or not cells.binned:
             return none
         views = {view.name: view for view in setup.views}
@@ -37,7 +37,7 @@ def by_lamps(setup: Setup, *, every: bool = False) -> Callable[[Cells, Model], n
         parts = [none]
         for lamp in _in_question([of_group[group] for group in used], every):
             rows = np.isin(cells.group, [g for g in used if of_group[g].light.id == lamp])
-            seen, change = cells.take(rows), np.zeros((len(cells), 2, len(cells.channels)))
+            seen, change = cells.take(rows), np.zeros((len(cells), 2, cells.value.shape[1]))
             change[rows] = _turned(seen, model, of_group, setup)
             parts.append(change)
         return np.concatenate(parts, axis=1)

@@ -111,7 +111,7 @@ def by_place(setup: Setup) -> Callable[[Cells, Model], np.ndarray] | None:
 
     def changes(cells: Cells, model: Model) -> np.ndarray:
         if model.turning or not cells.binned:
-            return np.zeros((len(cells), 0, len(cells.channels)))
+            return np.zeros((len(cells), 0, cells.value.shape[1]))
         slopes = _slopes(_shading(cells, model, setup), sample) @ root
         return slopes[:, :, None] * model.evaluate(cells)[:, None]
 

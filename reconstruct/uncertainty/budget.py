@@ -115,7 +115,7 @@ def uncertainty_of(
     things that all views have alike may do to the cells, each a standard deviation.
     """
     model = fitted.model
-    shared = np.zeros((len(cells), 0, len(cells.channels))) if shared is None else shared
+    shared = np.zeros((len(cells), 0, deviation.shape[1])) if shared is None else shared
     same = [(one, weight) for one, weight in models if one.lobes.families == model.lobes.families]
     basis = Basis(model.basis.symmetry, max([model.basis.order, *(one.order for one, _ in same)]))
     problem = _problem(fitted, cells, deviation, basis, view_errors, shared)

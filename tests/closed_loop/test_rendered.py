@@ -72,7 +72,7 @@ def test_a_matte_ball_is_found_matte(ball: Score):
 def test_the_balls_calibration_is_near_the_truth(ball: Score):
     found = ball.calibration
     assert found.focal < 0.003
-    assert found.camera < 1.0  # of 620 mm
+    assert found.camera < 0.003 * 620  # mm: as the focal length, for which distance is taken
     assert found.light < 0.5  # degrees
     assert found.strength < 0.01
     assert ball.result.left_out == ()
