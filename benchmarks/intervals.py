@@ -7,32 +7,43 @@ more), of the albedo under even light, and of the roughness where the lobe is of
 
     python -m benchmarks.intervals [--sets 200] [--workers 2] [--quick]
     python -m benchmarks.intervals --results RESULT TRUTH RESULT TRUTH ...
+    python -m benchmarks.intervals --rendered 60 [--size 340] [--lamps 10] [--seed 1000]
 
 The second form judges the files of results that exist, within the angles that they say are valid; a truth is a rendered
-set's truth.json or a table (.npz) of ``grid`` and ``brdf``. A set's directions share their errors, so that a set counts
-once: the figure is the mean over the sets.
+set's truth.json or a table (.npz) of ``grid`` and ``brdf``. The third renders that many photo sets of the built-in
+scenes in turn, with other seeds, and also names what each result warns of. A set's directions share their errors, so
+that a set counts once: the figure is the mean over the sets.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.far_lamps import smaller
+from photogonio.capture.errors import InputError
 from photogonio.compare.known import Known
 from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.evaluate.scenes import spread_over_processes
+from photogonio.evaluate.truth import TRUTH
 from photogonio.face.known import KnownBrdf
+from photogonio.options import Options
+from photogonio.pipeline import process
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
 from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.reconstruct.fit import PhotoErrors, fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.uncertainty.validity import seen_at
+from photogonio.report.trust import faults_of
 from photogonio.synthetic.brdf.library import angle_grid, make_brdf, on_grid
 from photogonio.synthetic.brdf.reflectance import Reflectance
+from photogonio.synthetic.scene.model import Scene
+from photogonio.synthetic.scene.scene import built_in, load_scene
+from photogonio.synthetic.write.photoset import synthesize
 from tests.drawn.tables import Plan, phase_of, simulate
 
 LIMIT = np.radians(70.0)
@@ -164,6 +175,32 @@ def of_result(path: Path, truth: Path) -> Score:
     return judged(path.name, brdf, angles[inside], true[inside], albedo, np.nan, np.nan)
 
 
+def of_rendered(scene: Scene) -> tuple[Score | None, tuple[str, ...]]:
+    """A photo set of a built-in scene, and the codes of what its result warns of, those that call it not to be trusted
+    in capitals; no score of a set that is refused."""
+    with tempfile.TemporaryDirectory() as place:
+        folder, out = synthesize(scene, Path(place) / "set"), Path(place) / scene.name
+        try:
+            result = process(folder, out, Options(workers=1))
+        except InputError as error:
+            return None, (f"refused: {error.what}",)
+        told = [one.code for one in result.diagnoses] + [one.code.upper() for one in faults_of(result)]
+        return of_result(out, folder / TRUTH), tuple(told)
+
+
+def rendered(sets: int, size: int, lamps: int, seed: int, workers: int) -> None:
+    """Prints what all sets say, one by one and together."""
+    names = built_in()
+    scenes = [load_scene(names[k % len(names)]) for k in range(sets)]
+    scenes = [replace(smaller(s, size, lamps), seed=s.seed + seed + k) for k, s in enumerate(scenes)]
+    scores = []
+    for scene, (score, told) in zip(scenes, spread_over_processes(of_rendered, scenes, workers), strict=True):
+        held = "" if score is None else f"{100 * score.from_file:5.1f} {100 * score.error:5.2f} %"
+        print(f"{scene.name:22} {scene.seed:5} {held:14} {' '.join(told)}", flush=True)
+        scores += [] if score is None else [score]
+    print(table_of(scores, (*dict.fromkeys(one.kind for one in scores), "all")))
+
+
 def truth_of(truth: Path) -> tuple[np.ndarray, np.ndarray]:
     """Angles (n, 3), radians, and f (n, c) of a table of the truth, or of truth.json on a grid."""
     if truth.suffix == ".npz":
@@ -211,8 +248,15 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--sets", type=int, default=200)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--quick", action="store_true", help="two sets only")
+    parser.add_argument("--rendered", type=int, default=0, metavar="SETS")
+    parser.add_argument("--size", type=int, default=340, help="pixels across, of rendered sets")
+    parser.add_argument("--lamps", type=int, default=10, help="at most, of rendered sets")
+    parser.add_argument("--seed", type=int, default=1000, help="added to the scenes', and one more each set")
     parser.add_argument("--results", nargs="+", type=Path, default=[], metavar=("RESULT TRUTH", ""))
     asked = parser.parse_args(arguments)
+    if asked.rendered:
+        rendered(asked.rendered, asked.size, asked.lamps, asked.seed, asked.workers)
+        return
     if asked.results:
         scores = [of_result(*pair) for pair in zip(asked.results[::2], asked.results[1::2], strict=True)]
         print(table_of(scores, (*dict.fromkeys(one.kind for one in scores), "all")))
