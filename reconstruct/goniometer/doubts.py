@@ -34,6 +34,7 @@ BESIDE = np.radians(31.0)  # from the plane of incidence, where no surface has i
 LOST = 0.1  # of the rows
 EDGE = 4.0  # degrees: rows toward the horizon that are lost
 MIRRORED = 20.0  # logarithm of the odds that azimuths count from the mirror side
+OBLIQUE = np.radians(1.0)  # incidence that has an azimuth, and how exactly it is told
 SLIPPED = 50.0  # of the odds that values stand beside their directions; readings far off alone make 22 of it
 
 FLAT = 5.0  # times as often as the values next below the largest must come, to be a limit, and
@@ -55,12 +56,21 @@ def doubts_of(
     cosine = _cosine(samples, value, quantity)
     if cosine is None and not quantity_told:
         cosine = _cosines(samples, value)
-    slip = slip_of(samples, value, SLIPPED, turns=side_told) if cosine is None else None
+    slip = None
+    if cosine is None and not _turned(samples):
+        slip = slip_of(samples, value, SLIPPED, turns=side_told)
     if slip is not None and (mirrored is None or slip.odds > mirrored.amount):
         return tuple(one for one in (_slipped(samples, slip), _saturated(samples)) if one is not None)
     scan = _scan(samples, value) if cosine is None else None
     found = (cosine, peak, mirrored, scan, _saturated(samples))
     return tuple(one for one in found if one is not None)
+
+
+def _turned(samples: GoniometerSamples) -> bool:
+    """Whether the sample was turned under the lamp: it may be one that looks otherwise then, which no isotropic surface
+    is like, with values as read or moved."""
+    oblique = samples.theta_i > OBLIQUE
+    return len(np.unique(np.rint(samples.phi_i[oblique] / OBLIQUE))) > 1
 
 
 def _slipped(samples: GoniometerSamples, slip: Slip) -> Diagnosis:

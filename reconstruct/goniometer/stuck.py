@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.special import gammaln
 
 from photogonio.reconstruct.goniometer.suspects import FEWEST, STUCK
-from photogonio.reconstruct.table.neighbours import apart, numbered
+from photogonio.reconstruct.table.neighbours import ALIKE, apart, numbered
 
 LEAST = 3  # times, at different pairs of directions
 BESIDE = 20  # distinct values to either side, by which chance is told
@@ -39,8 +39,9 @@ FEWEST_JUMPS = 2  # of them to either side, that must jump: a plateau does so to
 
 def stuck_suspects(at: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Values above zero, but for the largest, that come more often than chance has it; the most frequent first."""
-    each = apart(value, _either_way(at))
-    values, count = np.unique(each[each > 0.0], return_counts=True)
+    counted = [apart(value, number) for number in (_either_way(at), *_surfaces_own(at))]
+    told = [np.unique(each[each > 0.0], return_counts=True) for each in counted]
+    values, count = told[0][0], np.min([one for _, one in told], axis=0)
     if len(values) < FEWEST:
         return values[:0]
     enough = count[:-1] >= max(LEAST, ODD * np.quantile(count, USUAL))
@@ -57,6 +58,17 @@ def _either_way(at: np.ndarray) -> np.ndarray:
     back[:, 0], back[:, 3] = np.arccos(np.clip(at[:, 3], -1.0, 1.0)), np.cos(at[:, 0])
     back[:, 1:3] *= sine[:, None]
     return numbered(np.where((at[:, :1] < back[:, :1]), at, back))
+
+
+def _surfaces_own(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angles between light and camera, and of the half vector with the normal, of places (n, 4), as whole numbers
+    (n, 1): surfaces are the same wherever one of them is, to the last digit if a model has been written out."""
+    cosine, level = np.cos(at[:, 0]), at[:, 3]
+    phase = cosine * level + np.sin(at[:, 0]) * at[:, 1]
+    half = (cosine + level) / np.sqrt(np.maximum(2.0 + 2.0 * phase, 1e-12))
+    angles = (np.arccos(np.clip(one, -1.0, 1.0))[:, None] for one in (phase, half))
+    first, second = (np.rint(one / ALIKE) for one in angles)
+    return first, second
 
 
 def _log_chance(values: np.ndarray, count: np.ndarray, k: int) -> float:

@@ -92,3 +92,15 @@ def test_chance_repeats_a_reading_three_times_now_and_then():
         claimed += len(stuck_suspects(places(theta_i, theta_r, rng.uniform(0.1, 3.0, 205)), value)) > 0
     assert repeated > 50
     assert claimed <= 1  # one in 10^4 tables is asked: two of 1000 would come once in 200 times
+
+
+@pytest.mark.parametrize("angle", ["phase", "half"])
+def test_what_hangs_on_one_angle_alone_is_the_same_wherever_that_is(angle):
+    """As a retro-reflector's lobe, or a facets' distribution, that was written out to nine digits."""
+    at = regular(10.0, 5.0, 10.0)
+    incident, exit = _vectors(at)
+    half = incident + exit
+    cosine = (incident * exit).sum(1) if angle == "phase" else half[:, 2] / np.linalg.norm(half, axis=1)
+    table = measured(lambda *_: 0.1 + 0.5 * np.clip(cosine, 0.0, 1.0) ** 20, at, noise=0.0)
+    table.value[:] = np.round(table.value, 9)
+    assert not len(out_of(table))
