@@ -99,9 +99,7 @@ def settle(state: State, longer: bool = False) -> State:
             fits = now.fits.values()
             white = pooled_patches(fits, USUAL_PATCHES)
             now.scene = replace(now.scene, error=pooled(fit.shown for fit in fits), patches=white)
-            if (
-                not now.scene.bent
-            ):  # a curve that print told was fitted to black print: little of its error shows
+            if not now.scene.bent:  # a curve that print told was fitted to black print, and hides its error
                 now.scene = replace(now.scene, ink=pooled_ink(fits, now.scene.ink))
         terms = all_terms(state, observations, now.lamps, now.values, now.fits, now.scale)
         middle, shaded = middle_of(state.photoset), _shaded_places(now)

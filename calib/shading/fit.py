@@ -41,10 +41,8 @@ _SLOPE_BENT, _FLOOR_BENT, _BENT = 0.03, 0.02, 3.0
 _SLOPE_BEAM = 0.02  # for each power of the cosine: a beam whose axis passes by the sample by some degrees
 _PATCHES_VARY = 0.001  # relative: by what patches' light over paper's differs from view to view
 _NOTHING = 1e-9  # of what is expected of a value: what tells no more says nothing
-_OF_SQUARE, _SQUARES = (
-    4,
-    8,
-)  # samples of a square of black print, and such squares, that tell what they have in common
+# samples of a square of black print, and such squares, that tell what they have in common
+_OF_SQUARE, _SQUARES = 4, 8
 _INKS = (0.001, 0.03)  # least and most that this is taken for
 _INK_SHARE = 0.5  # of white in a sample: with less it is ink's
 _HELD = 0.003  # of the lamp's distance: a smaller move changes the bounce, a few per cent of the light, by about 1 %
@@ -63,9 +61,7 @@ class ShadingFit:
     level: float  # of white paper by the lamp alone, in the middle of the board's samples, radiance
     beside: np.ndarray  # (2,) the same by light that is everywhere, as the paper alone has it, and its error
     shown: ErrorShown  # of the model's error in shadows
-    patches: (
-        np.ndarray
-    )  # (2,) logarithm of patches' light over paper's, by this view alone, and how sure: 1 / error^2
+    patches: np.ndarray  # (2,) log of patches' light over paper's, by this view alone, and 1 / its error^2
     ink: float  # relative error of black print that squares in full light show to have in common; NaN: too few do
 
     @property

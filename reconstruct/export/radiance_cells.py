@@ -59,9 +59,8 @@ class CellTree:
     levels: list[Level]
     base: int = 0  # the level up to which every cell is divided
     scale: np.ndarray = field(default_factory=lambda: np.ones(1))  # of f^2, by incident direction at the base
-    total: np.ndarray = field(
-        default_factory=lambda: np.ones(1)
-    )  # (k,) of all weights times f^2, over the shares
+    # (k,) of all weights times f^2, over the shares
+    total: np.ndarray = field(default_factory=lambda: np.ones(1))
 
     @classmethod
     def of(cls, look: Look, shares: np.ndarray, incident: int, top: Level, halvings: int) -> CellTree:
