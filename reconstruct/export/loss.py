@@ -138,7 +138,7 @@ def _albedo(f: Evaluate, theta_i: float, phi_i: float, *nodes: int) -> np.ndarra
     known = getattr(f, "albedo", None)
     if known is not None:
         return known(toward)[0]
-    exit, weight = around(theta_i, *nodes)
+    exit, weight = around(theta_i, *nodes, retro=True)
     cos, sin = np.cos(phi_i), np.sin(phi_i)
     exit = exit @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return np.atleast_1d(weight @ np.nan_to_num(f(np.broadcast_to(toward, exit.shape), exit)))

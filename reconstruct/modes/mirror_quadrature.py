@@ -9,15 +9,16 @@ from photogonio.reconstruct.modes.angles import unit_vectors
 POLAR, AZIMUTHS = 48, 96  # nodes that do for gloss
 
 
-def around(theta_i: float, polar: int = POLAR, azimuths: int = AZIMUTHS) -> tuple[np.ndarray, np.ndarray]:
+def around(
+    theta_i: float, polar: int = POLAR, azimuths: int = AZIMUTHS, *, retro: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """Exit directions (n, 3) and weights (n,), projected solid angle, of the quadrature of an albedo: nodes lie dense
-    about the mirror's direction of light from ``theta_i`` and azimuth 0."""
+    about the mirror's direction of light from ``theta_i`` and azimuth 0; with ``retro``, half as many again, about the
+    light's own too."""
     node, size = np.polynomial.legendre.leggauss(polar)
-    turn = (np.arange(azimuths) + 0.5) / azimuths
-    phi = np.pi * (1 + np.sign(2 * turn - 1) * np.abs(2 * turn - 1) ** 3)
-    d_phi = 2 * np.pi * 3 * np.abs(2 * turn - 1) ** 2 / azimuths
+    phi, d_phi = _both_ways(azimuths * 3 // 8) if retro else _mirror_ways(azimuths)
     found = []
-    # u from 0 to 1 on either side of the mirror's polar angle, dense near it; azimuth dense near half a turn
+    # u from 0 to 1 on either side of the mirror's polar angle, which is the light's too, dense near it
     for end in (0.0, np.pi / 2):
         u = 0.5 * (node + 1)
         theta = theta_i + (end - theta_i) * u**3
@@ -26,6 +27,22 @@ def around(theta_i: float, polar: int = POLAR, azimuths: int = AZIMUTHS) -> tupl
         weight = np.outer(d_theta * np.sin(theta) * np.cos(theta), d_phi).ravel()
         found.append((unit_vectors(t, p), weight))
     return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
+
+
+def _mirror_ways(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuths (n,) dense near half a turn, and their weights."""
+    turn = (np.arange(count) + 0.5) / count
+    phi = np.pi * (1 + np.sign(2 * turn - 1) * np.abs(2 * turn - 1) ** 3)
+    return phi, 2 * np.pi * 3 * np.abs(2 * turn - 1) ** 2 / count
+
+
+def _both_ways(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same dense near no turn and half a one, ``count`` in each quarter."""
+    part = (np.arange(count) + 0.5) / count
+    quarter = 0.5 * np.pi * part**3
+    weight = 1.5 * np.pi * part**2 / (count - 0.25 / count)  # which add up to 2 pi
+    phi = np.concatenate([quarter, np.pi - quarter, np.pi + quarter, 2 * np.pi - quarter])
+    return phi, np.tile(weight, 4)
 
 
 def scattered_around(theta_i: float, count: int) -> tuple[np.ndarray, np.ndarray]:
