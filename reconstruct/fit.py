@@ -17,7 +17,7 @@ from photogonio.reconstruct.estimate.lobe_search import search_lobes
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Candidate
-from photogonio.reconstruct.estimate.narrow_gloss import fewer, half_angles
+from photogonio.reconstruct.estimate.narrow_gloss import fewer, half_angles, shown_by
 from photogonio.reconstruct.estimate.pilot import Cleaned, Progress, StrayLightOn, clean
 from photogonio.reconstruct.fit_result import FitResult, result_of
 from photogonio.reconstruct.model_choice import (
@@ -35,7 +35,7 @@ from photogonio.reconstruct.rows.row_models import best_average, fitted_of, unce
 from photogonio.reconstruct.rows.row_noise import with_noise
 from photogonio.reconstruct.symmetry.row_turns import judge_rows
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
-from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of
+from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of, tells
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.reconstruct.table.refinement import NEAR, coarsened
 from photogonio.reconstruct.uncertainty.blur_left import with_blur_left
@@ -44,6 +44,7 @@ from photogonio.reconstruct.uncertainty.budget import uncertainty_of
 MOST_CELLS = (
     24_000  # of photos, evenly taken: a view counts as few independent ones, and more say nothing new
 )
+AT_ONCE = 40_000  # rows of a table that are looked at together: some 20 MB of cells
 ROWS_ENOUGH = 2500  # evenly taken of more, to tell whether an average is what they are fitted by
 VIEW_ERROR = 0.003  # of a view's scale, at least
 
@@ -173,23 +174,47 @@ def _cleaned(
 
 def _cells(table: FacetTable, options: FitOptions, known: PhotoErrors) -> Cells:
     """The cells to fit: facets finer toward the mirror direction only where a narrow gloss asks for them."""
-
-    def usable(some: FacetTable) -> Cells:
-        cells = cells_of(some).under(known.lamps)
-        if len(some) and not len(cells) and (some.count < LEAST_SAMPLES).all():
-            few = f"no cell of facets of level {some.level} has {LEAST_SAMPLES} pixels: try a lower --level"
-            raise InputError("table", few)
-        if known.phase is not None and cells.canonical and cells.binned:
-            turned = cells.with_phase(known.phase(cells))
-            cells = _unturned(cells, turned) if some.finer else turned
-        return _usable(cells, options)
-
-    cells = usable(table)
+    cells = _usable(table, options, known)
     if table.finer and not cells.peaked:
-        cells = usable(coarsened(table))
+        cells = _usable(coarsened(table), options, known)
     if cells.peaked and known.footprint is not None:
         cells = replace(cells, turn=cells.turn + known.footprint(cells))
     return cells
+
+
+def _usable(table: FacetTable, options: FitOptions, known: PhotoErrors) -> Cells:
+    """The cells of a table that may be fitted, of a binned one at most :data:`MOST_CELLS`: chosen part by part, for the
+    cells of all photos take several times the memory of their table."""
+
+    def of(rows: slice | np.ndarray) -> Cells:
+        cells = cells_of(table.take(rows)).under(known.lamps)
+        if known.phase is None or not (cells.canonical and cells.binned):
+            return cells
+        turned = cells.with_phase(known.phase(cells))
+        return _unturned(cells, turned) if table.finer else turned
+
+    kept, parts, channels = [np.zeros(0, int)], [], np.zeros(len(table.channels), bool)
+    for start in range(0, len(table), AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        cells = of(part)
+        keep = np.isfinite(cells.value).all(1)
+        if cells.binned:
+            keep &= (cells.theta_i <= options.theta_max) & (cells.theta_r <= options.theta_max)
+            parts.append(shown_by(cells.take(keep)))
+        kept.append(start + np.flatnonzero(tells(table.take(part)))[keep])
+        channels |= cells.value[keep].any(0)
+    rows = np.concatenate(kept)
+    if not len(rows):
+        if len(table) and (table.count < LEAST_SAMPLES).all():
+            few = f"no cell of facets of level {table.level} has {LEAST_SAMPLES} pixels: try a lower --level"
+            raise InputError("table", few)
+        raise InputError("table", "no cell with samples is left to fit")
+    for name in np.array(table.channels)[~channels]:
+        raise InputError(f"table: channel {name}", "is 0 in every cell; leave it out with --channels")
+    if not parts:
+        return of(rows)
+    some, peaked = fewer(parts, MOST_CELLS)
+    return replace(of(rows[some]), peaked=peaked)
 
 
 def _unturned(cells: Cells, turned: Cells) -> Cells:
@@ -198,14 +223,3 @@ def _unturned(cells: Cells, turned: Cells) -> Cells:
     near = half_angles(cells) < NEAR
     dphi, phi_r = np.where(near, cells.dphi, turned.dphi), np.where(near, cells.phi_r, turned.phi_r)
     return replace(turned, dphi=dphi, phi_r=phi_r)
-
-
-def _usable(cells: Cells, options: FitOptions) -> Cells:
-    keep = (cells.theta_i <= options.theta_max) & (cells.theta_r <= options.theta_max)
-    keep |= not cells.binned
-    keep &= np.isfinite(cells.value).all(1)
-    if not keep.any():
-        raise InputError("table", "no cell with samples is left to fit")
-    for name in np.array(cells.channels)[~cells.value[keep].any(0)]:
-        raise InputError(f"table: channel {name}", "is 0 in every cell; leave it out with --channels")
-    return fewer(cells.take(keep), MOST_CELLS) if cells.binned else cells.take(keep)

@@ -6,7 +6,8 @@ none. Where cells show such a peak, those near the mirror direction are kept fir
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,14 +28,26 @@ def half_angles(cells: Cells) -> np.ndarray:
     return half_difference(unit_vectors(cells.theta_i, 0.0), unit_vectors(cells.theta_r, cells.dphi))[0]
 
 
-def is_narrow(cells: Cells) -> bool:
-    """Whether ``cells`` of photos show a peak about the mirror direction that is hardly wider than some facets."""
-    if not cells.binned:
-        return False
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What some cells show of a narrow peak."""
+
+    near: np.ndarray  # (n,) bool: toward the mirror direction
+    top: np.ndarray  # (k,) 1/sr, values of the brightest channel at its top
+    beside: np.ndarray  # (m,) 1/sr, likewise beside it
+
+
+def shown_by(cells: Cells) -> Shown:
+    """What ``cells`` of photos show of a narrow peak."""
     half, value = half_angles(cells), cells.value.max(1)
     steep = np.maximum(cells.theta_i, cells.theta_r) < STEEPEST
-    top = value[steep & (half < TOP)]
-    beside = value[steep & (half > FLANK[0]) & (half < FLANK[1])]
+    beside = (half > FLANK[0]) & (half < FLANK[1])
+    return Shown(half < NEAR, value[steep & (half < TOP)], value[steep & beside])
+
+
+def is_peak(parts: Sequence[Shown]) -> bool:
+    """Whether ``parts`` show a peak about the mirror direction that is hardly wider than some facets."""
+    top, beside = (np.concatenate([getattr(part, name) for part in parts]) for name in ("top", "beside"))
     if min(len(top), len(beside)) < FEWEST:
         return False
     return bool(np.median(top) > NARROW * max(float(np.median(beside)), 0.0))
@@ -46,7 +59,11 @@ def evenly(cells: Cells, most: int) -> np.ndarray:
         return np.arange(len(cells))
     if not cells.peaked:
         return np.arange(0, len(cells), -(-len(cells) // most))
-    near = half_angles(cells) < NEAR
+    return _of_peak(half_angles(cells) < NEAR, most)
+
+
+def _of_peak(near: np.ndarray, most: int) -> np.ndarray:
+    """Indices, ascending, of ``most`` cells of which ``near`` (n,) lie toward the mirror direction."""
     part = _some(np.flatnonzero(near), int(LARGEST_PART * most))
     rest = _some(np.flatnonzero(~near), most - len(part))
     return np.sort(np.concatenate([part, rest]))
@@ -56,9 +73,10 @@ def _some(rows: np.ndarray, most: int) -> np.ndarray:
     return rows[np.linspace(0, len(rows), min(most, len(rows)), endpoint=False).astype(int)]
 
 
-def fewer(cells: Cells, most: int) -> Cells:
-    """``cells``, of which at most ``most``, with what they show of a narrow peak told."""
-    cells = replace(cells, peaked=is_narrow(cells))
-    if len(cells) <= most:
-        return cells
-    return cells.take(evenly(cells, most) if cells.peaked else _some(np.arange(len(cells)), most))
+def fewer(parts: Sequence[Shown], most: int) -> tuple[np.ndarray, bool]:
+    """Which cells, at most ``most``, are kept of those that ``parts`` tell of one after another, indices, ascending;
+    and whether they show a narrow peak."""
+    near, peaked = np.concatenate([part.near for part in parts]), is_peak(parts)
+    if len(near) <= most:
+        return np.arange(len(near)), peaked
+    return _of_peak(near, most) if peaked else _some(np.arange(len(near)), most), peaked

@@ -114,12 +114,18 @@ _ROWS = (
 )
 
 
-def cells_of(table: FacetTable) -> Cells:
-    """Means of a table's cells; of a binned table only cells of at least :data:`LEAST_SAMPLES` samples, but toward the
-    mirror direction, where facets are as fine as pixels."""
+def tells(table: FacetTable) -> np.ndarray:
+    """Which rows (n,) of a table become cells: of a binned one those of at least :data:`LEAST_SAMPLES` samples, and all
+    toward the mirror direction, where facets are as fine as pixels."""
     keep = (table.weight > 0) & ((table.count >= LEAST_SAMPLES) | (table.level < 0))
     if table.finer:
         keep |= (table.weight > 0) & near_mirror(table.incident, table.exit)
+    return keep
+
+
+def cells_of(table: FacetTable) -> Cells:
+    """Means of a table's cells, of those that :func:`tells` names."""
+    keep = tells(table)
     weight = table.weight[keep, None]
     incident, exit = table.incident[keep], table.exit[keep]
     theta_i, phi_i = spherical_angles(incident)

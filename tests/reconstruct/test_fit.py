@@ -9,7 +9,7 @@ from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.fit import FitOptions, PhotoErrors, _cells, fit_table
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, lobe_columns
 from photogonio.reconstruct.modes.angles import pair_angles
@@ -45,6 +45,16 @@ def test_lambert_needs_one_mode_and_no_lobe():
     fit, truth = fitted("lambert", {"albedo": (0.6, 0.4, 0.2)})
     assert fit.brdf.order <= 2 and not fit.brdf.lobes
     assert relative_error(fit.brdf, truth).max() <= 0.01
+
+
+def test_cells_are_the_same_whatever_parts_a_table_is_looked_at_in(monkeypatch):
+    table = simulate(make_brdf("plastic", {"roughness": 0.05}), Plan(views=4, pixels=3000, level=3))
+    whole = _cells(table, FitOptions(), PhotoErrors())
+    monkeypatch.setattr("photogonio.reconstruct.fit.AT_ONCE", 1 + len(table) // 5)
+    parts = _cells(table, FitOptions(), PhotoErrors())
+    assert len(whole) > 100 and whole.peaked == parts.peaked
+    for name in ("theta_i", "dphi", "value", "variance", "group", "turn"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
 
 
 def test_oren_nayar_gets_no_lobe():

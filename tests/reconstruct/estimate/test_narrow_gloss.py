@@ -8,7 +8,7 @@ import pytest
 from photogonio.reconstruct.estimate.binning_error import blur
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.estimate.narrow_gloss import evenly, fewer, half_angles, is_narrow
+from photogonio.reconstruct.estimate.narrow_gloss import evenly, fewer, half_angles, is_peak, shown_by
 from photogonio.reconstruct.estimate.weights import INDEPENDENT, independence
 from photogonio.reconstruct.lobes.families import families, tail_lobe
 from photogonio.reconstruct.modes.angles import pair_angles, unit_vectors
@@ -35,20 +35,34 @@ def seen(roughness, count=6000):
     return cells.with_value(gloss(roughness).evaluate(cells))
 
 
+def thinned(cells, most):
+    kept, peaked = fewer([shown_by(cells)], most)
+    return replace(cells.take(kept), peaked=peaked), peaked
+
+
 @pytest.mark.parametrize(("roughness", "narrow"), [(0.03, True), (0.06, True), (0.25, False), (0.5, False)])
 def test_a_peak_hardly_wider_than_facets_is_told(roughness, narrow):
-    assert is_narrow(seen(roughness)) == narrow
+    assert is_peak([shown_by(seen(roughness))]) == narrow
 
 
 def test_cells_of_a_narrow_peak_are_kept_first():
-    cells = fewer(seen(0.04), 4000)
-    assert cells.peaked and len(cells) <= 4000
+    cells, peaked = thinned(seen(0.04), 4000)
+    assert peaked and len(cells) <= 4000
     kept = cells.take(evenly(cells, 1000))
     share = (half_angles(kept) < NEAR).mean()
     assert share == pytest.approx(0.5, abs=0.01)  # as many as of all others
-    wide = fewer(seen(0.4), 4000)
-    assert not wide.peaked
+    wide, peaked = thinned(seen(0.4), 4000)
+    assert not peaked
     np.testing.assert_array_equal(evenly(wide, 1000), np.arange(0, 4000, 4))
+
+
+def test_cells_are_chosen_alike_whatever_parts_they_come_in():
+    for roughness in (0.04, 0.4):
+        cells = seen(roughness)
+        parts = [shown_by(cells.take(np.arange(start, start + 1500))) for start in range(0, 6000, 1500)]
+        (one, sharp), (many, alike) = fewer([shown_by(cells)], 1000), fewer(parts, 1000)
+        assert sharp == alike
+        np.testing.assert_array_equal(one, many)
 
 
 def test_the_blur_of_a_narrow_peak_is_the_mean_over_normals_and_lamp():
