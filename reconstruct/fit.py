@@ -7,7 +7,7 @@ coefficient file's terms (:mod:`reconstruct.fit_result`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from photogonio.reconstruct.estimate.lobe_search import search_lobes
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Candidate
-from photogonio.reconstruct.estimate.narrow_gloss import fewer, half_angles, shown_by
+from photogonio.reconstruct.estimate.narrow_gloss import Shown, fewer, half_angles, shown_by
 from photogonio.reconstruct.estimate.pilot import Cleaned, Progress, StrayLightOn, clean
 from photogonio.reconstruct.fit_result import FitResult, result_of
 from photogonio.reconstruct.model_choice import (
@@ -36,7 +36,7 @@ from photogonio.reconstruct.rows.row_noise import with_noise
 from photogonio.reconstruct.symmetry.row_turns import judge_rows
 from photogonio.reconstruct.symmetry.verdict import Verdict, asked, direct, judge, turning_kinds
 from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of, tells
-from photogonio.reconstruct.table.facet_table import FacetTable
+from photogonio.reconstruct.table.facet_table import FacetTable, in_parts, of_parts
 from photogonio.reconstruct.table.refinement import NEAR, coarsened
 from photogonio.reconstruct.uncertainty.blur_left import with_blur_left
 from photogonio.reconstruct.uncertainty.budget import uncertainty_of
@@ -44,7 +44,7 @@ from photogonio.reconstruct.uncertainty.budget import uncertainty_of
 MOST_CELLS = (
     24_000  # of photos, evenly taken: a view counts as few independent ones, and more say nothing new
 )
-AT_ONCE = 40_000  # rows of a table that are looked at together: some 20 MB of cells
+AT_ONCE = 40_000  # cells of a table, about, that are looked at together
 ROWS_ENOUGH = 2500  # evenly taken of more, to tell whether an average is what they are fitted by
 VIEW_ERROR = 0.003  # of a view's scale, at least
 
@@ -174,47 +174,54 @@ def _cleaned(
 
 def _cells(table: FacetTable, options: FitOptions, known: PhotoErrors) -> Cells:
     """The cells to fit: facets finer toward the mirror direction only where a narrow gloss asks for them."""
-    cells = _usable(table, options, known)
+    parts = in_parts(table, AT_ONCE)
+    cells = _usable(parts, options, known)
     if table.finer and not cells.peaked:
-        cells = _usable(coarsened(table), options, known)
+        cells = _usable([coarsened(part) for part in parts], options, known)
     if cells.peaked and known.footprint is not None:
         cells = replace(cells, turn=cells.turn + known.footprint(cells))
     return cells
 
 
-def _usable(table: FacetTable, options: FitOptions, known: PhotoErrors) -> Cells:
-    """The cells of a table that may be fitted, of a binned one at most :data:`MOST_CELLS`: chosen part by part, for the
-    cells of all photos take several times the memory of their table."""
-
-    def of(rows: slice | np.ndarray) -> Cells:
-        cells = cells_of(table.take(rows)).under(known.lamps)
-        if known.phase is None or not (cells.canonical and cells.binned):
-            return cells
-        turned = cells.with_phase(known.phase(cells))
-        return _unturned(cells, turned) if table.finer else turned
-
-    kept, parts, channels = [np.zeros(0, int)], [], np.zeros(len(table.channels), bool)
-    for start in range(0, len(table), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
-        cells = of(part)
+def _usable(parts: Sequence[FacetTable], options: FitOptions, known: PhotoErrors) -> Cells:
+    """The cells that may be fitted of a table in parts, of a binned one at most :data:`MOST_CELLS`: chosen part by
+    part, for the cells of all photos take several times the memory of their table."""
+    binned, channels = parts[0].level >= 0, parts[0].channels
+    rows, shown, seen = list[np.ndarray](), list[Shown](), np.zeros(len(channels), bool)
+    for part in parts:
+        cells = _cells_of(part, known)
         keep = np.isfinite(cells.value).all(1)
-        if cells.binned:
+        if binned:
             keep &= (cells.theta_i <= options.theta_max) & (cells.theta_r <= options.theta_max)
-            parts.append(shown_by(cells.take(keep)))
-        kept.append(start + np.flatnonzero(tells(table.take(part)))[keep])
-        channels |= cells.value[keep].any(0)
-    rows = np.concatenate(kept)
-    if not len(rows):
-        if len(table) and (table.count < LEAST_SAMPLES).all():
-            few = f"no cell of facets of level {table.level} has {LEAST_SAMPLES} pixels: try a lower --level"
+            shown.append(shown_by(cells.take(keep)))
+        rows.append(np.flatnonzero(tells(part))[keep])
+        seen |= cells.value[keep].any(0)
+    if not any(map(len, rows)):
+        if any(map(len, parts)) and all((part.count < LEAST_SAMPLES).all() for part in parts):
+            few = (
+                f"no cell of facets of level {parts[0].level} has {LEAST_SAMPLES} pixels: try a lower --level"
+            )
             raise InputError("table", few)
         raise InputError("table", "no cell with samples is left to fit")
-    for name in np.array(table.channels)[~channels]:
+    for name in np.array(channels)[~seen]:
         raise InputError(f"table: channel {name}", "is 0 in every cell; leave it out with --channels")
-    if not parts:
-        return of(rows)
-    some, peaked = fewer(parts, MOST_CELLS)
-    return replace(of(rows[some]), peaked=peaked)
+    peaked = False
+    if binned:
+        some, peaked = fewer(shown, MOST_CELLS)
+        ends = np.cumsum([len(one) for one in rows])
+        picks = np.split(some, np.searchsorted(some, ends[:-1]))
+        rows = [one[pick - end + len(one)] for one, pick, end in zip(rows, picks, ends, strict=True)]
+    chosen = of_parts([part.take(one) for part, one in zip(parts, rows, strict=True)])
+    return replace(_cells_of(chosen, known), peaked=peaked)
+
+
+def _cells_of(table: FacetTable, known: PhotoErrors) -> Cells:
+    """Cells of a table, with what is known of lamps and of the angle between lamp and camera."""
+    cells = cells_of(table).under(known.lamps)
+    if known.phase is None or not (cells.canonical and cells.binned):
+        return cells
+    turned = cells.with_phase(known.phase(cells))
+    return _unturned(cells, turned) if table.finer else turned
 
 
 def _unturned(cells: Cells, turned: Cells) -> Cells:

@@ -15,6 +15,7 @@ irradiance.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -221,12 +222,32 @@ def _one_after_another(
     tables: Sequence[FacetTable], places: Sequence[np.ndarray], groups: tuple[str, ...], left_out: np.ndarray
 ) -> FacetTable:
     """The sum of tables that share no group: nothing is added, and memory holds everything but twice."""
-    columns: dict[str, Any] = {
+    group = np.concatenate([place[table.group] for table, place in zip(tables, places, strict=True)])
+    return replace(tables[0], groups=groups, group=group, left_out=left_out, **_columns(tables))
+
+
+def _columns(tables: Sequence[FacetTable]) -> dict[str, Any]:
+    """Facets and sums of tables one after another."""
+    return {
         name: np.concatenate([getattr(table, name) for table in tables])
         for name in ("facet_i", "facet_r", *SUMS)
     }
-    group = np.concatenate([place[table.group] for table, place in zip(tables, places, strict=True)])
-    return replace(tables[0], groups=groups, group=group, left_out=left_out, **columns)
+
+
+def in_parts(table: FacetTable, rows: int) -> list[FacetTable]:
+    """A table as tables of whole groups, whose arrays are parts of its own, with about ``rows`` cells or one group
+    each; at least one. Inverse: :func:`of_parts`."""
+    ends = np.searchsorted(table.group, np.arange(len(table.groups)), side="right")
+    cuts = [0]
+    for end in ends.tolist():
+        if end - cuts[-1] >= rows:
+            cuts.append(end)
+    return [table.take(slice(*ends)) for ends in itertools.pairwise([*cuts, len(table)])]
+
+
+def of_parts(parts: Sequence[FacetTable]) -> FacetTable:
+    """The table of which these are parts, in their order."""
+    return replace(parts[0], group=np.concatenate([part.group for part in parts]), **_columns(parts))
 
 
 def of_groups(table: FacetTable, names: Collection[str]) -> FacetTable:

@@ -10,6 +10,8 @@ from photogonio.reconstruct.table.facet_table import (
     FacetTable,
     accumulate,
     add_tables,
+    in_parts,
+    of_parts,
     pair_keys,
     split_keys,
 )
@@ -102,6 +104,20 @@ def test_groups_stay_apart_and_join_by_name():
     np.testing.assert_array_equal(total.value[alone], b.value)
     assert_equal((a + b) + c, total, rtol=EXACT)
     assert total.count.sum() == 2400
+
+
+def test_parts_of_whole_groups_make_the_table_again():
+    table = add_tables([table_of(samples(k), name) for k, name in enumerate("abcde")])
+    for rows, count in ((1, 5), (len(table) // 3, 3), (len(table) + 1, 1)):
+        parts = in_parts(table, rows)
+        assert sum(len(part) > 0 for part in parts) == count
+        found = [set(part.group) for part in parts]
+        assert sum(map(len, found)) == 5  # none is divided
+        again = of_parts(parts)
+        for one in fields(table):
+            np.testing.assert_array_equal(getattr(again, one.name), getattr(table, one.name))
+    empty = in_parts(table.take(slice(0, 0)), 10)
+    assert len(empty) == 1 and len(empty[0]) == 0
 
 
 def test_adding_nothing_changes_nothing():
