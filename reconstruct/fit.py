@@ -17,7 +17,7 @@ from photogonio.reconstruct.estimate.lobe_search import search_lobes
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.estimate.model_selection import Candidate
-from photogonio.reconstruct.estimate.narrow_gloss import Shown, fewer, half_angles, shown_by
+from photogonio.reconstruct.estimate.narrow_gloss import PeakShown, fewer, half_angles, shown_by
 from photogonio.reconstruct.estimate.pilot import Cleaned, Progress, StrayLightOn, clean
 from photogonio.reconstruct.fit_result import FitResult, result_of
 from photogonio.reconstruct.model_choice import (
@@ -187,7 +187,7 @@ def _usable(parts: Sequence[FacetTable], options: FitOptions, known: PhotoErrors
     """The cells that may be fitted of a table in parts, of a binned one at most :data:`MOST_CELLS`: chosen part by
     part, for the cells of all photos take several times the memory of their table."""
     binned, channels = parts[0].level >= 0, parts[0].channels
-    rows, shown, seen = list[np.ndarray](), list[Shown](), np.zeros(len(channels), bool)
+    rows, shown, seen = list[np.ndarray](), list[PeakShown](), np.zeros(len(channels), bool)
     for part in parts:
         cells = _cells_of(part, known)
         keep = np.isfinite(cells.value).all(1)

@@ -29,7 +29,7 @@ def half_angles(cells: Cells) -> np.ndarray:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class PeakShown:
     """What some cells show of a narrow peak."""
 
     near: np.ndarray  # (n,) bool: toward the mirror direction
@@ -37,15 +37,15 @@ class Shown:
     beside: np.ndarray  # (m,) 1/sr, likewise beside it
 
 
-def shown_by(cells: Cells) -> Shown:
+def shown_by(cells: Cells) -> PeakShown:
     """What ``cells`` of photos show of a narrow peak."""
     half, value = half_angles(cells), cells.value.max(1)
     steep = np.maximum(cells.theta_i, cells.theta_r) < STEEPEST
     beside = (half > FLANK[0]) & (half < FLANK[1])
-    return Shown(half < NEAR, value[steep & (half < TOP)], value[steep & beside])
+    return PeakShown(half < NEAR, value[steep & (half < TOP)], value[steep & beside])
 
 
-def is_peak(parts: Sequence[Shown]) -> bool:
+def is_peak(parts: Sequence[PeakShown]) -> bool:
     """Whether ``parts`` show a peak about the mirror direction that is hardly wider than some facets."""
     top, beside = (np.concatenate([getattr(part, name) for part in parts]) for name in ("top", "beside"))
     if min(len(top), len(beside)) < FEWEST:
@@ -73,7 +73,7 @@ def _some(rows: np.ndarray, most: int) -> np.ndarray:
     return rows[np.linspace(0, len(rows), min(most, len(rows)), endpoint=False).astype(int)]
 
 
-def fewer(parts: Sequence[Shown], most: int) -> tuple[np.ndarray, bool]:
+def fewer(parts: Sequence[PeakShown], most: int) -> tuple[np.ndarray, bool]:
     """Which cells, at most ``most``, are kept of those that ``parts`` tell of one after another, indices, ascending;
     and whether they show a narrow peak."""
     near, peaked = np.concatenate([part.near for part in parts]), is_peak(parts)
