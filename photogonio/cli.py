@@ -129,10 +129,26 @@ def _interrupt(signum: int, frame: object) -> None:
     raise KeyboardInterrupt
 
 
+def only_own_lines() -> None:
+    """What libraries print by themselves (libpng, libjpeg, libtiff, LibRaw) goes nowhere: they write to the system's
+    standard error, and ``sys.stderr`` to where that led. In the processes that are started too."""
+    try:
+        sys.stderr.flush()
+        own = os.dup(sys.stderr.fileno())
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stderr.fileno())
+        os.close(nowhere)
+    except (AttributeError, OSError, ValueError):  # it was closed
+        return
+    encoding = sys.stderr.encoding
+    sys.stderr = open(own, "w", buffering=1, encoding=encoding, errors="backslashreplace")
+
+
 def program() -> NoReturn:
     """:func:`main` as a program of its own, which ends at once: the system frees a process's memory faster than the
     interpreter takes its objects apart one by one, a third of a second after photos were processed."""
     collect_seldom()
+    only_own_lines()
     status = main()
     try:
         sys.stdout.flush()

@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from photogonio.capture.containers import tiff
+from photogonio.capture.containers import float_tiles, tiff
 from photogonio.capture.containers.dng_black import Black, black_of
 
 MOSAIC, LINEAR = 32803, 34892  # of a directory's colours
@@ -109,6 +109,22 @@ class Dng:
     white: float | None = None  # of floats
     picture: tuple[Path, tiff.Tags] | None = None  # the file, and the directory that has the picture
     black: Black | None = None  # where LibRaw does not tell it whole
+    cells: tuple[int, ...] | None = None  # rows and columns in which the mosaic's colours repeat
+
+    def floats(self) -> np.ndarray | None:
+        """The picture (h, w, samples) of a file of floats, as stored. Raises ValueError, saying why, if it cannot be
+        had."""
+        if self.white is None or self.picture is None:
+            return None
+        found = float_tiles.picture(*self.picture)
+        if found is None:
+            raise ValueError(
+                "is a DNG of floats that are stored in a way that is not read; write it as OpenEXR"
+            )
+        if not np.isfinite(found).all():
+            y, x, _ = np.argwhere(~np.isfinite(found))[0]
+            raise ValueError(f"a pixel is not finite, first at x {x}, y {y}")
+        return found
 
     @property
     def most(self) -> float:
@@ -142,8 +158,9 @@ def about(path: Path) -> Dng:
     found = [one for tag in tiff.OPCODES for one in opcodes(bytes(tags.get(tag, ())))]
     gains = [gain for code, content in found if (gain := gain_of(code, content)) is not None]
     white = float(tags.get(tiff.WHITE, (1,))[0]) if FLOATS in tags.get(tiff.FORMAT, ()) else None
-    black = black_of(tags) if white is None else None  # LibRaw scales floats
-    return Dng(tuple(gains), *told([code for code, _ in found], gains), white, (path, tags), black)
+    black = black_of(tags, always=white is not None)  # LibRaw has none of floats
+    cells = tags.get(tiff.CELLS) if tags.get(tiff.PHOTOMETRIC) == (MOSAIC,) else None
+    return Dng(tuple(gains), *told([code for code, _ in found], gains), white, (path, tags), black, cells)
 
 
 def told(codes: Iterable[int], gains: list[Gain]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -41,8 +41,8 @@ class Black:
         return found.astype(np.float32)
 
 
-def black_of(tags: tiff.Tags) -> Black | None:
-    """Of a picture's directory; None where LibRaw has it whole, and where it is damaged."""
+def black_of(tags: tiff.Tags, *, always: bool = False) -> Black | None:
+    """Of a picture's directory; None where LibRaw has it whole (unless ``always``), and where it is damaged."""
     levels, across, down = (
         ratios(tags.get(tag, ())) for tag in (tiff.BLACK, tiff.BLACK_ACROSS, tiff.BLACK_DOWN)
     )
@@ -50,7 +50,7 @@ def black_of(tags: tiff.Tags) -> Black | None:
     repeat = tags.get(tiff.BLACK_REPEAT, (1, 1)) if levels.size else (1, 1)
     levels = levels if levels.size else np.zeros(planes)
     whole = bool((levels == np.round(levels)).all()) and repeat in BY_LIBRAW
-    if whole and not across.any() and not down.any():
+    if whole and not across.any() and not down.any() and not always:
         return None
     sound = all(np.isfinite(part).all() for part in (levels, across, down))
     if not sound or len(repeat) != 2 or levels.size != repeat[0] * repeat[1] * planes or not levels.size:

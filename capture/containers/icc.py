@@ -28,8 +28,10 @@ def tone_of(profile: bytes) -> Tone:
     """The profile's curves. Raises ValueError, saying why, if it has none that can be read."""
     try:
         return _tone(profile)
-    except (struct.error, ZeroDivisionError, UnicodeDecodeError) as error:
-        raise ValueError("is damaged") from error
+    except (struct.error, ZeroDivisionError, UnicodeDecodeError, IndexError) as error:
+        raise ValueError("ICC profile is damaged") from error
+    except ValueError as error:
+        raise ValueError(f"ICC profile {str(error).removeprefix('ICC profile ')}") from error
 
 
 def _tone(profile: bytes) -> Tone:

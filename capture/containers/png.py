@@ -4,28 +4,38 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
 from photogonio.capture.containers import icc
 from photogonio.capture.containers.integrity import PNG_SIGNATURE
-from photogonio.capture.containers.tone import SRGB, Curve, Tone, named, of_cicp
+from photogonio.capture.containers.tone import SRGB, Curve, Tone, difference, named, of_cicp, rises
 
 WANTED = {b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM"}
 MOST_BYTES = 1 << 24  # of a chunk or a profile
 SCREEN_GAMMA = 45455  # 1 / 2.2: with sRGB's primaries it stands for sRGB
 SRGB_CHROMATICITIES = (31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
 CLOSE = 1000  # in a chromaticity: 0.01
+APART = 0.3  # relative, of two curves: gAMA of 1/2.2 beside sRGB's own lies 0.21 off in the dark, and is meant for it
 
 
-def tone_of(path: Path) -> Tone | None:
+def about(path: Path) -> dict[bytes, bytes]:
+    """The chunks that tell of colour, the first of each kind. Raises ValueError for codes that are not read."""
+    found: dict[bytes, bytes] = {}
+    with path.open("rb") as file:
+        for kind, content in chunks(file):
+            found.setdefault(kind, content)
+    if len(found.get(b"cICP", b"")) >= 4 and found[b"cICP"][3] == 0:
+        raise ValueError("has codes of video's narrow range by its cICP chunk; expected full range")
+    return found
+
+
+def tone_of(found: Mapping[bytes, bytes]) -> Tone | None:
     """By cICP, iCCP, sRGB or gAMA, in this order; None if the file says nothing.
 
-    Raises ValueError for a profile that cannot be used.
+    Raises ValueError for a profile or a curve that cannot be used.
     """
-    with path.open("rb") as file:
-        found = dict(chunks(file))
     if len(found.get(b"cICP", b"")) >= 2:
         told = of_cicp(found[b"cICP"][1], "cICP chunk")
         if told is not None:
@@ -34,6 +44,11 @@ def tone_of(path: Path) -> Tone | None:
         return icc.tone_of(profile(found[b"iCCP"]))
     if b"sRGB" in found:
         return Tone((SRGB,), "sRGB chunk")
+    return of_gamma(found)
+
+
+def of_gamma(found: Mapping[bytes, bytes]) -> Tone | None:
+    """By gAMA. Raises ValueError for one that no codes have."""
     if len(found.get(b"gAMA", b"")) != 4:
         return None
     (gamma,) = struct.unpack(">I", found[b"gAMA"])
@@ -41,7 +56,27 @@ def tone_of(path: Path) -> Tone | None:
         return None
     if abs(gamma - SCREEN_GAMMA) <= 1 and near_srgb(found.get(b"cHRM", b"")):
         return Tone((SRGB,), "gAMA and cHRM chunks")
-    return Tone((named(Curve("gamma", (1e5 / gamma,))),), "gAMA chunk")
+    curve = named(Curve("gamma", (1e5 / gamma,)))
+    if not rises(curve):
+        raise ValueError(f"gAMA chunk says {gamma / 1e5:.6g}, which no codes have")
+    return Tone((curve,), "gAMA chunk")
+
+
+def contradiction(found: Mapping[bytes, bytes], taken: Tone) -> tuple[str, ...]:
+    """What gAMA says against the curve that goes before it, if they lie apart by more than such chunks are rounded."""
+    try:
+        other = of_gamma(found)
+    except ValueError:
+        return ()
+    if (
+        other is None
+        or not taken.told
+        or max(difference(other.curves[0], one) for one in taken.curves) <= APART
+    ):
+        return ()
+    return (
+        f"says {taken.name} by its {taken.source} and {other.name} by its {other.source}; the first is taken",
+    )
 
 
 def chunks(file: BinaryIO) -> Iterator[tuple[bytes, bytes]]:
@@ -65,7 +100,7 @@ def profile(chunk: bytes) -> bytes:
     try:
         return zlib.decompressobj().decompress(packed[1:], MOST_BYTES)
     except zlib.error as error:
-        raise ValueError("is damaged") from error
+        raise ValueError("ICC profile is damaged") from error
 
 
 def near_srgb(chromaticities: bytes) -> bool:

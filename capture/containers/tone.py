@@ -19,6 +19,7 @@ CICP = {
     1: "bt709",
     6: "bt709",
     11: "bt709",
+    12: "bt709",
     14: "bt709",
     15: "bt709",
     8: "linear",
@@ -26,7 +27,20 @@ CICP = {
     16: "pq",
     18: "hlg",
 }
-CICP_GAMMA = {4: 2.2, 5: 2.8}
+CICP_GAMMA = {4: 2.2, 5: 2.8, 17: 2.6}  # 17: SMPTE ST 428-1, but for a factor
+UNREAD = {9: "logarithmic", 10: "logarithmic"}
+SMPTE_240M = (
+    1 / 0.45,
+    1 / 1.1115,
+    0.1115 / 1.1115,
+    0.25,
+    4 * 0.0228,
+    0.0,
+    0.0,
+)  # as a parametric curve's numbers
+STEEPEST = (
+    10.0  # exponents of curves from half scale to the whole lie between this and its inverse: PQ has 6.8
+)
 ADOBE_GAMMA = 563 / 256  # Adobe RGB (1998), section 4.3.4
 
 
@@ -120,10 +134,12 @@ def named(curve: Curve) -> Curve:
 
 
 def rises(curve: Curve) -> bool:
-    """Whether it is one that codes can stand for light by: finite, nowhere falling, and not flat."""
+    """Whether it is one that codes can stand for light by: finite, nowhere falling, neither flat nor a step."""
     with np.errstate(all="ignore"):
         light = curve.light(GRID)
-    return bool(np.isfinite(light).all() and (np.diff(light) >= 0).all() and light[-1] > max(light[0], 0.0))
+        exponent = float(np.log2(light[-1] / light[len(GRID) // 2]))
+    sound = np.isfinite(light).all() and (np.diff(light) >= 0).all() and light[-1] > max(light[0], 0.0)
+    return bool(sound and 1 / STEEPEST <= exponent <= STEEPEST)
 
 
 def difference(one: Curve, other: Curve) -> float:
@@ -135,7 +151,14 @@ def difference(one: Curve, other: Curve) -> float:
 
 
 def of_cicp(transfer: int, source: str) -> Tone | None:
-    """By a code of ITU-T H.273; None for those that say nothing, or nothing known here."""
+    """By a code of ITU-T H.273; None for those that say nothing, or nothing known here.
+
+    Raises ValueError for curves that are known and not read.
+    """
+    if transfer in UNREAD:
+        raise ValueError(f"{source} is {UNREAD[transfer]} (transfer {transfer}), which is not read")
+    if transfer == 7:
+        return Tone((Curve("parametric", SMPTE_240M),), source)
     if transfer in CICP_GAMMA:
         return Tone((Curve("gamma", (CICP_GAMMA[transfer],)),), source)
     return Tone((Curve(CICP[transfer]),), source) if transfer in CICP else None

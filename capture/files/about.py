@@ -126,7 +126,7 @@ def tone_or_doubt(
     try:
         told = tell()
     except ValueError as error:
-        return taken, (f"its ICC profile {error}; its codes are taken as {taken.name}",)
+        return taken, (f"its {error}; its codes are taken as {taken.name}",)
     if told is not None and len(told.curves) not in (1, channels):
         what = f"its {told.source} is of {len(told.curves)} channels, the picture has {channels}"
         return taken, (f"{what}; its codes are taken as {taken.name}",)
@@ -142,8 +142,10 @@ def plain(path: Path) -> About:
 def of_png(path: Path) -> About:
     with decode.open_oiio(path) as file:
         spec = file.spec()
-        found = of_spec(path, spec, tell=lambda: png.tone_of(path))
-        return replace(found, reader="opencv" if spec.nchannels in (1, 3) else "oiio")
+        told = png.about(path)
+        found = of_spec(path, spec, tell=lambda: png.tone_of(told))
+        doubts = (*found.doubts, *png.contradiction(told, found.tone))
+        return replace(found, reader="opencv" if spec.nchannels in (1, 3) else "oiio", doubts=doubts)
 
 
 def of_jpeg(path: Path) -> About:
@@ -170,9 +172,23 @@ def of_tiff(path: Path) -> About:
             raise InputError(
                 path, "holds floats of which the least is white; expected them to grow with light"
             )
-        simple = not page.planar and page.index == 0 and page.orientation == 1 and page.photometric in (1, 2)
-        fits = spec.nchannels in (1, 3) and spec.nchannels == page.samples and found.bits == page.bits
+        if page.photometric == tiff.PALETTE and page.samples > 1:
+            raise InputError(path, f"holds a palette of {page.samples} samples a pixel; expected one")
+        if page.samples == len(OF_FOUR) and page.photometric == tiff.RGB and not page.extra:
+            found = fourth_untold(path, file, found)
+        simple = not page.planar and page.index == 0 and page.orientation == 1
+        fits = spec.nchannels == page.samples == tiff.PLAIN.get(page.photometric) and found.bits == page.bits
         return replace(found, reader="opencv" if simple and fits else "oiio")
+
+
+def fourth_untold(path: Path, file: oiio.ImageInput, found: About) -> About:
+    """Of an RGB picture with a fourth sample of which the file does not say what it is: opaque all over it is a mask,
+    else light."""
+    fourth = decode.decode_oiio(path, file, found.part, (3,))
+    opaque = np.iinfo(fourth.dtype).max if fourth.dtype.kind == "u" else 1.0
+    if bool((fourth == opaque).all()):
+        return found
+    return replace(found, kept=(), channels=("R", "G", "B", "channel3"))
 
 
 def of_exr(path: Path) -> About:
@@ -185,6 +201,8 @@ def of_exr(path: Path) -> About:
         corner, size = (spec.x - spec.full_x, spec.y - spec.full_y), (spec.full_width, spec.full_height)
         if corner == (0, 0) and size == found.size:
             return found
+        if not all(-own < at < whole for at, own, whole in zip(corner, found.size, size, strict=True)):
+            raise ValueError("has its pixels outside its display window, all of them")
         if max(size) > MOST_TIMES * max(found.size):
             raise ValueError(f"has pixels for {found.size} of a picture of {size}")
         return replace(

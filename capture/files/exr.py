@@ -9,12 +9,21 @@ from collections.abc import Sequence
 
 import OpenImageIO as oiio
 
-COLOURS = ("R", "G", "B", "X", "Y", "Z")  # in this order, and before all others
+# in this order, and before all others, in capitals or not
+COLOURS = {
+    name: k
+    for k, names in enumerate((("r", "red"), ("g", "green"), ("b", "blue"), ("x",), ("y",), ("z",)))
+    for name in names
+}
 CHROMA = {"RY", "BY"}  # luminance and chroma, the latter of fewer pixels
-ASIDE = {"A", "AR", "AG", "AB", "Z", "ZBack", "ZFront", "id", "ID", "mask", "depth", "U", "V"}
+ASIDE = {
+    "a", "alpha", "ar", "ag", "ab", "z", "zback", "zfront", "depth", "zdepth", "dist", "distance", "id", "objectid",
+    "materialid", "mask", "matte", "u", "v", "w", "uv", "nx", "ny", "nz", "n", "px", "py", "pz", "p", "normal",
+    "position", "velocity", "motion", "mist", "coverage", "samplecount", "samples", "variance",
+}  # fmt: skip
 ASIDE_LAYERS = {
     "n", "p", "z", "uv", "normal", "normals", "position", "depth", "albedo", "motion", "vector", "velocity", "forward",
-    "mist",
+    "mist", "indexob", "indexma", "pworld", "pref", "nn", "cryptoobject", "cryptomaterial", "cryptoasset",
 }  # fmt: skip
 
 
@@ -30,13 +39,18 @@ def picture_of(file: oiio.ImageInput) -> tuple[int, tuple[int, ...]]:
             found.append((part, spec.get_string_attribute("oiio:subimagename"), layer, channels))
         part += 1
     best = [one for one in found if not one[2]]
-    best = best or [one for one in found if one[2].rpartition(".")[2].lower() not in ASIDE_LAYERS]
+    best = best or [one for one in found if layer_name(one[2]) not in ASIDE_LAYERS]
     if not best:
         raise ValueError("holds no channel of light, only depth, alpha or the like")
     if len(best) > 1:
         names = ", ".join(".".join(filter(None, one[1:3])) or f"part {one[0]}" for one in best)
         raise ValueError(f"holds several pictures ({names}); expected one")
     return best[0][0], best[0][3]
+
+
+def layer_name(layer: str) -> str:
+    """The last part of a layer's name, without case and number: ``ViewLayer.CryptoObject00`` is ``cryptoobject``."""
+    return layer.rpartition(".")[2].lower().rstrip("0123456789")
 
 
 def layers_of(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
@@ -51,9 +65,10 @@ def layers_of(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
             raise ValueError(
                 "holds luminance and chroma of fewer pixels; expected R, G, B or more channels of light"
             )
-        tristimulus = {"X", "Y", "Z"} <= channels.keys()
-        kept = [name for name in channels if name not in ASIDE or (tristimulus and name == "Z")]
-        kept.sort(key=lambda name: COLOURS.index(name) if name in COLOURS else len(COLOURS))
+        small = [name.lower() for name in channels]
+        tristimulus = {"x", "y", "z"} <= set(small)
+        kept = [name for name in channels if name.lower() not in ASIDE or (tristimulus and name in "zZ")]
+        kept.sort(key=lambda name: COLOURS.get(name.lower(), len(COLOURS)))
         if kept:
             found[layer] = tuple(channels[name] for name in kept)
     return found

@@ -14,7 +14,6 @@ import numpy as np
 import rawpy
 
 from photogonio.capture.containers import exif as blocks
-from photogonio.capture.containers import float_tiles
 from photogonio.capture.containers.dng import Dng
 
 METHODS = {
@@ -25,7 +24,10 @@ METHODS = {
     "dht": rawpy.DemosaicAlgorithm.DHT,
 }
 FULL = 65535
-FLOAT_WHITE = 16383  # to which LibRaw scales the brightest float, or the white level if that is above it
+BY_LIBRAW = {
+    (2, 2),
+    (6, 6),
+}  # repeats of a mosaic's colours; others it takes for one of these, and mixes colours
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,15 @@ def pixels_of(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
 
     Raises ValueError, saying why, if the picture cannot be had.
     """
-    if raw.raw_type == rawpy.RawType.Stack or raw.num_colors == 1:
+    if dng.cells is not None and dng.cells not in BY_LIBRAW:
+        raise ValueError(f"has a mosaic that repeats by {' x '.join(map(str, dng.cells))}; expected 2 x 2")
+    stack = raw.raw_type == rawpy.RawType.Stack or raw.num_colors == 1
+    white, black = level_of_white(raw, dng), mean_black(raw, dng, raw.num_colors if stack else 4)
+    if not black < white:
+        raise ValueError(
+            f"states a black level of {black:.6g}, which is not below its white level of {white:.6g}"
+        )
+    if stack:
         return stacked(raw, dng)
     if method == "superpixel" and has_cells(raw):
         return superpixels(raw, dng)
@@ -57,23 +67,22 @@ def has_cells(raw: rawpy.RawPy) -> bool:
     return pattern is not None and pattern.shape == (2, 2)
 
 
-def white_of_floats(raw: rawpy.RawPy, dng: Dng) -> float:
-    """LibRaw makes integers of a DNG's floats, and takes the brightest of them for the white level where that is above
-    the file's own. Raises ValueError if that cannot be undone."""
-    white = white_level(raw)
-    if dng.picture is not None and float_tiles.misread(dng.picture[1]):
-        raise ValueError(
-            "is a DNG of floats deflated without a predictor, which LibRaw takes for one with; write it as OpenEXR"
-        )
-    if dng.white is None or white == dng.white or int(raw.raw_image.max()) < FLOAT_WHITE - 1:
-        return white
-    brightest = float_tiles.brightest(*dng.picture) if dng.picture else None
-    if brightest is None:
-        raise ValueError(
-            "is a DNG of floats that reach its WhiteLevel or pass it, which LibRaw scales by the brightest of them; "
-            "write it as OpenEXR, or as integers"
-        )
-    return white * min(1.0, dng.white / brightest)
+def sites_of(raw: rawpy.RawPy, dng: Dng) -> np.ndarray:
+    """What is stored of the visible picture, (h, w) of a mosaic or (h, w, c), in the file's units.
+
+    Raises ValueError if a DNG's floats cannot be had.
+    """
+    floats = dng.floats()
+    if floats is None:
+        return raw.raw_image_visible
+    top, left = raw.sizes.top_margin, raw.sizes.left_margin
+    part = floats[top : top + raw.sizes.height, left : left + raw.sizes.width]
+    return part if raw.raw_image.ndim == 3 else part[..., 0]
+
+
+def level_of_white(raw: rawpy.RawPy, dng: Dng) -> float:
+    """In the same units."""
+    return white_level(raw) if dng.white is None else dng.white
 
 
 def superpixels(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
@@ -84,11 +93,11 @@ def superpixels(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
     colours = np.array(raw.raw_colors_visible[:2, :2])
     letters = np.array(list(raw.color_desc.decode()))[colours]
     channels = tuple(name for name in "RGBCMYE" if name in letters)
-    mosaic = raw.raw_image_visible
+    mosaic = sites_of(raw, dng)
     height, width = mosaic.shape[0] // 2, mosaic.shape[1] // 2
     pixels = np.zeros((height, width, len(channels)), np.float32)
     saturated = np.zeros((height, width), bool)
-    white = white_of_floats(raw, dng)
+    white = level_of_white(raw, dng)
     sites = [int((letters == name).sum()) for name in channels]
     for y, x in np.ndindex(2, 2):
         plane = mosaic[y : 2 * height : 2, x : 2 * width : 2]
@@ -111,13 +120,15 @@ def black_at(
     return dng.black.at(rows + raw.sizes.top_margin, columns + raw.sizes.left_margin, plane)
 
 
-def mean_black(raw: rawpy.RawPy, dng: Dng) -> float:
-    return float(np.mean(raw.black_level_per_channel)) if dng.black is None else dng.black.mean
+def mean_black(raw: rawpy.RawPy, dng: Dng, channels: int = 4) -> float:
+    """Of the sites of a mosaic's cell, or of so many channels."""
+    own = raw.black_level_per_channel[:channels]
+    return float(np.mean(own)) if dng.black is None else dng.black.mean
 
 
 def stacked(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
     """A picture that has all its colours at each pixel (linear DNG, a sensor without a mosaic), as it is."""
-    planes = raw.raw_image_visible
+    planes = sites_of(raw, dng)
     planes = planes[..., None] if planes.ndim == 2 else planes
     count = min(raw.num_colors, planes.shape[2])
     letters = raw.color_desc.decode()
@@ -127,18 +138,18 @@ def stacked(raw: rawpy.RawPy, dng: Dng) -> RawPixels:
         pixels[..., c] -= black_at(raw, dng, rows, columns, c, c)
         if dng.gains:
             pixels[..., c] *= dng.gain(rows, columns, planes.shape[:2], c)
-    own = float(np.mean(raw.black_level_per_channel[:count]))
-    white, mean = white_of_floats(raw, dng), own if dng.black is None else dng.black.mean
+    white, mean = level_of_white(raw, dng), mean_black(raw, dng, count)
     full = np.asarray((planes[..., :count] >= white).any(axis=2))
     return RawPixels(pixels, white - mean, mean, full, tuple(letters[:count]), (1,) * count)
 
 
 def demosaiced(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
     """Full size, by LibRaw's ``method``; below black is cut to 0, as LibRaw has it."""
-    white, black = white_of_floats(raw, dng), mean_black(raw, dng)
-    full = raw.raw_image_visible >= white
-    factor = 65535.0 / (white_level(raw) - black)
-    levels: dict[str, Any] = levelled(raw, dng) if dng.gains or dng.black else {}
+    white, black = level_of_white(raw, dng), mean_black(raw, dng)
+    stored = sites_of(raw, dng)
+    full = stored >= white
+    factor = 65535.0 / (white - black)
+    levels: dict[str, Any] = levelled(raw, dng, stored) if dng.gains or dng.black else {}
     most = dng.most if dng.gains else 1.0
     pixels = raw.postprocess(
         demosaic_algorithm=METHODS[method],
@@ -157,18 +168,18 @@ def demosaiced(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
     return RawPixels(pixels, (white - black) * factor, black * factor, full, channels, (1,) * len(channels))
 
 
-def levelled(raw: rawpy.RawPy, dng: Dng) -> dict[str, Any]:
-    """Take black from the mosaic and multiply it by its gains, over the greatest of them, in place and over all of 16
-    bits; and the levels that LibRaw is to be told."""
+def levelled(raw: rawpy.RawPy, dng: Dng, stored: np.ndarray) -> dict[str, Any]:
+    """Take black from the mosaic as ``stored`` (h, w), multiply it by its gains, over the greatest of them, and put it
+    in LibRaw's place over all of 16 bits; and the levels that LibRaw is to be told."""
     mosaic = raw.raw_image_visible
     height, width = mosaic.shape
     colours = raw.raw_colors_visible
-    scale = FULL / (white_level(raw) - mean_black(raw, dng)) / dng.most
+    scale = FULL / (level_of_white(raw, dng) - mean_black(raw, dng)) / dng.most
     for y, x in np.ndindex(2, 2):
         rows, columns = np.arange(y, height, 2), np.arange(x, width, 2)
         black = black_at(raw, dng, rows, columns, int(colours[y, x]))
         light = (
-            (mosaic[y::2, x::2].astype(np.float32) - black) * dng.gain(rows, columns, (height, width)) * scale
+            (stored[y::2, x::2].astype(np.float32) - black) * dng.gain(rows, columns, (height, width)) * scale
         )
         mosaic[y::2, x::2] = np.clip(np.round(light), 0, FULL).astype(np.uint16)
     return {"user_black": 0, "user_sat": FULL}

@@ -20,7 +20,7 @@ def dng(
     path: Path,
     pixels: np.ndarray,
     *,
-    white: int,
+    white: int | None,
     black: int | Sequence[Entry] = 0,
     exif: Sequence[Entry] = (),
     opcodes: dict[int, bytes] | None = None,
@@ -48,8 +48,9 @@ def dng(
             (259, 3, [1 if predictor is None else 8]), (262, 3, [32803 if channels == 1 else 34892]),
             (273, 4, [start]), (274, 3, [1]), (317, 3, [predictor or 1]),
             (277, 3, [channels]), (278, 4, [height]), (279, 4, [len(content)]), (284, 3, [1]),
-            (339, 3, [3 if pixels.dtype.kind == "f" else 1] * channels), (50717, 4, [white] * channels),
+            (339, 3, [3 if pixels.dtype.kind == "f" else 1] * channels),
         ]  # fmt: skip
+        found += [] if white is None else [(50717, 4, [white] * channels)]
         found += [(50714, 4, [black] * channels)] if isinstance(black, int) else black
         found += [(33421, 3, [2, 2]), (33422, 1, [0, 1, 1, 2])] if channels == 1 else []
         return found + [(tag, 7, list(data)) for tag, data in (opcodes or {}).items()]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import signal
+import struct
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -355,3 +357,30 @@ def test_photos_that_are_rendered_are_counted_by_what_they_are_for():
     """Of 18 photos of the example 12 are of the sample, which is what ``process`` then counts."""
     shots = plan(load_scene("example"))
     assert counted(shot.role for shot in shots) == "photos (12 sample, 6 calibration)"
+
+
+def test_libraries_lines_do_not_show(tmp_path):
+    """A PNG whose checksums hold and whose pixels do not unpack: libpng has a line of its own for it."""
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return (
+            struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+        )
+
+    damaged = (
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 8, 6, 8, 2, 0, 0, 0))
+        + chunk(b"IDAT", b"\x78\x9c" + bytes(40)) + chunk(b"IEND", b"")
+    )  # fmt: skip
+    (tmp_path / "a.png").write_bytes(damaged)
+    (tmp_path / "photoset.toml").write_text(
+        'format = 1\n[sample]\nshape = "sphere"\ncenter = [0, 0, 0]\nradius = 25\n[camera]\n'
+        "matrix = [[400, 0, 4], [0, 400, 3], [0, 0, 1]]\nrotation = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]\n"
+        'translation = [0, 0, 200]\n[[light]]\nid = "L"\nkind = "directional"\ndirection = [0, 0, 1]\n'
+        '[[photo]]\nfile = "a.png"\nrole = "sample"\nlight = "L"\n'
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "photogonio", "calibrate", str(tmp_path)],
+        cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2 and done.stdout == ""
+    assert [line[:12] for line in done.stderr.splitlines()] == ["photogonio: "], done.stderr

@@ -7,8 +7,9 @@ import struct
 import numpy as np
 import pytest
 
-from photogonio.capture.containers.png import tone_of
+from photogonio.capture.containers.png import about, tone_of
 from photogonio.capture.containers.tone import LINEAR, SRGB, Curve
+from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.odd_files import (
     SRGB_CHRM,
@@ -37,6 +38,9 @@ ADOBE = 563 / 256  # Adobe RGB (1998): 2.19921875
         ([(b"cICP", bytes([9, 16, 0, 1]))], Curve("pq")),
         ([(b"cICP", bytes([1, 2, 0, 1])), iccp(icc_profile(gamma_tag(ADOBE)))], Curve("gamma", (ADOBE,))),
         ([iccp(icc_profile(gamma_tag(ADOBE))), gama(1.0)], Curve("gamma", (ADOBE,))),
+        ([(b"cICP", bytes([1, 12, 0, 1]))], Curve("bt709")),
+        ([(b"cICP", bytes([12, 17, 0, 1]))], Curve("gamma", (2.6,))),
+        ([gama(1.0), gama(2.2)], LINEAR),  # a second is no PNG's: decoders pass over it
     ],
 )
 @pytest.mark.parametrize("codes", [PICTURE, WIDE], ids=["8", "16"])
@@ -54,7 +58,7 @@ def test_chunks_of_png(tmp_path, codes, chunks, curve):
 def test_a_screens_gamma_is_srgb_to_its_rounding_and_none_is_nothing(tmp_path, gamma):
     """100,000 / 2.2 is 45454.5: writers give the one or the other, and sRGB's primaries beside it."""
     path = png(tmp_path / "a.png", PICTURE, (b"gAMA", struct.pack(">I", gamma)), SRGB_CHRM)
-    found = tone_of(path)
+    found = tone_of(about(path))
     if gamma == 0:
         assert found is None
     elif abs(gamma - 45455) <= 1:
@@ -65,15 +69,15 @@ def test_a_screens_gamma_is_srgb_to_its_rounding_and_none_is_nothing(tmp_path, g
 
 def test_other_primaries_make_no_srgb(tmp_path):
     wide = struct.pack(">8I", 31270, 32900, 70800, 29200, 17000, 79700, 13100, 4600)  # ITU-R BT.2020
-    found = tone_of(png(tmp_path / "a.png", PICTURE, gama(2.2), (b"cHRM", wide)))
+    found = tone_of(about(png(tmp_path / "a.png", PICTURE, gama(2.2), (b"cHRM", wide))))
     assert found.curves[0].kind == "gamma" and found.source == "gAMA chunk"
 
 
 def test_chunks_of_other_lengths_than_the_standards_say_nothing(tmp_path):
     for chunk in ((b"gAMA", b"\0\0\1"), (b"cICP", b"\1"), (b"cHRM", bytes(31))):
-        assert tone_of(png(tmp_path / "a.png", PICTURE, chunk)) is None
+        assert tone_of(about(png(tmp_path / "a.png", PICTURE, chunk))) is None
     (tmp_path / "b.png").write_bytes(b"no PNG")
-    assert tone_of(tmp_path / "b.png") is None
+    assert tone_of(about(tmp_path / "b.png")) is None
 
 
 def test_chunks_behind_the_pixels_are_not_looked_at(tmp_path):
@@ -81,4 +85,39 @@ def test_chunks_behind_the_pixels_are_not_looked_at(tmp_path):
     whole = png(tmp_path / "a.png", PICTURE).read_bytes()
     late = png(tmp_path / "b.png", PICTURE, gama(1.8)).read_bytes()[33 : 33 + 16]  # one chunk, whole
     (tmp_path / "a.png").write_bytes(whole[:-12] + late + whole[-12:])
-    assert tone_of(tmp_path / "a.png") is None
+    assert tone_of(about(tmp_path / "a.png")) is None
+
+
+@pytest.mark.parametrize("gamma", [1, 900, 10_000_000, 0xFFFFFFFF])
+def test_a_gamma_that_no_codes_have_is_told(tmp_path, gamma):
+    path = png(tmp_path / "a.png", PICTURE, (b"gAMA", struct.pack(">I", gamma)))
+    found = read_header(path)
+    assert found.tone.curves == (SRGB,) and not found.tone.told and "gAMA" in found.doubts[0]
+
+
+@pytest.mark.parametrize("transfer", [9, 10])
+def test_logarithmic_codes_are_told(tmp_path, transfer):
+    found = read_header(png(tmp_path / "a.png", WIDE, (b"cICP", bytes([1, transfer, 0, 1]))))
+    assert not found.tone.told and "logarithmic" in found.doubts[0]
+
+
+def test_codes_of_narrow_range_are_refused(tmp_path):
+    """16 to 235 of 255 stand for black and white there."""
+    with pytest.raises(InputError, match=r"a\.png: .*narrow range"):
+        read_image(png(tmp_path / "a.png", PICTURE, (b"cICP", bytes([1, 13, 0, 0]))))
+
+
+@pytest.mark.parametrize(
+    ("chunks", "told"),
+    [
+        ([(b"sRGB", b"\0"), gama(1.0)], "sRGB by its sRGB chunk and linear by its gAMA chunk"),
+        ([iccp(icc_profile(gamma_tag(1.0))), gama(2.2)], "linear by its ICC profile"),
+        ([(b"cICP", bytes([1, 8, 0, 1])), gama(2.2)], "linear by its cICP chunk"),
+        ([(b"sRGB", b"\0"), gama(2.2)], None),  # as the standard asks for
+        ([iccp(icc_profile(gamma_tag(ADOBE))), gama(2.2)], None),
+        ([iccp(icc_profile(gamma_tag(1.8))), gama(1.8)], None),
+    ],
+)
+def test_chunks_that_contradict_are_told(tmp_path, chunks, told):
+    doubts = read_header(png(tmp_path / "a.png", PICTURE, *chunks)).doubts
+    assert told in doubts[0] if told else not doubts

@@ -161,3 +161,23 @@ def test_every_truncation_is_refused_or_whole(tmp_path):
         (tmp_path / "b.tif").write_bytes(whole[:length])
         with pytest.raises(InputError):
             read_image(tmp_path / "b.tif")
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "float32"])
+def test_a_fourth_sample_that_nobody_names_is_light_unless_it_is_opaque(tmp_path, kind):
+    written = codes(4, kind)
+    assert same(tiff(tmp_path / "a.tif", written), written)
+    written[..., 3] = 1 if kind == "float32" else np.iinfo(kind).max
+    assert same(tiff(tmp_path / "b.tif", written), written[..., :3])
+
+
+def test_gray_of_three_samples(tmp_path):
+    written = codes(3, "uint16")
+    assert same(tiff(tmp_path / "a.tif", written, photometric=1, entries=[(338, 3, [0, 0])]), written)
+
+
+def test_a_palette_with_more_samples_is_refused(tmp_path):
+    colours = [(320, 3, [k % 65536 for k in range(0, 768 * 85, 85)])]
+    path = tiff(tmp_path / "a.tif", codes(2, "uint8"), photometric=3, entries=colours)
+    with pytest.raises(InputError, match=r"a\.tif: holds a palette of 2 samples"):
+        read_header(path)

@@ -79,3 +79,10 @@ def test_broadcast_curves():
 def test_what_says_nothing_is_taken_by_its_bits():
     assert untold(bits=8, lossy=False).curves == (SRGB,) == untold(bits=16, lossy=True).curves
     assert untold(bits=16, lossy=False).curves == (LINEAR,) == untold(bits=0, lossy=False).curves
+
+
+def test_smpte_240m():
+    """Its transfer function from light to codes, and back."""
+    light = np.array([0.0, 0.01, 0.0228, 0.1, 0.5, 1.0])
+    code = np.where(light < 0.0228, 4 * light, 1.1115 * light**0.45 - 0.1115)
+    assert np.allclose(of_cicp(7, "a chunk").curves[0].light(code), light, atol=2e-4)

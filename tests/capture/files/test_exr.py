@@ -52,6 +52,12 @@ def exr(path: Path, *parts: tuple[str, tuple[str, ...]], kinds: tuple[str, ...] 
         (("S0.400nm", "S0.500nm", "S0.600nm", "S0.700nm"), (0, 1, 2, 3)),
         (("band0", "band1", "band2", "band3", "band4"), (0, 1, 2, 3, 4)),
         (("R", "G", "B", "NIR"), (0, 1, 2, 3)),
+        (("b", "g", "r", "a"), (2, 1, 0)),
+        (("Blue", "Green", "Red", "Alpha"), (2, 1, 0)),
+        (("R", "G", "B", "Depth", "objectId", "u", "v"), (0, 1, 2)),
+        (("R", "G", "B", "Nx", "Ny", "Nz"), (0, 1, 2)),
+        (("beauty.R", "beauty.G", "beauty.B", "CryptoObject00.R", "CryptoObject00.G"), (0, 1, 2)),
+        (("V.Combined.R", "V.Combined.G", "V.Combined.B", "V.Mist.Z", "V.IndexOB.X"), (0, 1, 2)),
     ],
 )
 def test_the_picture_is_found_among_the_channels(tmp_path, channels, taken):
@@ -140,3 +146,15 @@ def test_the_display_window_is_the_picture(tmp_path, window):
             expected[row, column] = pixels[row - y, column - x]
     assert read_header(tmp_path / "a.exr").size == (width, height)
     assert np.array_equal(read_image(tmp_path / "a.exr").pixels, expected)
+
+
+@pytest.mark.parametrize("place", [(100, 0), (0, -40), (-13, 0)])
+def test_pixels_outside_the_display_window_are_refused(tmp_path, place):
+    spec = oiio.ImageSpec(13, 9, 3, "float")
+    spec.x, spec.y = place
+    spec.full_x, spec.full_y, spec.full_width, spec.full_height = 0, 0, 20, 15
+    file = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert file.open(str(tmp_path / "a.exr"), spec) and file.write_image(np.ones((9, 13, 3), np.float32))
+    file.close()
+    with pytest.raises(InputError, match=r"a\.exr: .*outside its display window"):
+        read_image(tmp_path / "a.exr")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
 
+from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.dng_files import EXPOSURE, HEIGHT, RNG, WIDTH, cells, dng, mosaic, rationals
 
@@ -120,3 +123,22 @@ def test_a_dng_by_another_name_is_a_dng(tmp_path):
     written = mosaic()
     path = dng(tmp_path / "a.tif", written, white=60000)
     assert np.array_equal(read_image(path).pixels, cells(written[..., 0].astype(np.float32)))
+
+
+@pytest.mark.parametrize("size", [(4, 4), (2, 4), (3, 3), (8, 2)])
+def test_a_mosaic_that_repeats_otherwise_is_refused(tmp_path, size):
+    """LibRaw takes it for one of 2 x 2, and mixes its colours."""
+    path = dng(tmp_path / "a.dng", mosaic(), white=60000)
+    data = path.read_bytes()
+    place = data.index(struct.pack("<HHIHH", 33421, 3, 2, 2, 2))
+    path.write_bytes(data[:place] + struct.pack("<HHIHH", 33421, 3, 2, *size) + data[place + 12 :])
+    with pytest.raises(InputError, match=rf"a\.dng: .*mosaic that repeats by {size[0]} x {size[1]}"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("black", [60000, 61000])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_black_at_or_above_white_is_refused(tmp_path, black, channels):
+    written = RNG.integers(1000, 50000, (HEIGHT, WIDTH, channels)).astype(np.uint16)
+    with pytest.raises(InputError, match=rf"a\.dng: .*black level of {black}, .*white"):
+        read_image(dng(tmp_path / "a.dng", written, white=60000, black=black))
