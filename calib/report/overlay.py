@@ -21,15 +21,9 @@ _BRIGHT = 99.0  # percentile drawn as white
 _MAGNIFIED = 100.0  # residuals are drawn so much longer than they are
 
 
-def draw_view(setup: Setup, view: ViewSetup, image: RadianceImage) -> np.ndarray:
-    """(h, w, 3) uint8 RGB: corners with their residuals a hundredfold, outlines, highlights, rejected pixels."""
-    picture = picture_of(image)
-    mark_view(picture, setup, view)
-    return picture
-
-
 def mark_view(picture: np.ndarray, setup: Setup, view: ViewSetup) -> None:
-    """What was found, onto a picture (h, w, 3) of the setup's camera."""
+    """Corners with their residuals a hundredfold, outlines and highlights, onto a picture (h, w, 3) of the setup's
+    camera."""
     for ball in setup.mirror_balls:
         _polygon(picture, outline(setup.camera, view.pose, ball.center, ball.radius), BALL)
     _polygon(picture, _sample_outline(setup.camera, view.pose, setup.sample), SAMPLE)
@@ -37,11 +31,16 @@ def mark_view(picture: np.ndarray, setup: Setup, view: ViewSetup) -> None:
         draw_marks(picture, view.marks)
 
 
-def picture_of(image: RadianceImage) -> np.ndarray:
-    """(h, w, 3) uint8: the photo in square-root tones, pixels that are not valid but bright tinted."""
+def white_of(level: np.ndarray) -> float:
+    """What of a photo's radiance, ``level`` (h, w), is drawn as white."""
+    return float(np.percentile(level[np.isfinite(level)], _BRIGHT)) or 1.0
+
+
+def picture_of(image: RadianceImage, white: float) -> np.ndarray:
+    """(h, w, 3) uint8 RGB: a photo, or a part of it, in square-root tones, pixels that are not valid but bright
+    tinted."""
     value = np.nan_to_num(image.value.astype(np.float32))
     color = value if value.shape[2] == 3 else np.repeat(gray(image)[..., None], 3, axis=2)
-    white = float(np.percentile(color, _BRIGHT)) or 1.0
     picture = (np.sqrt(np.clip(color / white, 0, 1)) * 255).astype(np.uint8)
     rejected = image.saturated | (~image.valid & (gray(image) > 0.05 * white))
     picture[rejected] = (0.5 * picture[rejected] + 0.5 * np.array(REJECTED)).astype(np.uint8)

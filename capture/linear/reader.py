@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -78,6 +78,17 @@ class RadianceReader:
         valid = image.valid & ~grown(image.saturated)
         valid &= ~isolated_spots(image.value, image.variance, crowded=not isinstance(roi, Windows))
         return replace(image, valid=valid)
+
+    def bands(self, view: View) -> Iterator[RadianceImage]:
+        """The radiance of a whole view from above, as :meth:`read` has it, in bands of rows where the photo stands
+        alone: that of a large photo takes some twenty times the memory of its file.
+        """
+        (width, height), reader, rows = self.size, self, self.size[1]
+        if len(view.photos) == 1:  # of a bracket, the exposures' steps take the whole photos
+            image = self.image(view.photos[0])
+            rows, reader = BAND, replace(self, decode=lambda path, demosaic: image)
+        for top in range(0, height, rows):
+            yield reader.read(view, (0, top, width, min(top + rows, height)))
 
     def _lit(self, view: View, roi: Region | Windows | None) -> RadianceImage:
         """Radiance by the lamp alone, before pixels are judged by their neighbours."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from photogonio.calib.report.overlay import draw_marks, draw_view, picture_of
+from photogonio.calib.report.overlay import draw_marks, mark_view, picture_of, white_of
 from photogonio.calib.setup import Setup
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.system.progress import Reporter
@@ -27,11 +27,11 @@ def save_pictures(radiance: RadianceReader, setup: Setup, folder: Path, reporter
     samples = {view.name: view for view in setup.views}
     names = [name for name in views if name in boards or name in samples]
     for k, name in enumerate(names):
-        image = radiance.read(views[name])
+        white = white_of(radiance.read_level(views[name])[0])
+        picture = np.concatenate([picture_of(band, white) for band in radiance.bands(views[name])])
         if name in samples:
-            picture = draw_view(setup, samples[name], image)
+            mark_view(picture, setup, samples[name])
         else:
-            picture = picture_of(image)
             draw_marks(picture, boards[name].marks)
         (folder / picture_name(name)).write_bytes(_jpeg(picture))
         reporter.progress("drawing what was found", k + 1, len(names))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from photogonio.calib.detect.gray import gray
 from photogonio.calib.geometry.cones import outline
 from photogonio.calib.report.overlay import (
     BALL,
@@ -13,8 +14,9 @@ from photogonio.calib.report.overlay import (
     REJECTED,
     SAMPLE,
     draw_marks,
-    draw_view,
+    mark_view,
     picture_of,
+    white_of,
 )
 from photogonio.calib.setup import Light, Marks, Setup, ViewSetup
 from photogonio.capture.photoset import MirrorBall, Plane, Sphere
@@ -32,14 +34,18 @@ def image():
     return radiance(0.2 + 0.001 * (x + y), 0.0, 3)
 
 
+def pictured(one):
+    return picture_of(one, white_of(gray(one)))
+
+
 @pytest.mark.parametrize("channels", [1, 3, 5])
 def test_tones_rise_with_light_whatever_the_exposure(channels):
     level = np.linspace(0.01, 1.0, 160) * np.ones((120, 1))
-    found = [picture_of(radiance(scale * level, 0.0, channels)) for scale in (1.0, 1000.0)]
+    found = [pictured(radiance(scale * level, 0.0, channels)) for scale in (1.0, 1000.0)]
     assert found[0].shape == (120, 160, 3) and found[0].dtype == np.uint8
     assert np.abs(found[0].astype(int) - found[1]).max() <= 1
     assert (np.diff(found[0][0, :, 0].astype(int)) >= 0).all() and found[0].max() == 255
-    assert not picture_of(radiance(np.zeros((4, 4)), 0.0, channels)).any()
+    assert not pictured(radiance(np.zeros((4, 4)), 0.0, channels)).any()
 
 
 def test_pixels_that_are_not_used_are_tinted_unless_they_are_dark():
@@ -47,7 +53,7 @@ def test_pixels_that_are_not_used_are_tinted_unless_they_are_dark():
     one.saturated[10, 20] = True
     one.valid[30, 40] = one.valid[50, 60] = False
     one.value[50, 60] = 0.0
-    plain, found = picture_of(image()).astype(int), picture_of(one).astype(int)
+    plain, found = pictured(image()).astype(int), pictured(one).astype(int)
     changed = np.argwhere((found != plain).any(axis=2))
     assert changed.tolist() == [[10, 20], [30, 40], [50, 60]]
     for y, x in changed[:2]:
@@ -73,7 +79,9 @@ def test_outlines_lie_where_ball_and_sample_are_seen(flat):
     sample = Plane(sheet, 5.0) if flat else ball
     view = ViewSetup("a", LAMP, ABOVE, np.ones(3), np.zeros(3), "none")
     setup = Setup(CAMERA, sample, (view,), "relative", ("R", "G", "B"), mirror_balls=BALLS)
-    plain, picture = picture_of(image()), draw_view(setup, view, image())
+    plain = pictured(image())
+    picture = plain.copy()
+    mark_view(picture, setup, view)
     limb = outline(CAMERA, ABOVE, BALLS[0].center, BALLS[0].radius)
     assert near(picture, plain, BALL, limb).all()
     edge = outline(CAMERA, ABOVE, ball.center, ball.radius)
@@ -90,7 +98,7 @@ def test_outlines_lie_where_ball_and_sample_are_seen(flat):
 
 
 def test_residuals_are_drawn_a_hundredfold():
-    plain = picture_of(image())
+    plain = pictured(image())
     marks = Marks(np.array([[40.0, 60.0]]), np.array([[0.3, 0.0]]), NONE, NONE, NONE, NONE)
     picture = plain.copy()
     draw_marks(picture, marks)
@@ -100,7 +108,7 @@ def test_residuals_are_drawn_a_hundredfold():
 
 
 def test_every_kind_of_mark_has_its_colour_and_places_outside_do_no_harm():
-    plain = picture_of(image())
+    plain = pictured(image())
     nowhere = np.array([[np.nan, 5.0], [1e9, -1e9]])
     marks = Marks(
         np.vstack([[[20.0, 20]], nowhere]),

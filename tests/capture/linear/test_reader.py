@@ -44,6 +44,22 @@ def test_single_pixels_read_as_in_the_whole_photo(make, light):
         np.testing.assert_array_equal(found.reshape(*y.shape, 3), whole.value[inside])
 
 
+def test_bands_are_the_whole_photo(make, light, monkeypatch):
+    monkeypatch.setattr("photogonio.capture.linear.reader.BAND", 16)
+    photos = [
+        ("a.png", "sample", light, {"bracket": 0, "exposure_time": 1.0}),
+        ("b.png", "sample", light / 4, {"bracket": 0, "exposure_time": 0.25}),
+        ("c.png", "sample", light, {"exposure_time": 1.0}),
+    ]
+    photoset, reader = make(photos)
+    for view, count in zip(photoset.views("sample"), (1, -(-SHAPE[0] // 16)), strict=True):
+        bands, whole = list(reader.bands(view)), reader.read(view)
+        assert len(bands) == count
+        for name in ("value", "saturated"):
+            parts = np.concatenate([getattr(band, name) for band in bands])
+            np.testing.assert_array_equal(parts, getattr(whole, name))
+
+
 def test_exposure_scales_radiance(make, light):
     """Twice the time, half the ISO, a stop down: radiance is per second at ISO 100 and f/1."""
     photos = [
