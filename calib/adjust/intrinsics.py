@@ -13,6 +13,8 @@ from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera
 from photogonio.calib.geometry.pose import fit_pose
 from photogonio.calib.parallel import abreast
+from photogonio.capture.errors import InputError
+from photogonio.capture.photoset import MANIFEST
 
 _PINHOLE = cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST
 _ONE_TERM = cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST
@@ -33,6 +35,10 @@ _MOST = 16  # photos that judge the models; all of them then fit the chosen one
 _SAME = 1.02  # a held-out residual within this factor counts as equal
 _WORTH = 10.0  # drop of the squared residual, in its expected size for a useless term, that a term must bring
 _FEWEST = 6  # corners a photo needs
+_UNSEEN = (
+    "no camera sees its corners where the photos show them: the print is not as the manifest says (lengths, places of "
+    "markers, squares, ids)"
+)
 # steps, and the relative size of the last: far below what corners can tell
 _STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 30, 1e-7)
 
@@ -149,9 +155,12 @@ def _calibrate(
     pixels = [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in views]
     start = (np.eye(3), None) if near is None else (near.matrix.copy(), near.distortion.copy())
     begun = flags if near is None else flags | cv2.CALIB_USE_INTRINSIC_GUESS
-    rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(  # type: ignore[call-overload]  # no start
-        points, pixels, size, *start, flags=begun, criteria=_STOP
-    )
+    try:
+        rms, matrix, distortion, _, _, errors, _, _ = cv2.calibrateCameraExtended(  # type: ignore[call-overload]  # no start
+            points, pixels, size, *start, flags=begun, criteria=_STOP
+        )
+    except cv2.error as error:
+        raise InputError(f"{MANIFEST}: [board]", _UNSEEN) from error
     distortion = np.asarray(distortion, float).reshape(-1)[: 8 if flags & cv2.CALIB_RATIONAL_MODEL else 5]
     return float(rms), Camera(matrix, distortion, size), np.asarray(errors, float).reshape(-1)
 

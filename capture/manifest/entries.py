@@ -88,6 +88,10 @@ def build_board(values: dict[str, Any], where: str) -> Board:
     else:
         board = LooseMarkers(values["dictionary"], values["marker"])
         ids = [number for number, _ in board.marker_corners]
+        for number, corners in board.marker_corners:
+            across = np.linalg.svd(np.asarray(corners) - np.mean(corners, axis=0), compute_uv=False)[:2]
+            if across[1] < _NARROW * across[0] or across[0] == 0:
+                raise InputError(f"{where} marker", f"the corners of marker {number} span no square")
     size = len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary)).bytesList)
     if max(ids) >= size:
         raise InputError(where, f"needs marker {max(ids)}, but {board.dictionary} ends at {size - 1}")
@@ -197,6 +201,7 @@ def light_with_markers(values: dict[str, Any], where: str) -> LightEntry:
     return build_light({**values, "marker_ids": ids, "markers": markers}, where)
 
 
+_NARROW = 0.3  # of the longer way across a marker, that its corners lie apart the other way: a square has 1
 BOARD_TABLE = {
     "kind": Key(choice(*KINDS["board"]), required=True),
     "dictionary": Key(dictionary, required=True),

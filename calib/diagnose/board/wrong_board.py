@@ -24,7 +24,12 @@ _FIT = 0.8  # share of the markers that must lie where a board has them
 _ALL = 0.97  # share of them that is all but what is misread
 _WIDER = 0.1  # relative, by which markers of a grid may be wider beside their distances
 _COLUMNS = range(2, 31)
+_ROWS = 3  # that a manifest may miscount
+_IN_PICTURE = 1.0  # sides of a marker, that its middle lies inside the picture's border
 _UPRIGHT = 5  # loose markers that tell which way up they are: any four fit a homography
+_ELSEWHERE = 0.5  # of a loose marker's side, that it lies beside its place
+_BESIDE_OTHERS = 5.0  # times as far as the others do: a lens bends all of a sheet
+_ALL_ELSEWHERE = 0.1  # of the way over the sheet, beyond any lens
 _MIRRORED = (
     "board: the photos show the markers mirrored: print the board as it is drawn, not through a mirror, and give "
     "photos that are not flipped (orientation in the file, a mirror in the beam, a camera that faces its user)"
@@ -53,7 +58,7 @@ class WrongBoard(LookDeparture):
         Entry(
             "wrong-board",
             "The photos show markers of another dictionary than the manifest's, or laid out otherwise, mirrored or "
-            "white on black. Nothing is calibrated.",
+            "white on black, or loose ones elsewhere than given. Nothing is calibrated.",
             "Correct `[board]` as it is said, or print the board as it is drawn.",
             least=1 - _FIT,
             source="share of the markers that lie beside their places by 0.15 of their side",
@@ -86,7 +91,7 @@ def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
         some = order[:: max(1, len(order) // _LOOKED_AT)][:_LOOKED_AT]
         return _other_look(board, reader, some) or _other_dictionary(board, reader, some)
     if isinstance(board, LooseMarkers):
-        return _upside_down(board, told[0])
+        return _upside_down(board, told[0]) or _elsewhere(board, told)
     share, wider = max(_laid(board, corners) for corners in told)
     if share < _FIT:
         return _other_layout(board, told[0])
@@ -96,6 +101,10 @@ def board_fault(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
         other = replace(board, legacy_pattern=not board.legacy_pattern)
         if max(_laid(other, corners)[0] for corners in told) >= _ALL:
             return _laid_out(_legacy_words(other), told[0])
+    bare = [one for one in seen if one.view.photos[0].role == "calibration" and _markers(one.corners) >= few]
+    rows = _more_rows(board, told) if share < _ALL else _fewer_rows(board, bare)
+    if rows is not None:
+        return rows
     if isinstance(board, GridBoard) and abs(wider - 1) > _WIDER:
         apart = board.marker_separation / board.marker_length
         shown = (1 + apart) / wider - 1
@@ -154,6 +163,45 @@ def _upside_down(board: LooseMarkers, corners: Corners) -> str | None:
     return _MIRROR_PLACES if np.mean(off < _OFF * _sides(quads).mean(1)) >= _FIT else None
 
 
+def _elsewhere(board: LooseMarkers, told: Sequence[Corners]) -> str | None:
+    """Whether flat loose markers lie elsewhere than given, as where ids are exchanged: told by their middles."""
+    places = {k: np.asarray(c, float).reshape(4, 3) for k, c in board.marker_corners}
+    middles = {k: quad[:, :2].mean(0) for k, quad in places.items() if np.ptp(quad[:, 2]) == 0 == quad[0, 2]}
+    beside: dict[int, list[float]] = {}
+    lost: list[bool] = []  # photos in which most lie elsewhere
+    for corners in told:
+        known = np.array([int(k) in middles for k in corners.marker_ids], bool)
+        if known.sum() < _UPRIGHT:
+            continue
+        ids, seen = corners.marker_ids[known], corners.marker_pixels[known]
+        flat, side = np.array([middles[int(k)] for k in ids]), _sides(seen).mean(1)
+        matrix, _ = cv2.findHomography(flat, seen.mean(1), cv2.RANSAC, _ELSEWHERE * float(np.median(side)))
+        if matrix is None:
+            continue
+        off = np.linalg.norm(_mapped(matrix, flat) - seen.mean(1), axis=1) / side
+        wide = float(np.median(np.ptp(seen.mean(1), axis=0)) / np.median(side))
+        lost.append(bool(np.median(off) > max(_ELSEWHERE, _ALL_ELSEWHERE * wide)))
+        for number, far in zip(ids, off, strict=True):
+            beside.setdefault(int(number), []).append(float(far))
+    if not lost:
+        return None
+    far = {number: float(np.median(each)) for number, each in beside.items()}
+    bound = max(_ELSEWHERE, _BESIDE_OTHERS * float(np.median(list(far.values()))))
+    wrong = sorted(number for number, one in far.items() if one > bound)
+    if 2 * sum(lost) > len(lost):
+        return (
+            "board.marker: most markers lie elsewhere than given: are their ids those of the print, x to the right, "
+            "y up the page?"
+        )
+    if not wrong:
+        return None
+    whose = f"marker {wrong[0]} lies" if len(wrong) == 1 else f"markers {', '.join(map(str, wrong))} lie"
+    return (
+        f"board.marker: {whose} elsewhere than given, by {max(far[k] for k in wrong):.2g} of a marker's side, "
+        "and the others where they are given: correct their corners or ids, or leave them out"
+    )
+
+
 def _other_dictionary(board: Board, reader: Reader, seen: list[Seen]) -> str | None:
     found: dict[str, set[int]] = {}
     for one in seen:
@@ -169,10 +217,55 @@ def _other_dictionary(board: Board, reader: Reader, seen: list[Seen]) -> str | N
     if best is None or len(found[best]) < _FEWEST:
         return None
     ids = sorted(found[best])
+    if best.lower().startswith(board.dictionary.lower().rsplit("_", 1)[0]):
+        return (
+            f"board: the photos show markers {ids[0]} to {ids[-1]} of {board.dictionary} ({len(ids)} of them), and few "
+            "or none of those that the manifest gives: correct their ids"
+        )
     return (
         f"board.dictionary: the photos show markers of {best} or of a smaller one of its kind ({len(ids)} of them, "
         f"from {ids[0]} to {ids[-1]}), not of {board.dictionary}"
     )
+
+
+def _more_rows(board: PrintedBoard, told: Sequence[Corners]) -> str | None:
+    """Whether the print goes on below the board's last row: places are counted from there."""
+    name, (columns, rows) = _size_of(board)
+    for more in range(1, _ROWS + 1):
+        taller = _of_size(board, (columns, rows + more))
+        if max(_laid(taller, corners)[0] for corners in told) >= _ALL:
+            return _laid_out(f"{name} = {[columns, rows + more]}, not {[columns, rows]}", told[0])
+    return None
+
+
+def _fewer_rows(board: PrintedBoard, bare: Sequence[Seen]) -> str | None:
+    """Whether photos of the bare board show none of the last rows' markers, all of which lie in the pictures."""
+    name, (columns, rows) = _size_of(board)
+    for less in range(min(_ROWS, rows - 2), 0, -1):
+        shorter = _of_size(board, (columns, rows - less))
+        kept = np.asarray(opencv_board(shorter).getIds()).max() if less < rows else -1
+        asked, seen = 0, 0
+        for one in bare:
+            corners = one.corners
+            matrix = None if corners is None else _matrix(board, corners)
+            if corners is None or matrix is None:
+                continue
+            places = {k: quad.mean(0) for k, quad in _places(board).items() if k > kept}
+            there = _mapped(matrix, np.array(list(places.values())))
+            margin = _IN_PICTURE * float(np.median(_sides(corners.marker_pixels)))
+            inside = (there > margin).all() and (there < np.array(one.size) - 1 - margin).all()
+            asked += bool(inside)
+            seen += bool((corners.marker_ids > kept).any())
+        if asked >= _LOOKED_AT and not seen:
+            return (
+                f"board.{name} = {[columns, rows]}: {asked} photos of the bare board show no marker of the last "
+                f"{'row' if less == 1 else f'{less} rows'}, where they should: is it {[columns, rows - less]}?"
+            )
+    return None
+
+
+def _size_of(board: PrintedBoard) -> tuple[str, tuple[int, int]]:
+    return ("squares", board.squares) if isinstance(board, CharucoBoard) else ("markers", board.markers)
 
 
 def _other_layout(board: PrintedBoard, corners: Corners) -> str | None:
@@ -194,7 +287,7 @@ def _legacy_words(board: CharucoBoard) -> str:
 def _others(board: PrintedBoard, corners: Corners) -> Iterator[tuple[PrintedBoard, str]]:
     """Boards that may have been meant, the likeliest first, and in what they differ."""
     charuco, ids = isinstance(board, CharucoBoard), corners.marker_ids
-    name, size = ("squares", board.squares) if isinstance(board, CharucoBoard) else ("markers", board.markers)
+    name, size = _size_of(board)
     turned = _of_size(board, (size[1], size[0]))
     yield turned, f"{name} = {list(size[::-1])}, not {list(size)}"
     firsts = sorted({0, int(ids.min()), board.first_id})
@@ -226,15 +319,13 @@ def _laid(board: PrintedBoard, corners: Corners) -> tuple[float, float]:
     """Share of the markers seen whose middles lie where a board has them, by the homography that fits most; and how
     much wider they are than it says, as a factor."""
     try:
-        made = opencv_board(board)
+        place = _places(board)
     except InputError:
         return 0.0, 1.0
-    points = np.array([np.asarray(p, float).reshape(4, 3)[:, :2] for p in made.getObjPoints()])
-    place = {int(k): n for n, k in enumerate(np.asarray(made.getIds()).ravel())}
     known = np.array([int(k) in place for k in corners.marker_ids])
     if known.sum() < _FEWEST:
         return 0.0, 1.0
-    flat = points[[place[int(k)] for k in corners.marker_ids[known]]]
+    flat = np.array([place[int(k)] for k in corners.marker_ids[known]])
     quads = corners.marker_pixels[known]
     bound = _OFF * float(np.median(_sides(quads)))
     matrix, _ = cv2.findHomography(flat.mean(axis=1), quads.mean(axis=1), cv2.RANSAC, bound)
@@ -244,6 +335,25 @@ def _laid(board: PrintedBoard, corners: Corners) -> tuple[float, float]:
     there = _mapped(np.linalg.inv(matrix), quads.reshape(-1, 2)).reshape(-1, 4, 2)
     wider = float(np.median(_sides(there)[off < bound]) / board.marker_length) if (off < bound).any() else 1.0
     return float((off < bound).sum()) / len(corners.marker_ids), wider
+
+
+def _places(board: PrintedBoard) -> dict[int, np.ndarray]:
+    """Corners (4, 2) of each marker by id, in OpenCV's frame. Raises InputError for a board that cannot be."""
+    made = opencv_board(board)
+    quads = (np.asarray(p, float).reshape(4, 3)[:, :2] for p in made.getObjPoints())
+    return dict(zip(map(int, np.asarray(made.getIds()).ravel()), quads, strict=True))
+
+
+def _matrix(board: PrintedBoard, corners: Corners) -> np.ndarray | None:
+    """Of a photo, from the board to pixels."""
+    place = _places(board)
+    known = np.array([int(k) in place for k in corners.marker_ids])
+    if known.sum() < _FEWEST:
+        return None
+    flat = np.array([place[int(k)].mean(0) for k in corners.marker_ids[known]])
+    quads = corners.marker_pixels[known]
+    bound = _OFF * float(np.median(_sides(quads)))
+    return cv2.findHomography(flat, quads.mean(axis=1), cv2.RANSAC, bound)[0]
 
 
 def _sides(quads: np.ndarray) -> np.ndarray:

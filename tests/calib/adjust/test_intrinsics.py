@@ -8,6 +8,7 @@ from photogonio.calib.adjust.intrinsics import MODELS, _beats, fit_camera, free_
 from photogonio.calib.detect.photo_reader import look, look_closer
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera
+from photogonio.capture.errors import InputError
 from photogonio.capture.photoset import CharucoBoard
 from tests.calib.geometry.test_pose import corners
 from tests.drawn.board_photos import POSES
@@ -110,3 +111,12 @@ def test_one_photo_leaves_the_lens_out_and_the_axis_in_the_middle():
     assert fit.square and fit.centred and fit.model.startswith("square pixels")
     np.testing.assert_allclose(fit.camera.matrix[:2, 2], (np.array(SIZE) - 1) / 2)
     assert fit.camera.matrix[0, 0] == pytest.approx(CAMERA.matrix[0, 0], rel=0.1)
+
+
+def test_corners_that_no_camera_sees_there_are_one_line(monkeypatch):
+    def refuse(*_args, **_given):
+        raise cv2.error("Principal point must be within the image")
+
+    monkeypatch.setattr(cv2, "calibrateCameraExtended", refuse)
+    with pytest.raises(InputError, match=r"\[board\]: no camera sees its corners"):
+        fit_camera([corners(pose) for pose in POSES], SIZE)

@@ -84,7 +84,7 @@ def test_keys_of_another_kind_and_missing_ones_are_named():
         board("aruco-grid", marker_separation=2.0)
     with pytest.raises(InputError, match=r'\[board\] squares: does not apply with kind = "aruco-grid"'):
         board("aruco-grid", markers=(3, 3), marker_separation=2.0, squares=(3, 3))
-    corners = np.zeros((4, 3))
+    corners = np.array([[0, 7, 0], [7, 7, 0], [7, 0, 0], [0, 0, 0.0]])
     with pytest.raises(InputError, match="used twice"):
         entries.build_board(
             {"kind": "markers", "dictionary": "DICT_4X4_50", "marker": ((3, corners), (3, corners))},
@@ -115,3 +115,20 @@ def test_directions_of_lights_have_length_one():
 def test_radiometry_that_contradicts_itself_is_refused(values, said):
     with pytest.raises(InputError, match=rf"\[radiometry\]: .*{said}"):
         entries.build_radiometry(values, "[radiometry]")
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        np.zeros((4, 3)),
+        np.ones((4, 3)),
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]],
+        [[0, 0, 0], [9, 0, 0], [9, 1, 0], [0, 1, 0]],
+    ],
+)
+def test_corners_of_a_marker_that_span_no_square_are_refused(corners):
+    with pytest.raises(InputError, match="marker 3 span no square"):
+        entries.build_board(
+            {"kind": "markers", "dictionary": "DICT_4X4_50", "marker": ((3, np.array(corners, float)),)},
+            "[board]",
+        )

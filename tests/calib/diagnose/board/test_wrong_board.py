@@ -41,6 +41,7 @@ def grid():
     ("wrong", "said"),
     [
         ({"squares": (6, 8)}, "board.squares = [8, 6], not [6, 8]"),
+        ({"squares": (8, 5)}, "board.squares = [8, 6], not [8, 5]"),
         ({"squares": (7, 5)}, "board.squares: 8 columns"),
         ({"first_id": 7}, "board.first_id = 0, not 7"),
         ({"dictionary": "DICT_5X5_50"}, "board.dictionary: the photos show markers of DICT_4X4_1000"),
@@ -58,6 +59,7 @@ def test_a_charuco_board(charuco, wrong, said):
     ("wrong", "said"),
     [
         ({"markers": (4, 6)}, "board.markers = [6, 4], not [4, 6]"),
+        ({"markers": (6, 3)}, "board.markers: 6 columns"),
         ({"first_id": 3}, "board.first_id = 0, not 3"),
         ({"marker_separation": 16.0}, "of their length apart, marker_separation and marker_length say 1.3"),
         ({}, None),
@@ -106,3 +108,44 @@ def test_the_squares_of_old_boards_are_told(squares, legacy):
 
 def test_a_photo_of_something_else_says_nothing():
     assert fault(BOARD, np.full((360, 480), 0.3, np.float32)) is None
+
+
+@pytest.mark.parametrize(("rows", "said"), [(6, None), (7, "is it [8, 6]?"), (8, "is it [8, 6]?")])
+def test_rows_that_no_photo_of_the_bare_board_shows(rows, said):
+    """They would stand below the print, in the picture; and places are counted from the last."""
+    level = draw(CAMERA, POSES[0], 0.004, 0)
+    small = np.pad(level[::2, ::2], ((20, 160), (80, 160)), mode="edge")
+    reader = reader_of(
+        replace(BOARD, squares=(8, rows)), {f"{k}.png": radiance(small, 0.004) for k in range(3)}
+    )
+    found = board_fault(reader.photoset.board, reader, look(reader, views_of(reader), quiet, ""))
+    assert found is None if said is None else said in found
+
+
+def loose(grid_board: GridBoard) -> list[tuple[int, np.ndarray]]:
+    """The grid's markers one by one, y up the page."""
+    made = opencv_board(grid_board)
+    quads = [np.asarray(p, float).reshape(4, 3) * [1, -1, 1] + [0, 60, 0] for p in made.getObjPoints()]
+    return list(zip(map(int, np.ravel(made.getIds())), quads, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda k, c: (k, c), None),
+        (lambda k, c: (k, c + np.array([0.3, -0.3, 0])), None),
+        (lambda k, c: ({3: 20, 20: 3}.get(k, k), c), "markers 3, 20 lie elsewhere"),
+        (lambda k, c: (k, c + np.array([9, 0, 0]) * (k == 7)), "marker 7 lies elsewhere"),
+        (lambda k, c: (7 * k % 24, c), "elsewhere than given"),
+        (lambda k, c: ((k + 1) % 24, c), "elsewhere than given"),
+    ],
+)
+def test_loose_markers_that_lie_elsewhere(grid, change, said):
+    board = LooseMarkers(GRID.dictionary, tuple(change(k, c) for k, c in loose(GRID)))
+    found = fault(board, grid)
+    assert found is None if said is None else said in found
+
+
+def test_other_numbers_of_the_same_dictionary(grid):
+    board = LooseMarkers(GRID.dictionary, tuple((k + 24, c) for k, c in loose(GRID)))
+    assert "markers 0 to 23 of DICT_4X4_50" in fault(board, grid)
