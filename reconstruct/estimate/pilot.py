@@ -41,6 +41,7 @@ SETTLED = 0.05  # rms over the cells, of their errors
 SETTLED_SCALE = 1e-3  # of a view's scale
 START = 0.25  # roughness
 LIKELIEST = 4  # pilots with one lobe that are tried further
+TWO_TOLD = 0.02  # of mean log likelihood a value: by which photos tell two lobes from one
 TELLING = 0.1  # relative error of a cell that can contradict others
 ENOUGH = 0.05  # share of the cells
 BLUR_DOUBT = 0.05  # of what was removed as a narrow peak's blur, which is known better than to second order
@@ -274,7 +275,10 @@ def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Clean
             both = LobeSet((*first.families, family), (*first.shapes, starting_shape(family, START)))
             pilots.append(_pilot(work, both, 1))
         coats = [one.model.lobes for one in _by_cost(work.pilots) if _is_coat(one.model.lobes)]
-        if work.cells.peaked and coats:  # though Fresnel's term be another's, which a few views hardly tell
+        told = min(one.cost for one in pilots) < work.reference.cost - TWO_TOLD and work.cells.binned
+        if coats and (
+            work.cells.peaked or told
+        ):  # though Fresnel's term be another's: a few views hardly tell it
             pilots.append(_pilot(work, _core_and_tails(coats[0], absolute), 1))
     return replace(work, pilots=tuple(pilots))
 

@@ -1,5 +1,6 @@
 """Stray light and views of wrong scale, found by turns with pilot fits."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from photogonio.reconstruct.goniometer.read import believed
 from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
+from photogonio.synthetic.brdf.files import read_brdf
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.goniometer import lobe, regular
 from tests.drawn.tables import Plan, simulate
@@ -50,6 +52,40 @@ def test_stray_light_is_taken_away_as_the_pilot_says_and_doubted():
     # the pilot misses the surface by some per cent, of which two per cent are removed
     np.testing.assert_allclose(np.median(work.cells.value / without.cells.value), 1.0, atol=1e-3)
     np.testing.assert_allclose(np.median(work.stray / true), 1.0, atol=0.02)
+
+
+@pytest.mark.parametrize("tails", [0.0, 0.3])
+def test_core_and_tails_of_one_interface_are_tried_where_photos_tell_two_lobes(tails, tmp_path):
+    """Slopes of 0.12, of a part of the surface thrice that, over a ground: wider than what is called narrow. Of two
+    coats each may have an index of its own, which toward grazing is another surface."""
+    lobe = {
+        "model": "mirror",
+        "distribution": "ggx",
+        "masking": "correlated",
+        "fresnel": "dielectric",
+        "f0": 0.04,
+    }
+    parts = [lobe | {"roughness": 0.12, "weight": [1.0 - tails]}]
+    parts += [lobe | {"roughness": 0.36, "weight": [tails]}] if tails else []
+    surface = {
+        "format": "photogonio-brdf",
+        "version": 2,
+        "quantity": "brdf",
+        "symmetry": "isotropic",
+        "order": 0,
+        "channels": ["Y"],
+        "modes": [[0, 0, 0]],
+        "coefficients": [[0.3]],
+        "lobes": parts,
+        "scale": "absolute",
+    }
+    (tmp_path / "surface.json").write_text(json.dumps(surface))
+    seen = cells_of(simulate(read_brdf(tmp_path / "surface.json"), PLAN))
+    assert not seen.peaked
+    found = clean(seen, np.full(14, 0.003), lobes=None, absolute=True).pilots
+    both = [one for one in found if [f.fresnel for f in one.model.lobes.families] == ["dielectric"] * 2]
+    assert len(both) == (1 if tails else 0)
+    assert not tails or found[-1].cost == min(one.cost for one in found)
 
 
 def test_asked_numbers_of_lobes_are_the_only_ones_tried():
