@@ -23,6 +23,8 @@ _BOUNCE_ERROR = 0.2  # relative error of the modelled bounce, common to a square
 _TUKEY = 5.0
 _STEPS = 15
 _STILL = 1e-3  # squared standard errors of a step after which a fit has ended
+# of the largest of an information matrix: a value that nothing in a photo tells stays as it is
+_NO_SAY = 1e-30
 _SAME = 0.25  # squared standard errors within which two fits are on their way to one place
 # of the local values after the first four but the last, which is the scene's
 _PRIOR = np.array([0.3, 1.0, 0.0, 0.0, 0.0, 0.5])
@@ -239,8 +241,10 @@ def _step(
 ) -> tuple[np.ndarray, LightOnPaper, float] | None:
     """A damped step (LOCAL,) that lowers the cost, the light after it, and the next damping; None if there is none."""
     cost = _cost(residual, now.values, weighing) + _by_sights(now.board, now.values)
+    size = np.diag(normal)
+    size = np.maximum(size, _NO_SAY * size.max())
     while damping < 1e8:
-        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -slope)
+        step = np.linalg.solve(normal + damping * np.diag(size), -slope)
         tried = now.values.copy()
         tried[:LOCAL] += step
         if tried[2] > 0:

@@ -16,6 +16,9 @@ from photogonio.capture.diagnosis import Diagnosis, Entry
 
 _TOLD = 0.2  # power of the cosine that changes a patch's light by half a per cent, and
 _SURE = 5.0  # standard errors, at which a beam is told
+NARROWEST = (
+    200.0  # power of the cosine of a spot ten degrees wide: what of lamps far away is told is a guess beyond
+)
 
 
 class LampBeam(LightDeparture):
@@ -47,7 +50,8 @@ class LampBeam(LightDeparture):
         return [Diagnosis(self.code, "", float(found / variance / told), float(told**-0.5), _TOLD, _SURE)]
 
     def remedy(self, state: State, found: Sequence[Diagnosis]) -> State:
-        return replace(state, narrow=found[0].amount, falloff=present_falloff(state))
+        power = float(np.clip(found[0].amount, -NARROWEST, NARROWEST))
+        return replace(state, narrow=power, falloff=present_falloff(state))
 
     def as_settled(self, state: State, found: Diagnosis) -> Diagnosis:
         if not found.allowed:

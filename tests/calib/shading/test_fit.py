@@ -35,6 +35,15 @@ def test_a_wrong_place_is_no_better_for_supposing_much_bounce(drawn, k):
     assert not fits_better(right, right)
 
 
+def test_a_lamp_that_sends_no_light_to_the_board_stays_where_it_is(drawn):
+    """A beam so narrow that all around its axis is black: no sample says anything of the place."""
+    world, readings = drawn
+    scene, lamp = replace(scene_of(world), narrow=1e8, aim=(1e4, 0.0, 0.0)), world.lamps[0]
+    end = stepped(LitPaper.of(readings[0]), scene, lamp, 15)
+    assert np.isfinite(end.local).all()
+    np.testing.assert_allclose(end.local[:3], lamp)
+
+
 @pytest.mark.parametrize("k", range(2))
 def test_a_room_that_is_known_leaves_the_lamp_where_it_is(drawn, k):
     """Light from everywhere, a tenth of the lamp's: not known it draws the lamp nearer many errors; known, none."""

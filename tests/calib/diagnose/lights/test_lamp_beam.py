@@ -10,8 +10,9 @@ import pytest
 
 from photogonio.calib.adjust.alternate import settle
 from photogonio.calib.adjust.terms import BEAM_HELD
-from photogonio.calib.diagnose.lights.lamp_beam import LampBeam
+from photogonio.calib.diagnose.lights.lamp_beam import NARROWEST, LampBeam
 from photogonio.calib.diagnose.procedure import tell_lights
+from photogonio.capture.diagnosis import Diagnosis
 from tests.drawn.calibrations import Drawn
 
 
@@ -75,3 +76,12 @@ def test_once_allowed_for_it_is_what_settled():
         np.sqrt(state.settled.covariance["lamp"][2, 2])
     )
     assert "0.50" in LampBeam().message(beam, allowed=True) and LampBeam().message(beam, allowed=False) == ""
+
+
+@pytest.mark.parametrize(("found", "tried"), [(3.0, 3.0), (1.8e8, NARROWEST), (-1e6, -NARROWEST)])
+def test_no_beam_is_tried_that_no_lamp_has(found, tried):
+    """Of lamps far away the board spans no angle, and one step from 0 leads anywhere."""
+    drawn = Drawn(3, views=2)
+    (beam,) = [Diagnosis("lamp-beam", "", found, 0.1 * abs(found), 0.2, 5.0)]
+    state = settle(drawn.watched(paper=True))
+    assert LampBeam().remedy(state, [beam]).narrow == tried
