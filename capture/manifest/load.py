@@ -98,7 +98,11 @@ def check_file(root: Path, name: str, where: str) -> None:
     if "\0" in name:
         raise InputError(where, f"no file is called {name!r:.60}")
     path = root / name
-    if not path.resolve().is_relative_to(root):
+    try:
+        inside = path.resolve().is_relative_to(root)
+    except RuntimeError:  # Python before 3.13
+        raise InputError(where, f'"{name}" is a link that leads to itself') from None
+    if not inside:
         raise InputError(where, f'"{name}" leaves the folder')
     if not path.is_file():
         hint = "; paths have forward slashes" if "\\" in name else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from photogonio.commands.asked import options_of
@@ -14,7 +15,7 @@ from photogonio.system.progress import Reporter
 
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
-    out = Path(args.out) if args.out else Path(Path(args.set).resolve().name + "-brdf")
+    out = Path(args.out) if args.out else Path(os.path.basename(os.path.realpath(args.set)) + "-brdf")
     result = process(args.set, out, options_of(args), reporter)
     reporter.distrust(verdict_lines(result.faults))
     reporter.say(closing_lines(result))

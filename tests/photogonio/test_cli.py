@@ -222,6 +222,26 @@ def test_a_signal_in_the_midst_of_writing_leaves_nothing(tmp_path, number):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_modules_load_is_one_line(tmp_path, number):
+    code = (
+        "import signal, sys\n"
+        f"signal.signal({int(number)}, signal.default_int_handler)\n"
+        "import photogonio.__main__ as start\n"
+        "class Loading:\n"
+        "    def find_spec(self, name, *_):\n"
+        f"        if name == 'photogonio.cli': signal.raise_signal({int(number)})\n"
+        "sys.meta_path.insert(0, Loading())\n"
+        "start.program()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "photogonio: stopped; nothing was written\n"
+
+
 def ran(monkeypatch, work, number):
     """The status of a command that does ``work``, with a signal's own handler in place: the tests may have been started
     with interrupts ignored, as jobs in the background are."""

@@ -244,22 +244,23 @@ def _fewer_rows(board: PrintedBoard, bare: Sequence[Seen]) -> str | None:
     for less in range(min(_ROWS, rows - 2), 0, -1):
         shorter = _of_size(board, (columns, rows - less))
         kept = np.asarray(opencv_board(shorter).getIds()).max() if less < rows else -1
-        asked, seen = 0, 0
+        asked, seen = [], 0
         for one in bare:
             corners = one.corners
             matrix = None if corners is None else _matrix(board, corners)
             if corners is None or matrix is None:
                 continue
-            places = {k: quad.mean(0) for k, quad in _places(board).items() if k > kept}
-            there = _mapped(matrix, np.array(list(places.values())))
+            places = [quad.mean(0) for k, quad in _places(board).items() if k > kept]
+            there = _mapped(matrix, np.array(places))
             margin = _IN_PICTURE * float(np.median(_sides(corners.marker_pixels)))
-            inside = (there > margin).all() and (there < np.array(one.size) - 1 - margin).all()
-            asked += bool(inside)
+            inside = (there > margin).all(1) & (there < np.array(one.size) - 1 - margin).all(1)
+            asked.append(int(inside.sum()))
             seen += bool((corners.marker_ids > kept).any())
-        if asked >= _LOOKED_AT and not seen:
+        if np.count_nonzero(asked) >= 2 and sum(asked) >= _FEWEST and not seen:
             return (
-                f"board.{name} = {[columns, rows]}: {asked} photos of the bare board show no marker of the last "
-                f"{'row' if less == 1 else f'{less} rows'}, where they should: is it {[columns, rows - less]}?"
+                f"board.{name} = {[columns, rows]}: photos of the bare board show no marker of the last "
+                f"{'row' if less == 1 else f'{less} rows'}, where {sum(asked)} should be: is it "
+                f"{[columns, rows - less]}?"
             )
     return None
 

@@ -298,6 +298,10 @@ def test_links_may_not_leave_the_folder(folder):
     with pytest.raises(InputError, match="leaves the folder"):
         load_photoset(folder)
     (folder / "a.png").unlink()
+    (folder / "a.png").symlink_to(folder / "a.png")
+    with pytest.raises(InputError, match=r"photo\[0\] file: .*(leads to itself|no such file)"):
+        load_photoset(folder)
+    (folder / "a.png").unlink()
     (folder / "door").symlink_to(folder.parent)
     with pytest.raises(InputError, match="leaves the folder"):
         load_photoset(write(folder, swapped('file = "a.png"', 'file = "door/outside.png"')))
