@@ -36,6 +36,9 @@ HOPELESS = 0.5  # median, relative: no noise of a measurement that is worth a fi
 PEAK = 0.6  # rms misfit, relative: as much of the light is where the fit has none
 APART = 0.2  # photos at the same directions, relative
 KNOWN = 0.02  # of an albedo, that it is told within where many rows are lost
+HARDLY = (
+    0.3  # of an albedo: three times as unsure as plain paper, whose reflectance nobody measured, leaves it
+)
 CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 % leaves them on few rows
 LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
 BOARD = 3.0  # pixels, or the part of the picture's width below if that is more
@@ -130,8 +133,7 @@ def _much_lost(result: Result) -> str:
     lost = _told(result, "table-much-lost")
     if not lost:
         return ""
-    share = albedo_error(result.brdf) / np.maximum(np.abs(result.brdf.bihemispherical_albedo()), 1e-12)
-    width = HALF_OF_95 * float(np.nan_to_num(share, nan=np.inf).max())
+    width = _albedo_width(result.brdf)
     return f"{lost}; the others tell the albedo to within {width:.1%}" if width > KNOWN else ""
 
 
@@ -149,6 +151,20 @@ def _invalid(result: Result) -> str:
             return "at no angle is f known to a tenth of itself, and photos contradict one another"
         return ""  # the fit holds where the data are; how far it holds beyond is said by the intervals
     return "at no angle is f known to a tenth of itself, nor does the fit come close to the data"
+
+
+def _unsure(result: Result) -> str:
+    valid = result.brdf.valid
+    if not valid or min(valid.get(name, 90.0) for name in ("theta_i_max", "theta_r_max")) > 0.0:
+        return ""
+    width = _albedo_width(result.brdf)
+    return f"the albedo is known to no better than {width:.0%} of itself (95 %)" if width > HARDLY else ""
+
+
+def _albedo_width(brdf: Brdf) -> float:
+    """Half the 95 % interval of the albedo, relative, of the least sure channel; infinite where nothing tells it."""
+    share = albedo_error(brdf) / np.maximum(np.abs(brdf.bihemispherical_albedo()), 1e-12)
+    return HALF_OF_95 * float(np.nan_to_num(share, nan=np.inf).max())
 
 
 def _reach(result: Result) -> str:
@@ -297,6 +313,13 @@ OF_FITS = (
         "the median or 15 % rms, or a photo was off the scale of the others",
         "too few or too noisy data, or data that contradict one another",
         _invalid,
+    ),
+    Check(
+        "unsure",
+        "f is known to a tenth of itself at no angle, and the albedo to no better than 30 % (95 %)",
+        "lamps whose directions nothing tells, as far away ones over a flat sample without polished balls, or too few "
+        "photos",
+        _unsure,
     ),
     Check(
         "extrapolated",

@@ -100,6 +100,19 @@ def test_a_result_that_holds_nowhere_is_excused_by_its_data_alone(misfit, rescal
     assert bool(check.found(result)) == fault
 
 
+@pytest.mark.parametrize(
+    ("valid", "error", "fault"),
+    [(0.0, 0.05, False), (0.0, 0.1, True), (0.0, np.nan, True), (60.0, 0.1, False)],
+)
+def test_an_albedo_that_nothing_tells_is_no_success(monkeypatch, valid, error, fault):
+    """A standard error of a fourth is half an albedo either way; plain paper's is an eighth."""
+    monkeypatch.setattr("photogonio.report.trust.albedo_error", lambda brdf: np.array([0.01, error]))
+    reach = {"theta_i_max": valid, "theta_r_max": valid}
+    brdf = SimpleNamespace(valid=reach, bihemispherical_albedo=lambda: np.array([0.4, 0.4]))
+    (check,) = (one for one in OF_FITS if one.code == "unsure")
+    assert bool(check.found(SimpleNamespace(brdf=brdf))) == fault
+
+
 def test_who_uses_the_file_is_told_and_quiet_is_not_silent(capsys, tmp_path):
     table = written(tmp_path / "table.csv", matte_rows(100.0))
     assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 3
