@@ -10,7 +10,9 @@ import numpy as np
 
 from photogonio.capture.diagnosis import Diagnosis, by_code
 from photogonio.options import Choice
+from photogonio.reconstruct.brdf.brdf import HALF_OF_95
 from photogonio.reconstruct.brdf.lobe_schema import lobe_document
+from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.reconstruct.brdf.words import described
 from photogonio.reconstruct.modes.angles import half_difference, unit_vectors
 from photogonio.reconstruct.rows.contradicted import told_of
@@ -309,10 +311,16 @@ def closing_lines(result: Result) -> str:
     lines = [
         *verdict_lines(result.faults),
         lead(result),
-        f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}",
+        f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}{_surely(result.brdf)}",
         f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %",
     ]
     return "\n".join(lines)
+
+
+def _surely(brdf: Brdf) -> str:
+    """Half the albedo's 95 % interval; nothing where the result does not know it."""
+    half = HALF_OF_95 * albedo_error(brdf)
+    return f" ± {listed(half, '.3f')} (95 %)" if np.isfinite(half).all() else ""
 
 
 def listed(values: Iterable[float], form: str) -> str:

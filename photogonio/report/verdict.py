@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from photogonio.capture.diagnosis import Diagnosis
+from photogonio.reconstruct.brdf.brdf import HALF_OF_95
 from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.report.budget import budgets
 from photogonio.report.coverage_words import Coverage
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from photogonio.reconstruct.brdf.brdf import Brdf
     from photogonio.result import Fault, Result
 
-HALF_OF_95 = 1.96  # standard errors on either side hold 95 %
 MOST = 3  # pieces of advice
 PLAN = " `photogonio plan` says where camera and lamp should stand next."
 NOTHING = "Nothing."  # advice that is none
