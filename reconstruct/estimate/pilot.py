@@ -136,8 +136,8 @@ def clean(
             work = _piloted(seen, added, doubted, scales, kinds)
     if turns:
         work = _piloted(seen, added, doubted, scales, kinds)
-    work = _with_second_lobe(work, lobes, absolute)
-    for _ in range(turns if seen.peaked else 0):
+    work, single = _with_second_lobe(work, lobes, absolute), work.reference.cost
+    for _ in range(turns if seen.peaked or work.reference.cost < single - TWO_TOLD else 0):
         blurred = blur(seen, work.reference.model)
         added, doubted = light + blurred, light + _doubted(seen, blurred)
         work = _piloted(seen, added, doubted, scales, [one.model.lobes for one in work.pilots], anew=False)
