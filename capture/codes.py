@@ -14,7 +14,8 @@ ENTRIES = (
     ),
     Entry(
         "exposure-steps",
-        "The camera names its times or apertures in thirds of a stop: the true steps are taken, not the rounded names.",
+        "The camera names its times or apertures in thirds or halves of a stop: the true steps are taken, not the "
+        "rounded names.",
         "Nothing, if the camera steps so; else write exposures in the manifest.",
     ),
     Entry(

@@ -56,7 +56,8 @@ FULL = 65535  # of the short number that EXIF has for the sensitivity: the true 
 APEX = {"exposure_time": ("Exif:ShutterSpeedValue", -1.0), "f_number": ("Exif:ApertureValue", 0.5)}
 LEAST_MOVE = 1e-3  # of a logarithm, by which names mislead
 _WORDS = (
-    "the photos' {} are a camera's rounded names of thirds of a stop: its true steps are taken ({{}} is {{}})"
+    "the photos' {} are a camera's rounded names of thirds or halves of a stop: its true steps are taken "
+    "({{}} is {{}})"
 )
 _DOUBT = "; if it means its names, give {} of each photo in the manifest"
 STEPPED = {

@@ -82,3 +82,32 @@ def test_a_name_may_be_rounded_by_as_much_as_files_round(off, known):
 def test_one_value_that_is_neither_name_nor_step_spoils_all():
     assert stops.true_steps("f_number", [8.0, 11.0, 11.7]) == {}
     assert stops.true_steps("f_number", [8.0, 11.0]) == {8.0: 8.0, 11.0: pytest.approx(2**3.5)}
+
+
+def test_a_camera_that_steps_in_halves():
+    """1/750 is 2^-9.5 s; 1/60 and 1/20, which others call thirds by, are 2^-6 and 2^-4.5 s."""
+    found = stops.true_steps("exposure_time", [1 / 750, 1 / 60, 1 / 20, 1.5, 0.7, 3.0])
+    powers = {1 / 750: -9.5, 1 / 60: -6, 1 / 20: -4.5, 1.5: 0.5, 0.7: -0.5, 3.0: 1.5}
+    assert found == pytest.approx({value: 2.0**power for value, power in powers.items()})
+    found = stops.true_steps("f_number", [6.7, 9.5, 11.0])
+    assert found == pytest.approx({6.7: 2**2.75, 9.5: 2**3.25, 11.0: 2**3.5})
+    assert stops.true_steps("exposure_time", [1 / 20, 1 / 60]) == pytest.approx(
+        {1 / 20: 2 ** (-13 / 3), 1 / 60: 1 / 64}
+    )
+
+
+@pytest.mark.parametrize("field", ["exposure_time", "f_number"])
+def test_names_of_halves_are_near_their_steps(field):
+    """Rounded for the dial: 0.35 s is called 0.3."""
+    for name, step in stops._IN_HALVES[field].items():
+        assert abs(np.log2(step / name)) < 0.25, name
+
+
+def test_a_shutter_held_open_says_nothing_of_the_others():
+    found = stops.true_steps("exposure_time", [1 / 60, 123.4, 1 / 15])
+    assert found == {1 / 60: 1 / 64, 123.4: 123.4, 1 / 15: 1 / 16}
+    assert (
+        stops.true_steps("exposure_time", [1 / 121, 123.4])
+        == {}
+        == stops.true_steps("exposure_time", [123.4])
+    )
