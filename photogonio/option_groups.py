@@ -38,7 +38,10 @@ def table_options(parser: argparse.ArgumentParser) -> None:
         help="what the values are; cos: of the exit angle; percent: of a perfect white diffuser (default: brdf)",
     )
     parser.add_argument(
-        "--angles", choices=_ANGLES, help="default: degrees; asked where they look like radians or gradians"
+        "--angles",
+        metavar="UNIT",
+        help=f"{', '.join(_ANGLES)}, or where they differ theta=UNIT,phi=UNIT (default: degrees; asked where they look "
+        "like another)",
     )
     parser.add_argument(
         "--azimuth",

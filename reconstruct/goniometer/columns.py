@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,22 @@ from photogonio.reconstruct.goniometer.told import Told
 ANGLE_NAMES = ("theta_i", "phi_i", "theta_r", "phi_r")
 NAMES = (*ANGLE_NAMES, "value", "sigma")
 # words of headers that name no BRDF, however they are written
-WAVELENGTHS = {"lambda", "λ", "wavelength", "wavelengths", "wl", "wvl", "(nm)", "(um)"}
+WAVELENGTHS = {
+    "lambda",
+    "λ",
+    "wavelength",
+    "wavelengths",
+    "wellenlänge",
+    "wellenlaenge",
+    "wl",
+    "wvl",
+    "(nm)",
+    "(um)",
+}
 ERRORS = {
     *("sigma", "σ", "sd", "std", "stdev", "stddev", "stderr", "se", "sem", "err", "error", "errors"),
     *("unc", "uncert", "uncertainty", "u", "du", "noise", "variance", "var", "rms", "deviation", "rsd", "k"),
+    *("unsicherheit", "fehler", "incertitude", "erreur", "streuung", "tolerance", "confidence", "ci", "ci95"),
 }
 CIRCUMSTANCES = {
     *("temperature", "temp", "humidity", "pressure", "time", "date", "timestamp", "datetime", "seconds"),
@@ -34,6 +47,7 @@ CIRCUMSTANCES = {
 # likewise, where another column may be a BRDF
 BESIDE = {
     *("raw", "signal", "background", "bg", "bias", "adc", "dn", "reference", "ref", "int", "ms", "tint"),
+    *("min", "max", "minimum", "maximum", "lower", "upper", "low", "high"),
     *("irradiance", "volts", "amps", "lux", "focus", "height", "batch", "order", "step"),
 }
 # headers of angles as other programs write them, in small letters without units, blanks, dots and underscores
@@ -70,7 +84,13 @@ ELEVATIONS = {
     for name, sides in (("theta_i", _INCIDENT), ("theta_r", _EXIT))
 }
 DEGREES, RADIANS = {"", "deg", "degs", "degree", "degrees", "°"}, {"rad", "rads", "radian", "radians"}
+GRADIANS = {"gon", "gons", "gradian", "gradians"}  # not grad, which is a degree in German
+UNITS = {word: name for name, words in (("degrees", DEGREES), ("radians", RADIANS), ("gradians", GRADIANS))
+         for word in words}  # fmt: skip
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+_SUFFIX = re.compile(
+    rf"[\s._-]+({'|'.join(sorted(set(UNITS) - {'', '°'}, key=len, reverse=True))})$", re.IGNORECASE
+)
 # what a header says that its values are, by words of it
 QUANTITIES = {
     "percent": {"percent", "pct", "percentage", "%"},
@@ -93,6 +113,8 @@ REFLECTANCES = {
     "luminance",
     "reflectance",
 }
+CERTAIN = {"value", "values", "brdf", "bsdf", "f", "fr"}  # of which the others of a table are beside it
+COLOURS = ({"r", "g", "b"}, {"x", "y", "z"}, {"red", "green", "blue"})  # which are channels together
 FEWEST = 20  # rows, in which no channel is the same number
 LOGARITHMS = {"log", "log10", "ln", "db", "decibel", "logarithm"}
 
@@ -158,7 +180,7 @@ def _likely(header: tuple[str, ...], name: str) -> str:
     if name in header:
         return name
     for known in (ANGLES[name], ELEVATIONS.get(name, set())):
-        found = [one for one in header if _bare(one)[0] in known and _bare(one)[1] in DEGREES | RADIANS]
+        found = [one for one in header if _bare(one)[0] in known and _bare(one)[1] in UNITS]
         if found:
             return found[0] if len(found) == 1 else name
     return name
@@ -166,7 +188,7 @@ def _likely(header: tuple[str, ...], name: str) -> str:
 
 def _bare(header: str) -> tuple[str, str]:
     """A header in small letters without its unit, and the unit."""
-    unit = _UNIT.search(header)
+    unit = _UNIT.search(header) or _SUFFIX.search(header)
     name = header[: unit.start()] if unit else header
     for letter, word in (("θ", "theta"), ("ϑ", "theta"), ("φ", "phi"), ("ϕ", "phi")):
         name = name.replace(letter, word)
@@ -178,28 +200,41 @@ def is_elevation(header: str) -> bool:
     return any(_bare(header)[0] in names for names in ELEVATIONS.values()) or "elevation" in words_of(header)
 
 
-def unit_of(path: Path, angles: Mapping[str, str]) -> str | None:
-    """ "radians" where the headers of all angles say so; None of degrees, and where none says anything.
+def units_of(table: TextTable, angles: Mapping[str, str]) -> dict[str, str]:
+    """The unit of each angle where headers, or the line below, say another than degrees of some; nothing where they say
+    degrees of all, or of some and nothing of others.
 
     Raises:
-        InputError: some are in one, some in another.
+        InputError: they say radians or gradians of some, and nothing of others.
     """
-    units = {_bare(header)[1] for header in angles.values()}
-    if not units & RADIANS:
-        return None
-    if not units <= RADIANS:
-        raise InputError(path, f"angles are in more than one unit: {', '.join(angles.values())}")
-    return "radians"
+    said = {name: _bare(header)[1] or unit_below(table, header) for name, header in angles.items()}
+    units = {name: UNITS.get(word) for name, word in said.items()}
+    if not {"radians", "gradians"} & set(units.values()):
+        return {}
+    untold = [angles[name] for name, word in said.items() if not word or word not in UNITS]
+    if untold:
+        raise InputError(
+            table.path, f"angles are in more than one unit, and {untold[0]} names none: say --angles"
+        )
+    return {name: unit for name, unit in units.items() if unit is not None}
 
 
-def quantity_said(path: Path, headers: tuple[str, ...]) -> tuple[str, str] | None:
-    """A header of values that says that they are no BRDF but another of the quantities, and which.
+def unit_below(table: TextTable, header: str) -> str:
+    """What the line of units below the header says of a column, in small letters; nothing where there is none."""
+    if not table.units or table.header.count(header) != 1:
+        return ""
+    return table.units[table.header.index(header)].strip().strip("[]()").strip().lower()
+
+
+def quantity_said(path: Path, headers: tuple[str, ...], units: Sequence[str] = ()) -> tuple[str, str] | None:
+    """A header of values that says, or whose line of ``units`` does, that they are no BRDF but another of the
+    quantities, and which.
 
     Raises:
         InputError: it says that they are logarithms.
     """
-    for header in headers:
-        words = words_of(header) | ({"%"} if "%" in header else set())
+    for header, unit in zip_longest(headers, units, fillvalue=""):
+        words = words_of(header) | words_of(unit) | ({"%"} if "%" in header + unit else set())
         if words & LOGARITHMS:
             raise InputError(path, f"column {header!r} holds logarithms: bring them to plain numbers")
         told = next((name for name, known in QUANTITIES.items() if words & known), None)
@@ -217,6 +252,7 @@ def _values(table: TextTable, told: Told, others: list[str]) -> tuple[str, ...]:
     values = tuple(name for name in likely if not _all_words(table, name)) or likely
     values = _varying(table, values)
     values = tuple(name for name in values if not words_of(name) & BESIDE) or values
+    values = _named(values)
     if not values:
         raise InputError(
             table.path,
@@ -237,6 +273,17 @@ def _varying(table: TextTable, names: tuple[str, ...]) -> tuple[str, ...]:
         if len(one) >= FEWEST and np.ptp(one) == 0.0 and not words_of(name) & REFLECTANCES
     }
     return tuple(name for name in names if name not in same) or names
+
+
+def _named(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those that are called a BRDF, and colours beside them; all, where none is: a name that nobody knows, as of a
+    voltage in another language, is no channel of a table that has values."""
+    certain = {name for name in names if words_of(name) & CERTAIN}
+    if not certain:
+        return names
+    letters = [set(), *(some for some in COLOURS if some <= {name.lower() for name in names})]
+    colours = set().union(*letters)
+    return tuple(name for name in names if name in certain or name.lower() in colours)
 
 
 def _all_words(table: TextTable, name: str) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from photogonio.capture.errors import InputError
-from photogonio.reconstruct.goniometer.columns import is_elevation
+from photogonio.reconstruct.goniometer.columns import is_elevation, units_of
 from photogonio.reconstruct.goniometer.text import TextTable
 from photogonio.reconstruct.goniometer.told import Told
 
@@ -16,6 +16,9 @@ RADIANS = 1.58  # the largest polar angle is pi / 2
 TURN = 6.3  # likewise of azimuths, 2 pi
 WIDE = 10.0  # degrees: polar angles beyond which no table has azimuths of a few degrees alone
 GRADIANS = 0.9  # degrees
+UNIT = {"degrees": 1.0, "radians": 180.0 / math.pi, "gradians": GRADIANS}  # degrees
+GRIDDED, MANY = 4, 200  # different polar angles of a grid
+LOOSE = 0.006  # of angles that were rounded to two digits
 NORMAL = 0.5  # degrees: nearer to the normal a direction has no side
 GRAZING = math.cos(math.radians(89.5))  # values divided by less say nothing
 HORIZON = 89.95  # degrees: nothing is lit or seen from there on, but elevations end there
@@ -33,13 +36,14 @@ def directions(
         InputError: the unit or the side is not told, and cannot be taken for granted.
     """
     found = {name: table.number(header) for name, header in angles.items()}
-    degree = _degrees(table, found, told)
+    units = told.units() or units_of(table, angles)
+    degree = _degrees(table, found, units)
     zero = np.zeros(len(table))
-    turned = {name: degree * found.get(name, zero) for name in ("theta_i", "phi_i", "theta_r", "phi_r")}
+    turned = {name: degree[name] * found.get(name, zero) for name in ("theta_i", "phi_i", "theta_r", "phi_r")}
     for name in ("theta_i", "theta_r"):
         if is_elevation(angles[name]):
             turned[name] = 90.0 - turned[name]
-        elif told.angles is None:
+        elif name not in units:
             _ask_elevation(table, name, turned[name], value)
     if "phi_r" not in found and told.azimuth is None:
         _ask_side(table, turned["theta_i"], turned["theta_r"], value)
@@ -48,24 +52,33 @@ def directions(
     return theta_i, phi_i, theta_r, phi_r
 
 
-def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> float:
-    """How many degrees the table's unit of angle is."""
+def _degrees(table: TextTable, found: Mapping[str, np.ndarray], units: Mapping[str, str]) -> dict[str, float]:
+    """How many degrees the unit of each angle is, those of ``units`` as they are told.
+
+    Raises:
+        InputError: one is none of its unit, or its unit is not told and seems another than degrees.
+    """
     largest = {name: float(np.nanmax(np.abs(angle), initial=0.0)) for name, angle in found.items()}
-    theta = max(largest["theta_i"], largest["theta_r"])
-    phi = max(largest.get("phi_i", 0.0), largest.get("phi_r", 0.0))
-    if told.angles == "radians":
-        if max(theta, phi) > 4.0 * TURN:
-            raise InputError(table.path, f"an angle is {max(theta, phi):g}: these are no radians")
-        return 180.0 / math.pi
-    if told.angles == "gradians":
-        return GRADIANS
-    if told.angles is None and _turns_by_400(found):
+    for name, most in largest.items():
+        if units.get(name) == "radians" and most > 4.0 * TURN:
+            raise InputError(table.path, f"an angle is {most:g}: these are no radians")
+    untold = {name: angle for name, angle in found.items() if name not in units}
+    if untold:
+        _ask_unit(table, untold, largest)
+    return {name: UNIT[units.get(name, "degrees")] for name in ("theta_i", "phi_i", "theta_r", "phi_r")}
+
+
+def _ask_unit(table: TextTable, found: Mapping[str, np.ndarray], largest: Mapping[str, float]) -> None:
+    """Raises InputError where angles whose unit nobody told seem to be radians or gradians, all or some of them."""
+    theta = max((largest[name] for name in found if name.startswith("theta")), default=0.0)
+    phi = max((largest[name] for name in found if name.startswith("phi")), default=0.0)
+    if _turns_by_400(found):
         raise InputError(
             table.path,
-            f"azimuths reach {phi:g}: are these gradians, of which 400 are a turn? Say --angles gradians, or --angles "
-            "degrees if they are not",
+            f"azimuths reach {phi:g}: are these gradians, of which 400 are a turn? Say --angles gradians if polar "
+            "angles are gradians too, --angles theta=degrees,phi=gradians if those are degrees, or --angles degrees",
         )
-    if told.angles is None and 0.0 < theta <= RADIANS:
+    if 0.0 < theta <= RADIANS:
         if phi <= TURN:
             raise InputError(
                 table.path,
@@ -75,15 +88,50 @@ def _degrees(table: TextTable, found: Mapping[str, np.ndarray], told: Told) -> f
         raise InputError(
             table.path,
             f"no theta is above {theta:.4g}, but azimuths reach {phi:.4g}: polar angles in radians? "
-            "Say --angles degrees if they are not, else bring all to one unit",
+            "Say --angles theta=radians,phi=degrees, or --angles degrees if they are not",
         )
-    if told.angles is None and 0.0 < phi <= TURN and theta > WIDE:
+    if 0.0 < phi <= TURN and theta > WIDE:
         raise InputError(
             table.path,
             f"no azimuth is above {phi:.4g}, but polar angles reach {theta:.4g}: azimuths in radians? "
-            "Say --angles degrees if they are not, else bring all to one unit",
+            "Say --angles theta=degrees,phi=radians, or --angles degrees if they are not",
         )
-    return 1.0
+    for name, angle in found.items():
+        other = max((largest[one] for one in found if one[:3] == name[:3]), default=0.0)
+        limit = RADIANS if name.startswith("theta") else TURN
+        if 0.0 < largest[name] <= limit and other > WIDE and not _round(angle):
+            raise InputError(
+                table.path,
+                f"{name} is {largest[name]:.4g} at most, where others of its kind reach {other:.4g}: is it in radians? "
+                f"Say --angles {name}=radians and the others' units, or --angles degrees",
+            )
+    _ask_even_gradians(table, {name: angle for name, angle in found.items() if name.startswith("theta")})
+
+
+def _ask_even_gradians(table: TextTable, polar: Mapping[str, np.ndarray]) -> None:
+    """Raises InputError where polar angles of a grid are no even degrees, and even ones if they are gradians."""
+    for name, angle in polar.items():
+        every = np.unique(np.abs(angle[np.isfinite(angle) & (angle != 0.0)]))
+        if (
+            GRIDDED <= len(every) < MANY
+            and _round(GRADIANS * every)
+            and np.mean(_off_round(every) > LOOSE) > 0.5
+        ):
+            raise InputError(
+                table.path,
+                f"{name} ({every[0]:.5g}, {every[1]:.5g} ...) has no even degrees, but has if it is in gradians, of "
+                "which 400 are a turn: say --angles gradians, theta=gradians,phi=degrees, or degrees if it is not",
+            )
+
+
+def _off_round(angle: np.ndarray) -> np.ndarray:
+    """How far numbers are from halves."""
+    return np.abs(angle - np.rint(2.0 * angle) / 2.0)
+
+
+def _round(angle: np.ndarray) -> bool:
+    """Whether all that are finite are halves, as people set angles."""
+    return bool((_off_round(angle[np.isfinite(angle)]) < LOOSE).all())
 
 
 def _ask_elevation(table: TextTable, name: str, degrees: np.ndarray, value: np.ndarray) -> None:

@@ -9,7 +9,7 @@ from photogonio.reconstruct.goniometer.columns import (
     is_value,
     match_columns,
     quantity_said,
-    unit_of,
+    units_of,
     unused_note,
 )
 from photogonio.reconstruct.goniometer.read import read_samples
@@ -73,21 +73,69 @@ def test_without_values_it_is_refused(tmp_path):
         ("theta_i [deg],phi_i [deg],theta_o [deg],phi_o [deg]", None),
         ("θi (°),φi (°),θr (°),φr (°)", None),
         ("theta_i (rad),phi_i (rad),theta_r (rad),phi_r (rad)", "radians"),
+        ("theta_i_rad,phi_i_rad,theta_r_rad,phi_r_rad", "radians"),
+        ("theta_i [gon],phi_i [gon],theta_r [gon],phi_r [gon]", "gradians"),
     ],
 )
 def test_angles_as_others_write_them(tmp_path, header, unit):
     path = tmp_path / "table.csv"
     path.write_text(f"{header},f,raw,t_int_ms\n10,0,20,90,0.2,3000,50\n", encoding="utf-8")
-    matched = match_columns(read_text(path), Told())
+    table = read_text(path)
+    matched = match_columns(table, Told())
     assert list(matched.angles.values()) == header.split(",")
     assert matched.values == ("f",)
-    assert unit_of(path, matched.angles) == unit
+    assert units_of(table, matched.angles) == ({} if unit is None else dict.fromkeys(matched.angles, unit))
 
 
-def test_two_units_are_refused(tmp_path):
-    angles = {"theta_i": "theta_i (rad)", "phi_i": "phi_i (deg)"}
+def unit_table(tmp_path, header: str, below: str = ""):
+    path = tmp_path / "table.csv"
+    path.write_text(f"{header},f\n{below}0.1,0,0.2,90,0.2\n0.2,0,0.3,90,0.2\n", encoding="utf-8")
+    table = read_text(path)
+    return table, match_columns(table, Told()).angles
+
+
+def test_each_angle_has_its_own_unit_if_all_name_one(tmp_path):
+    told = {"theta_i": "radians", "phi_i": "degrees", "theta_r": "radians", "phi_r": "degrees"}
+    of_header = unit_table(tmp_path, "theta_i (rad),phi_i (deg),theta_r (rad),phi_r (deg)")
+    assert units_of(*of_header) == told
+    of_line = unit_table(tmp_path, ANGLES, "rad,deg,rad,deg,1/sr\n")
+    assert units_of(*of_line) == told
     with pytest.raises(InputError, match="more than one unit"):
-        unit_of(tmp_path / "table.csv", angles)
+        units_of(*unit_table(tmp_path, "theta_i (rad),phi_i,theta_r (rad),phi_r"))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        "Spannung",
+        "thickness",
+        "dwell",
+        "+/-",
+        "ci95",
+        "tilt",
+        "mu",
+        "enc1",
+        "X",
+        "reflectance",
+        "btdf",
+        "lower",
+        "QF",
+    ],
+)
+def test_beside_a_column_that_is_called_a_brdf_no_unknown_one_is_a_channel(tmp_path, other):
+    for name in ("value", "BRDF (1/sr)", "f_r"):
+        assert match_columns(table_of(tmp_path, f"{name},{other}", "0.2,1"), Told()).values == (name,)
+    assert match_columns(table_of(tmp_path, "f_450,f_550", "0.2,1"), Told()).values == ("f_450", "f_550")
+    assert match_columns(table_of(tmp_path, "R,G,B,value", "0,1,2,3"), Told()).values == (
+        "R",
+        "G",
+        "B",
+        "value",
+    )
+
+
+def test_a_line_of_units_says_what_values_are(tmp_path):
+    assert quantity_said(tmp_path, ("value", "f"), ("1/sr", "%")) == ("f", "percent")
 
 
 @pytest.mark.parametrize(

@@ -188,3 +188,41 @@ def test_elevations_named_so_count_from_the_surface(tmp_path, unit):
     np.testing.assert_allclose(np.degrees(samples.theta_i), [0.0, 25.0, 55.0], atol=1e-9)
     np.testing.assert_allclose(np.degrees(samples.theta_r), [0.0, 25.0, 55.0], atol=1e-9)
     assert any("taken from 90 degrees: el_i" in note for note in samples.notes)
+
+
+def grid_of(tmp_path, polar, azimuth, unit=(1.0, 1.0, 1.0, 1.0)):
+    rows = [(i, 0.0, r, p) for i in polar for r in polar for p in azimuth]
+    lines = [",".join(f"{a / u:.6g}" for a, u in zip(row, unit, strict=True)) + ",0.2" for row in rows]
+    return write(tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n" + "\n".join(lines) + "\n"), np.radians(rows)
+
+
+@pytest.mark.parametrize("unit", [(0.9, 1, 0.9, 1), (1, 1, 0.9, 1), (57.29578, 1, 1, 1), (1, 1, 57.29578, 1),
+                                  (1, 1, 1, 0.9), (1, 1, 1, 57.29578), (0.9, 1, 0.9, 0.9)])  # fmt: skip
+def test_each_angle_may_have_its_own_unit_and_an_odd_one_is_asked_about(tmp_path, unit):
+    path, angles = grid_of(tmp_path, (10, 20, 30, 45, 60), range(0, 360, 45), unit)
+    with pytest.raises(InputError, match=r"radians|gradians"):
+        read_samples(path)
+    names = {1: "degrees", 0.9: "gradians", 57.29578: "radians"}
+    columns = ("theta_i", "phi_i", "theta_r", "phi_r")
+    told = ",".join(f"{name}={names[one]}" for name, one in zip(columns, unit, strict=True))
+    found = read_samples(path, Told(angles=told))
+    np.testing.assert_allclose(np.column_stack([found.theta_r, found.phi_r]), angles[:, 2:], atol=1e-5)
+    np.testing.assert_allclose(found.theta_i, angles[:, 0], atol=1e-5)
+    with pytest.raises(InputError, match="theta=UNIT"):
+        read_samples(path, Told(angles="theta=turns"))
+
+
+def test_the_words_of_theta_and_phi_stand_for_both_columns():
+    assert Told(angles="theta=degrees,phi=gradians").units() == {
+        "theta_i": "degrees", "theta_r": "degrees", "phi_i": "gradians", "phi_r": "gradians"
+    }  # fmt: skip
+    assert Told().units() == {}
+
+
+def test_small_even_incidences_are_degrees(tmp_path):
+    path, angles = grid_of(tmp_path, (0.5, 1.0, 30, 60), (0, 90, 180))
+    np.testing.assert_allclose(read_samples(path).theta_i, angles[:, 0])
+    path = write(
+        tmp_path, "theta_i,phi_i,theta_r,phi_r,f\n" + "".join(f"1,0,{r},180,0.2\n" for r in range(10, 70, 10))
+    )
+    assert len(read_samples(path).value) == 6
