@@ -43,6 +43,12 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         {name: found for path in paths for name, found in hash_inputs(path).items()},
     )
     reporter.say(_table(found))
+    for known in (a, b):
+        if len(known.channels) == 1 < len(found.channels):
+            reporter.say(
+                f"{known.name} has one channel, {known.channels[0]}, which stands against each of "
+                f"{', '.join(found.channels)}: the column of the one that it is of says how well they agree"
+            )
     reporter.say(
         str(
             found.significance

@@ -17,7 +17,7 @@ from photogonio.reconstruct.brdf.brdf import HALF_OF_95
 from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.reconstruct.estimate.narrow_gloss import half_angles
 from photogonio.reconstruct.paper_fit import UNTOLD
-from photogonio.reconstruct.rows.resolved import resolved_by
+from photogonio.reconstruct.rows.resolved import CORE, core_unseen, resolved_by
 from photogonio.report.misfit import relative_misfit, shared_misfit
 from photogonio.result import Fault
 
@@ -192,7 +192,13 @@ def _peak(result: Result) -> str:
 def _unresolved(result: Result) -> str:
     if result.fit.cells.binned and tops_unseen(result.fit.model, result.fit.cells):
         return "no photo shows the top of a narrow peak: it may be another than the fit has"
-    if result.fit.cells.binned or not resolved_by(result.fit.cells, result.fit.model).unresolved:
+    if result.fit.cells.binned:
+        return ""
+    if core_unseen(result.fit.cells, result.fit.model) > CORE:
+        return (
+            "values rise toward a direction that no row is near: how high the peak there is, rows do not say"
+        )
+    if not resolved_by(result.fit.cells, result.fit.model).unresolved:
         return ""
     return "a narrow peak was read at too few places: between the rows it may be another than the fit has"
 
@@ -290,7 +296,8 @@ OF_FITS = (
     ),
     Check(
         "scan-off",
-        "all readings of one incidence are the same multiple, 1.3 or more, of what the others and exchanged pairs say",
+        "all readings of one incidence, or of a run of lines that lie among others, are the same multiple, 1.3 or "
+        "more, of what the others and exchanged pairs say",
         "another gain, filter or lamp than in the other scans",
         _scan,
     ),
@@ -343,7 +350,8 @@ OF_FITS = (
         "peak-unresolved",
         "rows of a table hold but the top of a narrow peak (fewer than 3 angles from its direction above a tenth of "
         "the highest), or no lobe follows it but with modes beyond order 8; and most light lies between rows that "
-        "differ manifold. Or no photo shows a cosine power's peak above half its height",
+        "differ manifold. Or f rises toward the light's or the mirror's direction, no row is near that, and the light "
+        "there may be a tenth of the albedo more. Or no photo shows a cosine power's peak above half its height",
         "steps of the angles that are wider than the peak; too few lamps, or the sample too small in the photos",
         _unresolved,
     ),

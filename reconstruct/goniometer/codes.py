@@ -62,8 +62,8 @@ ENTRIES = (
     ),
     Entry(
         "table-scan-off",
-        "All readings of one incidence are about the same multiple of what neighbouring incidences and exchanged pairs "
-        "say; no surface does that. The result is not to be trusted.",
+        "All readings of one incidence, or of a run of lines that lie among others, are the same multiple of what "
+        "neighbouring incidences and exchanged pairs say; no surface does that. The result is not to be trusted.",
         "Measure the scan again, or leave it out: another gain, filter or lamp than in the others?",
         least=float(np.exp(scans.FACTOR)),
         source="tables of known surfaces; of thirty CUReT materials and NIST's PTFE none has it",

@@ -11,7 +11,7 @@ from photogonio.capture.robust import deviation
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.rows.mirrored import mirrored_odds
 from photogonio.reconstruct.rows.slipped import Slip, slip_of
-from photogonio.reconstruct.symmetry.scans import scan_off
+from photogonio.reconstruct.symmetry.scans import run_off, scan_off
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
 from photogonio.reconstruct.table.cells import cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
@@ -189,12 +189,26 @@ def _beside(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
 
 def _scan(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
     """Whether one incidence was read with another factor than the others."""
-    found = scan_off(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i, value)
+    dphi = samples.phi_r - samples.phi_i
+    found = scan_off(samples.theta_i, samples.theta_r, dphi, value)
     if found is None:
-        return None
+        return _run(samples, value)
     message = (
         f"the {found.count} readings at {np.degrees(found.incidence):.4g} degrees of incidence are {found.factor:.3g} "
         f"times what other incidences and exchanged pairs say (each within {found.error:.0%}): another gain or lamp?"
+    )
+    return Diagnosis("table-scan-off", message, amount=max(found.factor, 1.0 / found.factor))
+
+
+def _run(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
+    """Whether rows that were written one after another have another factor than the rows around them."""
+    found = run_off(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i, value)
+    if found is None:
+        return None
+    where = f"row {found.first + 1}" if samples.line is None else f"line {samples.lines[found.first, 0]}"
+    message = (
+        f"about {found.count} readings from {where} on are {found.factor:.3g} times what the rows around them say "
+        f"(each within {found.error:.0%}): another gain or lamp?"
     )
     return Diagnosis("table-scan-off", message, amount=max(found.factor, 1.0 / found.factor))
 

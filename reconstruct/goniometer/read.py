@@ -17,7 +17,7 @@ from photogonio.reconstruct.goniometer.columns import (
     is_elevation,
     match_columns,
     quantity_said,
-    unit_of,
+    unit_below,
     unused_note,
 )
 from photogonio.reconstruct.goniometer.convention import directions, per_brdf
@@ -29,6 +29,7 @@ from photogonio.reconstruct.goniometer.text import TextTable, passed_over, read_
 from photogonio.reconstruct.goniometer.told import UNTOLD, Told
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 
+NO_ANGLE, FEW = 0.3, 7  # of the rows, and how many, of which angles are missing or beyond any
 LARGEST, LEAST = 1e30, 1e-30  # 1/sr: what the middle value of a table may be
 MOST_TURN = 4.0 * math.pi + 0.1  # of an azimuth: beyond, a mark of a missing one
 SURE, UNSURE = 1e-9, 1e9  # standard errors, of the middle value: below it refused, above it no measurement
@@ -69,14 +70,12 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     matched = match_columns(table, told)
     table = _select(table, told.where)
     value = np.column_stack([table.number(name) for name in matched.values])
-    if told.angles is None:
-        told = replace(told, angles=unit_of(table.path, matched.angles))
     angles = directions(table, matched.angles, value[:, 0], told)
     sigma = None
     if matched.sigmas:
         sigma = np.column_stack([table.number(name) for name in matched.sigmas])
         sigma = np.broadcast_to(sigma, value.shape)
-    notes = (unused_note(matched), _elevated(matched), passed_over(table.passed))
+    notes = (unused_note(matched), _elevated(matched), passed_over(table.passed), _on_trust(told))
     samples = GoniometerSamples(
         *angles,
         value=value,
@@ -100,6 +99,15 @@ def read_columns(table: TextTable, told: Told) -> GoniometerSamples:
     return replace(samples, diagnoses=(*samples.diagnoses, *_said_otherwise(table, matched, told), *doubts))
 
 
+def _on_trust(told: Told) -> str:
+    """What is said of what no table tells."""
+    taken = "f in 1/sr" if told.values_are == "brdf" else told.values_are
+    return (
+        f"values are taken on trust as {taken}: a wrong factor, or a constant added to all, shows only where an albedo "
+        "comes out above 1"
+    )
+
+
 def _elevated(matched: Matched) -> str | None:
     """What is said of polar angles that count from the surface."""
     named = [header for header in matched.angles.values() if is_elevation(header)]
@@ -108,7 +116,8 @@ def _elevated(matched: Matched) -> str | None:
 
 def _said_otherwise(table: TextTable, matched: Matched, told: Told) -> tuple[Diagnosis, ...]:
     """Whether a header says that the values are another quantity than they are taken for."""
-    said = quantity_said(table.path, matched.values)
+    units = [unit_below(table, name) for name in matched.values]
+    said = quantity_said(table.path, matched.values, units)
     if said is None or told.quantity is not None:
         return ()
     header, quantity = said
@@ -155,10 +164,29 @@ def _measured(path: Path, samples: GoniometerSamples) -> GoniometerSamples:
     keep = np.all(np.isfinite(parts), axis=0)
     keep &= (samples.theta_i <= math.pi / 2) & (samples.theta_r <= math.pi / 2)
     keep &= (np.abs(samples.phi_i) <= MOST_TURN) & (np.abs(samples.phi_r) <= MOST_TURN)
+    _refuse_angles(path, samples)
     if not keep.any():
         raise InputError(path, "no row has a value and both directions above the surface")
     why = "without a number, with a direction below the surface, or an azimuth of more than two turns"
     return _left(samples, keep, why)
+
+
+def _refuse_angles(path: Path, samples: GoniometerSamples) -> None:
+    """Raises InputError where angles of many rows that have a value are none: in another unit, or written once for
+    several rows."""
+    said = np.isfinite(samples.value).all(1)
+    angles = np.array([samples.theta_i, samples.phi_i, samples.theta_r, samples.phi_r])[:, said]
+    none = ~np.isfinite(angles).all(0)
+    far = (np.abs(angles[::2]) > math.pi + 0.1).any(0) | (np.abs(angles[1::2]) > MOST_TURN).any(0)
+    for wrong, why in (
+        (none, "no angle; where one stands for the rows below it too, fill these"),
+        (
+            far,
+            "a polar angle above 180 or an azimuth beyond 720 degrees: in another unit? --angles says which",
+        ),
+    ):
+        if wrong.sum() > max(NO_ANGLE * said.sum(), FEW):
+            raise InputError(path, f"{wrong.sum()} of {said.sum()} rows with a value have {why}")
 
 
 def _in_units(path: Path, samples: GoniometerSamples, quantity: str) -> GoniometerSamples:

@@ -16,6 +16,7 @@ ALIKE = 1e-6  # radians between directions that are called the same
 APART = 1.2  # ratio of values at the same pair, in the middle, that no repeated measurement has
 EXPLAINED = 0.3  # of the spread within pairs may be left within the values of a column that explains it
 SHARE = 0.1  # of the rows that must share their pair
+WANDERS = 1.02  # ratio of wavelengths that are called one
 MOST = 40  # values of a column that could be channels
 TWICE = 1.15  # ratio in the middle of the last to the first value at a pair, that no repeated measurement has, where
 SURE = 2.0  # standard deviations of its logarithm it is from none, by
@@ -48,27 +49,45 @@ def pair_numbers(angles: Sequence[np.ndarray]) -> np.ndarray:
 
 def refuse_mixed(table: TextTable, unused: Sequence[str], pair: np.ndarray, value: np.ndarray) -> None:
     """Raises InputError where rows of the same pair (n,) differ by what a column that is not used says: wavelengths
-    below one another, for instance. ``value`` (n,)."""
+    below one another, for instance; or where such a column holds several wavelengths, at whatever pairs. ``value``
+    (n,)."""
     good = np.isfinite(value)
     count = np.bincount(pair[good], minlength=int(pair.max(initial=-1)) + 1)
     shared = good & (count[pair] > 1)
     if shared.sum() <= SHARE * len(table):
-        return
+        shared = np.zeros(len(good), bool)
     spread = _spread(pair[shared], value[shared])
     for name in unused:
         words, label = table.labels(name)
-        if not 2 <= len(words) <= MOST or (label[shared] < 0).any():
+        if not 2 <= len(words) <= MOST:
+            continue
+        colour = bool(words_of(name) & WAVELENGTHS)
+        if colour and _several_colours(words, label[good]):
+            _refuse_column(table, name, words, "the rows are of several wavelengths")
+        if not shared.any() or (label[shared] < 0).any():
             continue
         within = _spread(pair[shared] * len(words) + label[shared], value[shared])
-        colour = bool(words_of(name) & WAVELENGTHS)
         explains = spread > np.log(APART) and within < EXPLAINED * spread
         if (colour and _several_a_pair(pair[shared], label[shared])) or explains:
-            listed = ", ".join(words[:6]) + (", ..." if len(words) > 6 else "")
-            raise InputError(
-                table.path,
-                f"the same directions come with several values, and {name} ({listed}) is not used: choose with "
-                f"--where {name}={words[0]}, or take each as a channel with --channel-by {name}",
-            )
+            _refuse_column(table, name, words, "the same directions come with several values")
+
+
+def _refuse_column(table: TextTable, name: str, words: Sequence[str], why: str) -> None:
+    listed = ", ".join(words[:6]) + (", ..." if len(words) > 6 else "")
+    raise InputError(
+        table.path,
+        f"{why}, and {name} ({listed}) is not used: choose with "
+        f"--where {name}={words[0]}, or take each as a channel with --channel-by {name}",
+    )
+
+
+def _several_colours(words: Sequence[str], label: np.ndarray) -> bool:
+    """Whether rows with ``label`` (n,) are of wavelengths further apart than a lamp's line wanders."""
+    try:
+        found = [float(words[k]) for k in np.unique(label[label >= 0])]
+    except ValueError:
+        return False
+    return bool(found) and min(found) > 0.0 and max(found) > WANDERS * min(found)
 
 
 def refuse_repeated(path: Path, pair: np.ndarray, value: np.ndarray) -> None:

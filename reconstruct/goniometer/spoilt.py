@@ -30,6 +30,7 @@ STEPS = (
 CUT_OFF = 10.0  # of such steps, below which a surface may have its last digits
 DECAYED = 0.5  # of the least value around zeros: there values have fallen below what is told from zero
 ZERO = 1e-9  # of the middle value
+DARK, GAP = 0.02, 5.0  # of the middle value, and how far below the next the noise of a covered detector is
 NEAR_LAMP = np.radians(30.0)  # the widest that a detector hides
 OFF = 1.3  # factor that such a value must lie from what neighbours say, and
 UNLIKE = 4.0  # standard errors of that
@@ -73,7 +74,8 @@ def _of_channel(
     if not len(size):
         return []
     marks, still = suspects(at, value), stuck_suspects(at, value)
-    zero = np.abs(value) <= ZERO * np.median(size)
+    nothing = _nothing(size)
+    zero = np.abs(value) <= nothing
     good = ~np.isin(value, marks) & ~zero & (value > 0.0)
     if good.sum() < FEWEST or not (zero.any() or len(marks) or len(still) or (value < 0).any()):
         return []
@@ -85,9 +87,18 @@ def _of_channel(
         found += [] if one is None else [one]
     found += _still(known, still[~np.isin(still, [one.mark for one in found])], channel)
     out = np.concatenate([one.rows for one in found]) if found else np.empty(0, int)
-    found += _below_zero(known, np.setdiff1d(np.flatnonzero(value < 0.0), out), channel)
+    found += _below_zero(known, np.setdiff1d(np.flatnonzero(value < -nothing), out), channel)
     hidden = np.setdiff1d(np.flatnonzero(zero), out)
     return found + _zeros(samples, known, hidden, channel)
+
+
+def _nothing(size: np.ndarray) -> float:
+    """Up to which of the sizes above zero (m,) a value is as good as zero: a detector that is covered reads its own
+    noise, and none of the surface's values is near."""
+    middle, size = float(np.median(size)), np.sort(size)
+    dark = int(np.searchsorted(size, DARK * middle))
+    gaps = np.flatnonzero(size[1 : dark + 1] >= GAP * size[:dark]) if dark < len(size) else size[:0]
+    return max(ZERO * middle, float(size[int(gaps[-1])]) if len(gaps) else 0.0)
 
 
 @dataclass(frozen=True, slots=True)

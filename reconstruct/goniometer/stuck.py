@@ -33,6 +33,11 @@ NOISE = 4.0  # standard deviations, beyond them: a jump
 STEPS, SMALL = 2.0, 0.05  # of the digits and of the value: no smaller one is
 FAR_STEPS = 6.0  # of the digits, that rows among others lie off in the middle where noise is less than a step
 HARMLESS = 0.01  # of the value: what the rows beside say as well, as a table of wide cells read at finer steps has it
+RUN, FEW = (
+    0.9,
+    0.25,
+)  # of a run of lines, that stand still; and of all rows, which a plateau has of a model's table
+HARMED = 0.95  # quantile of how far rows beside one are from it, by which a few that matter count
 JUMPS = 0.25  # share of the rows, and
 FEWEST_JUMPS = 2  # of them to either side, that must jump: a plateau does so to one
 
@@ -97,8 +102,14 @@ def stands_still(
     jump = max(NOISE * noise, STEPS * step, SMALL * mark)
     near = cKDTree(at[others]).query(at[rows], k=[*range(1, min(NEAREST, len(others)) + 1)])[1]
     beside = value[others[near]]
-    off = float(np.median(np.abs(np.median(beside, axis=1) - mark)))
+    apart = np.abs(np.median(beside, axis=1) - mark)
+    off, most = float(np.median(apart)), float(np.quantile(apart, HARMED))
     noisy = noise > max(WIDER * step, LEAST_NOISE * mark)
+    run = len(rows) > RUN * (rows.max() - rows.min() + 1) and len(rows) < FEW * len(value)
+    if (
+        noisy and most > jump and len(rows) >= STUCK and (among or run)
+    ):  # most of a surface may be as bright as it is
+        return True
     if among and off > max(0.5 * jump, SMALL * mark) and (noisy or off > FAR_STEPS * step):
         return True
     below, clearly = ((value[others] < mark - by).sum() for by in (WIDER * step, jump))

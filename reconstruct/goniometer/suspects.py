@@ -41,7 +41,7 @@ def _odd_suspects(values: np.ndarray, count: np.ndarray, middle: float) -> list[
         return []
     apart = APART if count[0] > 1 else FAR
     found = [float(values[0])] if values[0] * apart < min(values[1], middle) else []
-    often = (count >= AT_LEAST) & (values * APART < middle) | (count >= STUCK)
+    often = (count >= AT_LEAST) & (values < middle / APART) | (count >= STUCK)
     for k in np.flatnonzero(often)[np.argsort(-count[often], kind="stable")][: 2 * FEWEST]:
         beside = np.r_[count[max(k - 3, 0) : k], count[k + 1 : k + 4]]
         if count[k] >= ODD * beside.mean():

@@ -111,3 +111,17 @@ def test_an_azimuth_of_many_turns_is_a_mark(tmp_path):
     found = read_samples(write(tmp_path, "theta_i,phi_i,theta_r,phi_r,value\n" + "\n".join(rows)))
     np.testing.assert_allclose(np.degrees(found.theta_r), [10.0, 40.0, 50.0])
     assert "2 rows left out" in found.warnings[0] and "lines 3 to 4" in found.warnings[0]
+
+
+def test_angles_that_most_rows_lack_are_refused(tmp_path):
+    """Written once for the rows below, or in another unit."""
+    header, rows = (
+        "theta_i,phi_i,theta_r,phi_r,value\n",
+        [(i, r) for i in (10, 30, 50) for r in range(5, 80, 5)],
+    )
+    filled = "".join(f"{i if r == 5 else ''},0,{r},180,0.2\n" for i, r in rows)
+    with pytest.raises(InputError, match="one stands for the rows below"):
+        read_samples(write(tmp_path, header + filled))
+    minutes = "".join(f"{i},0,{r},{60 * 179},0.2\n" for i, r in rows)
+    with pytest.raises(InputError, match="another unit"):
+        read_samples(write(tmp_path, header + minutes))

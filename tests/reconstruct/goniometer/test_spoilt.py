@@ -202,3 +202,13 @@ def test_the_last_digits_of_a_black_gloss_are_believed(power, step):
     table = measured(glossy(0.0, 0.3, power), PLACES["grid"], noise=0.0)
     cut = replace(table, value=np.round(table.value / step) * step)
     assert find_spoilt(cut) == [] and np.mean(cut.value == 0.0) > 0.5
+
+
+@pytest.mark.parametrize("surface", ["matte", "satin"])
+@pytest.mark.parametrize("signed", [True, False])
+def test_the_noise_of_a_covered_detector_is_no_measurement(surface, signed):
+    table = measured(SURFACES[surface], regular(), noise=0.01)
+    rows, rng = np.sort(some(table, 0.05)), np.random.default_rng(3)
+    dark = 1e-3 * np.median(table.value) * rng.standard_normal(len(rows))
+    found = find_spoilt(spoiled(table, rows, (dark if signed else np.abs(dark))[:, None]))
+    np.testing.assert_array_equal(np.unique(np.concatenate([one.rows for one in found])), rows)

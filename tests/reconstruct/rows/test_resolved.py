@@ -5,8 +5,8 @@ import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.lobes.families import round_lobe
-from photogonio.reconstruct.rows.resolved import resolved_by
+from photogonio.reconstruct.lobes.families import retro_lobe, round_lobe
+from photogonio.reconstruct.rows.resolved import CORE, core_unseen, resolved_by
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 
@@ -57,3 +57,20 @@ def test_a_surface_without_a_peak_is_resolved_by_few_rows():
     matte = model(weight=1e-6)
     found = resolved_by(scan(20.0, matte), matte)
     assert found.apart < 0.1 and found.rings is None and not found.unresolved
+
+
+@pytest.mark.parametrize(
+    ("nearest", "weight", "unseen"), [(22.5, 3.0, True), (1.0, 3.0, False), (22.5, 0.02, False)]
+)
+def test_a_peak_is_told_only_by_rows_as_near_to_its_direction_as_it_is_wide(nearest, weight, unseen):
+    """A lobe that falls to a tenth within 25 degrees, with nothing read nearer than its foot; and one too weak to
+    matter."""
+    basis = Basis("isotropic", 0)
+    lobes = LobeSet((retro_lobe(absolute=True),), (np.array([0.15]),))
+    surface = Model(basis, np.array([[0.1]]), lobes, np.array([[weight]]))
+    slant = np.radians([0.0, 15.0, 30.0, 45.0])
+    away = np.radians(nearest * np.arange(1, 4))
+    theta_i, apart = (one.ravel() for one in np.meshgrid(slant, away))
+    exit = theta_i - apart
+    rows = Cells.of_angles(theta_i, np.abs(exit), np.where(exit < 0.0, np.pi, 0.0))
+    assert (core_unseen(rows, surface) > CORE) == unseen
