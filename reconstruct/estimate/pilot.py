@@ -280,7 +280,18 @@ def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Clean
             work.cells.peaked or told
         ):  # though Fresnel's term be another's: a few views hardly tell it
             pilots.append(_pilot(work, _core_and_tails(coats[0], absolute), 1))
-    return replace(work, pilots=tuple(pilots))
+    return replace(work, pilots=tuple(one for one in pilots if not _hides(one)))
+
+
+def _hides(pilot: Fitted) -> bool:
+    """Whether one of two lobes of a whole interface reflects nothing straight down: the other is the gloss, and what
+    is left of this one is its rise toward grazing, made so narrow that no cell sees it."""
+    families = pilot.model.lobes.families
+    ends = np.cumsum([len(family.upper_bounds()) for family in families])
+    return len(families) > 1 and any(
+        family.absolute and not family.has_ground and not own.any()
+        for family, own in zip(families, np.split(pilot.model.lobe_coefficients, ends[:-1]), strict=True)
+    )
 
 
 def _by_cost(pilots: Sequence[Fitted]) -> list[Fitted]:

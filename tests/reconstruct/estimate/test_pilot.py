@@ -2,16 +2,17 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.estimate.pilot import clean
+from photogonio.reconstruct.estimate.pilot import _hides, clean
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.goniometer.read import believed
-from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK
+from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, families
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples, samples_table
 from photogonio.synthetic.brdf.files import read_brdf
@@ -86,6 +87,19 @@ def test_core_and_tails_of_one_interface_are_tried_where_photos_tell_two_lobes(t
     both = [one for one in found if [f.fresnel for f in one.model.lobes.families] == ["dielectric"] * 2]
     assert len(both) == (1 if tails else 0)
     assert not tails or found[-1].cost == min(one.cost for one in found)
+
+
+@pytest.mark.parametrize(("straight", "hides"), [(0.0, True), (0.02, False)])
+def test_no_lobe_hides_from_cells_to_shine_beyond_them(straight, hides):
+    """An interface that reflects nothing straight down is all there is toward grazing, where nothing was seen."""
+    whole, part = families(absolute=True)[0], replace(families(absolute=True)[0], absolute=False)
+    lobes = LobeSet((whole, part), (np.array([0.02]), np.array([0.08])))
+    own = np.concatenate([[straight], np.full(len(part.upper_bounds()), 0.02)])[:, None]
+    one = SimpleNamespace(model=Model(Basis("isotropic", 0), np.zeros((1, 1)), lobes, own))
+    assert len(whole.upper_bounds()) == 1 and not whole.has_ground
+    assert _hides(one) == hides
+    alone = Model(Basis("isotropic", 0), np.zeros((1, 1)), LobeSet((whole,), (np.array([0.3]),)), own[:1])
+    assert not _hides(SimpleNamespace(model=alone))  # with nothing beside it, it is what the cells show
 
 
 def test_asked_numbers_of_lobes_are_the_only_ones_tried():
