@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from photogonio.calib.detect.subpixel_kernel import find_shifts
+from photogonio.calib.detect.subpixel_kernel import FINE, find_shifts
 from photogonio.calib.geometry.board import Corners
 from photogonio.calib.geometry.camera import Camera, Pose, project_with_scale
-from photogonio.calib.geometry.print_map import Print
+from photogonio.calib.geometry.print_map import Print, softened
 
+_SOFT = 0.5  # of the spacing of the samples
+_ALIKE = 0.1  # softnesses whose logarithms differ by less are one
 _REACH = 0.62  # of a square: the window's half width
 _LARGEST = 14  # pixels of half window; larger ones are not needed
 _SMALLEST = 6
@@ -90,10 +92,25 @@ def register(
         )
         level, middle = around.level[chosen], middle - around.first[chosen]
         print_, bare = template.print, template.bare
-        find_shifts(print_.tone, print_.bare, bare, print_.scale, flat, level, middle, half, shift, sure)
+        tone = softened(print_, *_softness(flat, half))
+        find_shifts(tone, print_.bare, bare, print_.scale, flat, level, middle, half, shift, sure)
         pixels[chosen] += np.where(np.isfinite(sure)[:, None], shift, 0.0)
         sigma[chosen] = sure
     return np.isfinite(sigma), pixels, sigma
+
+
+def _softness(flat: np.ndarray, half: np.ndarray) -> tuple[float, float]:
+    """Standard deviations along board x and y, length units, that the print is softened by before it is sampled, so
+    that edges along rows of samples are no steps: a share of the samples' spacing there, in even steps of its
+    logarithm.
+
+    Samples of an edge that is softened by half their spacing add up to the same wherever it lies between them, but for
+    twice exp(-2 pi^2 / 4), a hundredth of the step's width.
+    """
+    slope = np.abs(flat[:, :, 1:3]).max(2) / half[:, None]  # board lengths a pixel
+    spacing = np.maximum(np.median(slope, axis=0), 1e-12) / FINE
+    across, along = _SOFT * np.exp(np.round(np.log(spacing) / _ALIKE) * _ALIKE)
+    return float(across), float(along)
 
 
 def _to_board(camera: Camera, pose: Pose, middle: np.ndarray, half: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from photogonio.capture.jit import borrowing, in_lanes, jit
 from photogonio.capture.robust import OF_SIZE
 
-_FINE = 3  # samples of the pattern across a pixel
+FINE = 3  # samples of the pattern across a pixel
 _BLUR = 0.5  # pixels, standard deviation of a slight blur
 _TUKEY = 4.0
 _EDGE_ERROR = 0.04  # of the contrast: pixels on an edge are drawn no better than that
@@ -28,9 +28,9 @@ _VALUES = 9  # gain, offset, slopes of both along u and v, blur, shift along u a
 
 def _taps() -> np.ndarray:
     """Weights of the fine samples that make up a pixel: a normal distribution, and the pixel's own width."""
-    reach = round(4 * _BLUR * _FINE)
-    normal = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (_BLUR * _FINE)) ** 2)
-    return np.convolve(normal / normal.sum(), np.full(_FINE, 1 / _FINE))
+    reach = round(4 * _BLUR * FINE)
+    normal = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (_BLUR * FINE)) ** 2)
+    return np.convolve(normal / normal.sum(), np.full(FINE, 1 / FINE))
 
 
 _TAPS = _taps()
@@ -115,13 +115,13 @@ def _usable(known, level, middle, half):
 @jit
 def _draw(tone, scale, flat, half, shift):
     """The pattern with box pixels and a slight blur, moved by ``shift``, one pixel wider than the window."""
-    side, reach = 2 * half + 3, (len(_TAPS) - _FINE) // 2
-    count = _FINE * side
+    side, reach = 2 * half + 3, (len(_TAPS) - FINE) // 2
+    count = FINE * side
     fine = np.empty((count, count))
     for i in range(count):
-        v = ((i + 0.5) / _FINE - half - 1.5 - shift[1]) / half
+        v = ((i + 0.5) / FINE - half - 1.5 - shift[1]) / half
         for j in range(count):
-            u = ((j + 0.5) / _FINE - half - 1.5 - shift[0]) / half
+            u = ((j + 0.5) / FINE - half - 1.5 - shift[0]) / half
             x, y = _place(flat, u, v)
             fine[i, j] = _tone(tone, x * scale - 0.5, tone.shape[0] - y * scale - 0.5)
     return _thinned(_thinned(fine, reach).T, reach).T
@@ -153,11 +153,11 @@ def _tone(tone, x, y):
 def _thinned(fine, reach):
     """Every third row (n / 3, m) of ``fine`` (n, m), the rows about it weighed together; those at the edges repeat."""
     count, width = fine.shape
-    result = np.zeros((count // _FINE, width))
+    result = np.zeros((count // FINE, width))
     for i in range(len(result)):
         row = result[i]
         for k in range(len(_TAPS)):
-            weight, there = _TAPS[k], fine[min(max(_FINE * i - reach + k, 0), count - 1)]
+            weight, there = _TAPS[k], fine[min(max(FINE * i - reach + k, 0), count - 1)]
             for j in range(width):
                 row[j] += weight * there[j]
     return result

@@ -12,13 +12,14 @@ from photogonio.calib.geometry.board import board_size, dictionary, opencv_board
 from photogonio.capture.photoset import Board, CharucoBoard, LooseMarkers, PrintedBoard
 
 _SQUARE_PIXELS = range(140, 420)  # of the drawn pattern; one is chosen that rounds no edge
+_SHARP = 0.1  # pixels of the drawing: a standard deviation that changes nothing
 _CELL_PIXELS = 16  # of a loose marker's cell in the drawing
 _MOST_PIXELS = 4000  # of the drawing's longer side
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Print:
-    """The pattern as a map: tone and distance to the nearest edge of it."""
+    """The pattern as a map: tone and distance to the nearest edge of it. Each is equal to itself alone."""
 
     white: np.ndarray  # (h, w) bool
     tone: np.ndarray  # (h, w) float32, 1 where white, 0.5 where not known
@@ -49,6 +50,13 @@ class Print:
         """Whether board points (n, 2) lie within the pattern, (n,) bool."""
         height, width = self.white.shape
         return np.all((points >= 0) & (points * self.scale <= [width, height]), axis=1)
+
+
+@lru_cache(maxsize=4)
+def softened(drawn: Print, across: float, along: float) -> np.ndarray:
+    """The tone (h, w) float32 under normal distributions of those standard deviations along x and y, length units."""
+    wide, high = max(across * drawn.scale, _SHARP), max(along * drawn.scale, _SHARP)
+    return cv2.GaussianBlur(drawn.tone, (0, 0), wide, sigmaY=high, borderType=cv2.BORDER_REPLICATE)
 
 
 def draw_print(board: Board) -> Print | None:

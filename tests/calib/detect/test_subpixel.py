@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.special import erf
 
 from photogonio.calib.detect.gray import finite, gray
 from photogonio.calib.detect.subpixel import Around, Template, refined_corners, register
 from photogonio.calib.geometry.board import board_points
-from photogonio.calib.geometry.camera import Pose
-from photogonio.calib.geometry.print_map import draw_print
+from photogonio.calib.geometry.camera import Camera, Pose
+from photogonio.calib.geometry.print_map import Print, draw_print
 from tests.drawn.board_photos import POSES
 from tests.drawn.boards import BOARD, CAMERA, views_of
 
@@ -90,3 +91,44 @@ def test_where_most_corners_are_lost_the_old_ones_stay(photo, first):
     height, width = 360, 480
     hidden = around.without(np.arange(width)[None, :] * np.ones((height, 1)) > width / 3)
     assert refined_corners(template, CAMERA, POSES[0], hidden, every, corners) is corners
+
+
+def four_squares(scale: float) -> Print:
+    """Of 20 lengths a side, black at the lower left and the upper right."""
+    size = round(20 * scale)
+    white = np.zeros((2 * size, 2 * size), bool)
+    white[:size, :size] = white[size:, size:] = True
+    whole = np.ones(white.shape)
+    return Print(white, white.astype(np.float32), whole.astype(np.float32), scale, whole.astype(bool))
+
+
+def blurred_edge(places: np.ndarray, blur: float) -> np.ndarray:
+    """Means over pixels about ``places`` of a step from -1 to 1 at 0 under a normal distribution."""
+
+    def below(x: np.ndarray) -> np.ndarray:
+        t = x / (np.sqrt(2.0) * blur)
+        return np.sqrt(2.0) * blur * (t * erf(t) + np.exp(-t * t) / np.sqrt(np.pi))
+
+    return below(places + 0.5) - below(places - 0.5)
+
+
+@pytest.mark.parametrize("blur", [0.4, 0.5, 0.8])
+@pytest.mark.parametrize("scale", [5.0, 8.0, 21.0])
+def test_edges_along_the_rows_of_pixels_are_no_steps(scale, blur):
+    """All along such an edge pixels cut the print alike, so that what a drawing in steps of a third of a pixel is off
+    there, a tenth and more, all corners of a row are: wherever the row lies. A camera that looks straight on, a pixel a
+    length; the blur that is drawn is half a pixel, and what another's shape differs is off by hundredths.
+    """
+    camera = Camera(
+        np.array([[100.0, 0.0, 40.0], [0.0, 100.0, 40.0], [0.0, 0.0, 1.0]]), np.zeros(5), (81, 81)
+    )
+    pose = Pose(np.diag([1.0, -1.0, -1.0]), np.array([-20.0, 20.0, 100.0]))
+    corners = np.array([[20.0, 20.0, 0.0], [40.0, 40.0, 0.0]])  # the second is the print's own
+    template, step = Template(four_squares(scale), 20.0), np.arange(81) - 40.0
+    for phase in np.arange(8) / 8 - 0.45:
+        level = 0.5 + 0.5 * np.outer(blurred_edge(step - phase, blur), blurred_edge(step - 0.31, blur))
+        level = level.astype(np.float32)
+        around = Around.of(level, np.ones(level.shape, bool), camera.project(pose, corners))
+        found, pixels, _ = register(template, camera, pose, around, corners)
+        assert found[0]
+        np.testing.assert_allclose(pixels[0], [40.31, 40.0 + phase], atol=0.03)
