@@ -54,11 +54,13 @@ def read_table(path: Path, options: Options, told: Told, reporter: Reporter) -> 
     from photogonio.reconstruct.goniometer.read import read_samples
 
     samples = merged(read_samples(path, told))
+    table = samples_table(samples)
+    take_channels(table, options)  # what is asked for in vain is refused before anything is said
     for note in samples.notes:
         reporter.say(f"{path.name}: {note}")
     reporter.tell(*(replace(one, message=f"{path.name}: {one.message}") for one in samples.diagnoses))
     scale = load_brdf(path).scale if of_coefficients(path) else "absolute"
-    return TableRead(samples_table(samples), scale)
+    return TableRead(table, scale)
 
 
 def quantity_developed(path: Path, options: Options, told: Told) -> str:
