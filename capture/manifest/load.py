@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -19,6 +20,8 @@ from photogonio.capture.photoset import (
     PhotoSet,
     Radiometry,
 )
+
+LONGEST = 200  # characters of a name that a line says whole
 
 
 def load_photoset(folder: str | Path, *, unnamed: bool = False) -> PhotoSet:
@@ -104,9 +107,10 @@ def check_file(root: Path, name: str, where: str) -> None:
         raise InputError(where, f'"{name}" is a link that leads to itself') from None
     if not inside:
         raise InputError(where, f'"{name}" leaves the folder')
-    if not path.is_file():
+    if not os.path.isfile(path):  # also of a name too long for any file, at which pathlib raises
         hint = "; paths have forward slashes" if "\\" in name else ""
-        raise InputError(where, f'no such file: "{name}"{hint}')
+        shown = name if len(name) <= LONGEST else f"{name[:60]}..."
+        raise InputError(where, f'no such file: "{shown}"{hint}')
 
 
 def check_lights(path: Path, lights: tuple[LightEntry, ...]) -> None:

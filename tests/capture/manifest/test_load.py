@@ -243,6 +243,7 @@ BROKEN = {  # what to replace, by what, what the message says
     "drive": ('file = "a.png"', 'file = "C:/a.png"', ["photo[0]", "relative"]),
     "leaves the folder": ('file = "a.png"', 'file = "../outside.png"', ["photo[0]", "leaves the folder"]),
     "a folder": ('file = "a.png"', 'file = "sub"', ["photo[0]", "no such file"]),
+    "a name too long for a file": ('file = "a.png"', f'file = "{"z" * 5000}"', ["photo[0]", "no such file"]),
     "bracket of two lights": (
         'light = "L01"\nbracket = 3',
         'light = "L02"\nbracket = 3',
