@@ -29,18 +29,10 @@ CICP = {
 }
 CICP_GAMMA = {4: 2.2, 5: 2.8, 17: 2.6}  # 17: SMPTE ST 428-1, but for a factor
 UNREAD = {9: "logarithmic", 10: "logarithmic"}
-SMPTE_240M = (
-    1 / 0.45,
-    1 / 1.1115,
-    0.1115 / 1.1115,
-    0.25,
-    4 * 0.0228,
-    0.0,
-    0.0,
-)  # as a parametric curve's numbers
-STEEPEST = (
-    10.0  # exponents of curves from half scale to the whole lie between this and its inverse: PQ has 6.8
-)
+# as a parametric curve's numbers
+SMPTE_240M = (1 / 0.45, 1 / 1.1115, 0.1115 / 1.1115, 0.25, 4 * 0.0228, 0.0, 0.0)
+# exponents of curves from half scale to the whole lie between this and its inverse: PQ has 6.8
+STEEPEST = 10.0
 ADOBE_GAMMA = 563 / 256  # Adobe RGB (1998), section 4.3.4
 
 

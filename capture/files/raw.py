@@ -24,10 +24,8 @@ METHODS = {
     "dht": rawpy.DemosaicAlgorithm.DHT,
 }
 FULL = 65535
-BY_LIBRAW = {
-    (2, 2),
-    (6, 6),
-}  # repeats of a mosaic's colours; others it takes for one of these, and mixes colours
+# repeats of a mosaic's colours; others it takes for one of these, and mixes colours
+BY_LIBRAW = {(2, 2), (6, 6)}
 
 
 @dataclass(frozen=True, slots=True)

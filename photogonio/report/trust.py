@@ -36,9 +36,8 @@ HOPELESS = 0.5  # median, relative: no noise of a measurement that is worth a fi
 PEAK = 0.6  # rms misfit, relative: as much of the light is where the fit has none
 APART = 0.2  # photos at the same directions, relative
 KNOWN = 0.02  # of an albedo, that it is told within where many rows are lost
-HARDLY = (
-    0.3  # of an albedo: three times as unsure as plain paper, whose reflectance nobody measured, leaves it
-)
+# of an albedo: more than twice as unsure as plain paper, whose reflectance nobody measured, leaves it
+HARDLY = 0.3
 CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 % leaves them on few rows
 LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
 BOARD = 3.0  # pixels, or the part of the picture's width below if that is more

@@ -276,9 +276,8 @@ def _with_second_lobe(work: Cleaned, lobes: int | None, absolute: bool) -> Clean
             pilots.append(_pilot(work, both, 1))
         coats = [one.model.lobes for one in _by_cost(work.pilots) if _is_coat(one.model.lobes)]
         told = min(one.cost for one in pilots) < work.reference.cost - TWO_TOLD and work.cells.binned
-        if coats and (
-            work.cells.peaked or told
-        ):  # though Fresnel's term be another's: a few views hardly tell it
+        # though Fresnel's term be another's, which a few views hardly tell
+        if coats and (work.cells.peaked or told):
             pilots.append(_pilot(work, _core_and_tails(coats[0], absolute), 1))
     return replace(work, pilots=tuple(one for one in pilots if not _hides(one)))
 

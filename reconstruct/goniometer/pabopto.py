@@ -73,7 +73,9 @@ def read_pabopto(path: Path) -> GoniometerSamples:
 
 
 def beginning(path: Path, size: int = 4096) -> str:
-    """The first characters of a file, whatever they are; nothing where it cannot be read."""
+    """The first characters of a file, whatever they are; nothing where it cannot be read, or is no file."""
+    if not path.is_file():
+        return ""
     try:
         with path.open("rb") as file:
             return file.read(size).decode("latin-1")

@@ -33,10 +33,8 @@ NOISE = 4.0  # standard deviations, beyond them: a jump
 STEPS, SMALL = 2.0, 0.05  # of the digits and of the value: no smaller one is
 FAR_STEPS = 6.0  # of the digits, that rows among others lie off in the middle where noise is less than a step
 HARMLESS = 0.01  # of the value: what the rows beside say as well, as a table of wide cells read at finer steps has it
-RUN, FEW = (
-    0.9,
-    0.25,
-)  # of a run of lines, that stand still; and of all rows, which a plateau has of a model's table
+# of a run of lines, that stand still; and of all rows, which a plateau has of a model's table
+RUN, FEW = 0.9, 0.25
 HARMED = 0.95  # quantile of how far rows beside one are from it, by which a few that matter count
 JUMPS = 0.25  # share of the rows, and
 FEWEST_JUMPS = 2  # of them to either side, that must jump: a plateau does so to one

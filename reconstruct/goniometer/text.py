@@ -153,6 +153,8 @@ def read_text(path: Path) -> TextTable:
     Raises:
         InputError: the file cannot be read, has no header, or a row has another number of cells.
     """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError(path, "is no file")  # a device need not end, and a pipe would be waited for
     try:
         with path.open(encoding=encoding_of(path)) as file:
             return _read(path, table_lines(file))

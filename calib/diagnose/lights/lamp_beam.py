@@ -16,9 +16,8 @@ from photogonio.capture.diagnosis import Diagnosis, Entry
 
 _TOLD = 0.2  # power of the cosine that changes a patch's light by half a per cent, and
 _SURE = 5.0  # standard errors, at which a beam is told
-NARROWEST = (
-    200.0  # power of the cosine of a spot ten degrees wide: what of lamps far away is told is a guess beyond
-)
+# power of the cosine of a spot ten degrees wide: what of lamps far away is told is a guess beyond
+NARROWEST = 200.0
 
 
 class LampBeam(LightDeparture):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.pabopto import beginning
 from photogonio.reconstruct.goniometer.text import passed_over, read_text
 
 ROWS = [[10, 0, 20, 90, 0.25], [30, 0, 40, 180, 1.5e-3], [50, 0, 60, 270, 2.0]]
@@ -162,3 +166,13 @@ def test_a_row_cut_short_is_no_footer(tmp_path, last):
 def test_words_between_rows_are_no_footer(tmp_path):
     with pytest.raises(InputError, match="line 3: expected 5 columns, found 1"):
         read_text(written(tmp_path, [",".join(NAMES), "1,2,3,4,5", "second scan", "2,2,3,4,5"]))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in folders here")
+def test_what_need_not_end_is_no_file(tmp_path):
+    """A pipe that nobody writes to would be waited for, and zeros never end."""
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(InputError, match="is no file"):
+            read_text(path)
+        assert beginning(path) == ""
