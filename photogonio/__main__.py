@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from typing import NoReturn
 
 INTERRUPTED = 130
@@ -20,7 +21,7 @@ def program() -> NoReturn:
 
 
 def _stopped(signum: int, frame: object) -> None:
-    os.write(2, b"photogonio: stopped; nothing was written\n")
+    os.write(sys.stderr.fileno(), b"photogonio: stopped; nothing was written\n")
     os._exit(INTERRUPTED)
 
 

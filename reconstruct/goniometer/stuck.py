@@ -104,9 +104,8 @@ def stands_still(
     off, most = float(np.median(apart)), float(np.quantile(apart, HARMED))
     noisy = noise > max(WIDER * step, LEAST_NOISE * mark)
     run = len(rows) > RUN * (rows.max() - rows.min() + 1) and len(rows) < FEW * len(value)
-    if (
-        noisy and most > jump and len(rows) >= STUCK and (among or run)
-    ):  # most of a surface may be as bright as it is
+    # most of a surface may be as bright as it is
+    if noisy and most > jump and len(rows) >= STUCK and (among or run):
         return True
     if among and off > max(0.5 * jump, SMALL * mark) and (noisy or off > FAR_STEPS * step):
         return True

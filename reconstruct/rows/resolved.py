@@ -30,9 +30,8 @@ RINGS = 3  # angles from there, at which the top was read
 ALIKE, LEAST = 0.1, 1e-3  # of the largest of them, and radians: nearer ones are one
 FINE = 8  # order beyond which modes
 MENDED = 0.1  # of f in the mean, follow what lobes do not
-TILTS = np.radians(
-    np.arange(0.0, 41.0, 10.0)
-)  # of the middle of two directions, at which a peak's rise is looked at
+# of the middle of two directions, at which a peak's rise is looked at
+TILTS = np.radians(np.arange(0.0, 41.0, 10.0))
 CORE = 0.1  # of the albedo, by how much a peak without rows may be brighter; of CUReT's thirty materials 0.024 at most
 
 

@@ -84,9 +84,8 @@ def run_off(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray, value: n
         return None
     at = places(theta_i[rows], theta_r[rows], dphi[rows])
     near = cKDTree(at).query(at, k=NEAREST + 1)[1][:, 1:]
-    if (
-        np.mean(np.abs(near - np.arange(len(rows))[:, None]) < LINES) > 1.0 - AMONG
-    ):  # lines beside are places beside
+    beside = np.abs(near - np.arange(len(rows))[:, None]) < LINES
+    if beside.mean() > 1.0 - AMONG:  # lines beside one another are places beside one another
         return None
     ratio = np.log(value[rows]) - np.log(expected(at, value[rows], at, own=True).value)
     ratio -= np.median(ratio)

@@ -78,10 +78,13 @@ def test_once_allowed_for_it_is_what_settled():
     assert "0.50" in LampBeam().message(beam, allowed=True) and LampBeam().message(beam, allowed=False) == ""
 
 
+@pytest.fixture(scope="module")
+def begun():
+    return settle(Drawn(3, views=2).watched(paper=True))
+
+
 @pytest.mark.parametrize(("found", "tried"), [(3.0, 3.0), (1.8e8, NARROWEST), (-1e6, -NARROWEST)])
-def test_no_beam_is_tried_that_no_lamp_has(found, tried):
+def test_no_beam_is_tried_that_no_lamp_has(begun, found, tried):
     """Of lamps far away the board spans no angle, and one step from 0 leads anywhere."""
-    drawn = Drawn(3, views=2)
-    (beam,) = [Diagnosis("lamp-beam", "", found, 0.1 * abs(found), 0.2, 5.0)]
-    state = settle(drawn.watched(paper=True))
-    assert LampBeam().remedy(state, [beam]).narrow == tried
+    beam = Diagnosis("lamp-beam", "", found, 0.1 * abs(found), 0.2, 5.0)
+    assert LampBeam().remedy(begun, [beam]).narrow == tried
