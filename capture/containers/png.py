@@ -1,4 +1,4 @@
-"""What a PNG file says of its tone curve (PNG specification, third edition, section 11.3.2)."""
+"""What a PNG file says of its tone curve, and its EXIF (PNG specification, third edition, section 11.3.2)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from photogonio.capture.containers import icc
 from photogonio.capture.containers.integrity import PNG_SIGNATURE
 from photogonio.capture.containers.tone import SRGB, Curve, Tone, difference, named, of_cicp, rises
 
-WANTED = {b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM"}
+WANTED = {b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM"}  # before the pixels
+EXIF = b"eXIf"  # there, or behind them
 MOST_BYTES = 1 << 24  # of a chunk or a profile
 SCREEN_GAMMA = 45455  # 1 / 2.2: with sRGB's primaries it stands for sRGB
 SRGB_CHROMATICITIES = (31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
@@ -21,7 +22,7 @@ APART = 0.3  # relative, of two curves: gAMA of 1/2.2 beside sRGB's own lies 0.2
 
 
 def about(path: Path) -> dict[bytes, bytes]:
-    """The chunks that tell of colour, the first of each kind. Raises ValueError for codes that are not read."""
+    """The chunks that tell of colour or exposure, the first of each kind. Raises ValueError for codes not read."""
     found: dict[bytes, bytes] = {}
     with path.open("rb") as file:
         for kind, content in chunks(file):
@@ -80,14 +81,17 @@ def contradiction(found: Mapping[bytes, bytes], taken: Tone) -> tuple[str, ...]:
 
 
 def chunks(file: BinaryIO) -> Iterator[tuple[bytes, bytes]]:
-    """The chunks that tell of colour, which stand before the pixels."""
+    """The chunks that tell of colour, which stand before the pixels, and EXIF's."""
     if file.read(len(PNG_SIGNATURE)) != PNG_SIGNATURE:
         return
+    wanted = {*WANTED, EXIF}
     while len(head := file.read(8)) == 8:
         length, kind = struct.unpack(">I4s", head)
-        if kind in (b"IDAT", b"IEND"):
+        if kind == b"IEND":
             return
-        if kind in WANTED and length <= MOST_BYTES:
+        if kind == b"IDAT":
+            wanted = {EXIF}
+        if kind in wanted and length <= MOST_BYTES:
             yield kind, file.read(length)
             file.seek(4, 1)
         else:

@@ -9,12 +9,14 @@ from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
+from photogonio.capture.containers.tone import Curve, Tone, named, rises
+
 (
     SUBFILE, WIDTH, HEIGHT, BITS, COMPRESSION, PHOTOMETRIC, STRIP_PLACES, ORIENTATION, SAMPLES, STRIP_SIZES, PLANAR,
-    PREDICTOR, TILE_WIDTH, TILE_PLACES, TILE_SIZES, CHILDREN, EXTRA, FORMAT, DNG, BLACK_REPEAT, BLACK, BLACK_ACROSS,
-    BLACK_DOWN, WHITE, ACTIVE, CELLS,
+    TRANSFER, PREDICTOR, TILE_WIDTH, TILE_PLACES, TILE_SIZES, CHILDREN, EXTRA, FORMAT, DNG, BLACK_REPEAT, BLACK,
+    BLACK_ACROSS, BLACK_DOWN, WHITE, ACTIVE, CELLS,
 ) = (
-    254, 256, 257, 258, 259, 262, 273, 274, 277, 279, 284, 317, 322, 324, 325, 330, 338, 339, 50706, 50713,
+    254, 256, 257, 258, 259, 262, 273, 274, 277, 279, 284, 301, 317, 322, 324, 325, 330, 338, 339, 50706, 50713,
     50714, 50715, 50716, 50717, 50829, 33421,
 )  # fmt: skip
 OPCODES = (51008, 51009, 51022)
@@ -23,7 +25,7 @@ RATIOS = {
     BLACK_ACROSS,
     BLACK_DOWN,
 }  # numerators and denominators in turn, whatever they are written as
-LONG = {*OPCODES, *RATIOS, STRIP_PLACES, STRIP_SIZES, TILE_PLACES, TILE_SIZES}
+LONG = {*OPCODES, *RATIOS, TRANSFER, STRIP_PLACES, STRIP_SIZES, TILE_PLACES, TILE_SIZES}
 WANTED = {
     SUBFILE, WIDTH, HEIGHT, BITS, COMPRESSION, PHOTOMETRIC, ORIENTATION, SAMPLES, PLANAR, PREDICTOR, TILE_WIDTH,
     CHILDREN, EXTRA, FORMAT, DNG, BLACK_REPEAT, WHITE, ACTIVE, CELLS, *LONG,
@@ -31,7 +33,7 @@ WANTED = {
 NUMBERS = {1: "B", 3: "H", 4: "I", 7: "B", 13: "I", 16: "Q", 18: "Q"}
 PAIRS = {5: "I", 10: "i"}  # rationals
 MOST_PAGES, MOST_ENTRIES, MOST_VALUES, MOST_BYTES = 100, 4096, 64, 1 << 24
-MIN_IS_WHITE, RGB, PALETTE = 0, 2, 3
+MIN_IS_WHITE, RGB, PALETTE, YCBCR = 0, 2, 3, 6
 PLAIN = {1: 1, 2: 3}  # samples of gray and of RGB without more
 READ = {0: "min-is-white gray", 1: "gray", 2: "RGB", 3: "a palette", 6: "YCbCr"}
 REFUSED = {
@@ -39,6 +41,7 @@ REFUSED = {
     32845: "LogLuv", 34892: "linear raw",
 }  # fmt: skip
 REDUCED, MASK = 1, 4  # bits of SUBFILE
+PACKED_ROWS = 1  # COMPRESSION: none
 
 Tags = Mapping[int, tuple[int, ...]]
 
@@ -57,6 +60,8 @@ class Page:
     orientation: int
     planar: bool
     extra: tuple[int, ...]  # of samples beyond the colours: 0 unspecified, 1 and 2 alpha
+    transfer: tuple[int, ...]  # light of each code, of 65535; of one channel or of three in turn
+    held: int  # bytes in its strips, where they are not compressed and it says so
 
 
 def picture_of(path: Path) -> Page:
@@ -83,6 +88,10 @@ def picture_of(path: Path) -> Page:
     if page.photometric not in READ:
         name = REFUSED.get(page.photometric, f"colours of the unknown kind {page.photometric}")
         raise ValueError(f"holds {name}; expected gray, RGB or more channels of light")
+    rows = page.height * (page.samples if page.planar else 1)
+    needed = rows * ((page.width * page.bits * (1 if page.planar else page.samples) + 7) // 8)
+    if 0 < page.held < needed and page.photometric != YCBCR:  # whose chroma has fewer pixels
+        raise ValueError(f"truncated or damaged: its strips hold {page.held} bytes of {needed}")
     return page
 
 
@@ -90,6 +99,7 @@ def page_of(index: int, tags: Tags) -> Page:
     def first(tag: int, default: int) -> int:
         return tags.get(tag, (default,))[0]
 
+    sizes = tags.get(STRIP_SIZES, ())
     return Page(
         index=index,
         subfile=first(SUBFILE, 0),
@@ -101,7 +111,27 @@ def page_of(index: int, tags: Tags) -> Page:
         orientation=first(ORIENTATION, 1),
         planar=first(PLANAR, 1) == 2,
         extra=tags.get(EXTRA, ()),
+        transfer=tags.get(TRANSFER, ()),
+        held=0 if first(COMPRESSION, 1) != PACKED_ROWS or 0 in sizes else sum(sizes),
     )
+
+
+def tone_of(page: Page) -> Tone | None:
+    """By TransferFunction (TIFF 6.0, section 20); None if the file has none.
+
+    Raises ValueError for one that cannot be used.
+    """
+    codes, numbers = 1 << min(page.bits, 16), page.transfer
+    if not numbers:
+        return None
+    if page.photometric not in PLAIN or page.bits > 16 or len(numbers) not in (codes, 3 * codes):
+        raise ValueError(f"TransferFunction of {len(numbers)} numbers is none of its codes")
+    tables = [numbers[k : k + codes] for k in range(0, len(numbers), codes)]
+    curves = [Curve("table", tuple(value / 65535 for value in table)) for table in tables]
+    if not all(rises(one) for one in curves):
+        raise ValueError("TransferFunction does not rise")
+    curves = [named(one) for one in curves]
+    return Tone(tuple(curves[:1] if len(set(curves)) == 1 else curves), "TransferFunction")
 
 
 def is_dng(file: BinaryIO) -> bool:

@@ -10,7 +10,8 @@ import numpy as np
 import OpenImageIO as oiio
 
 from photogonio.capture.containers import exif, icc, jpeg, jxl, png, tiff
-from photogonio.capture.containers.tone import LINEAR, Tone, of_cicp, of_exif, untold
+from photogonio.capture.containers.png import APART
+from photogonio.capture.containers.tone import Curve, Tone, difference, named, of_cicp, of_exif, rises, untold
 from photogonio.capture.errors import InputError
 from photogonio.capture.files import decode, exr, heif
 
@@ -29,6 +30,7 @@ UNDONE = {
 }
 EMPTY: Mapping[str, object] = {}
 MOST_TIMES = 16  # as long as its pixels reach a picture may be
+MOST_GAMMA = 5.0
 OF_FOUR = ("R", "G", "B", "A")
 
 
@@ -87,7 +89,21 @@ def about(path: Path, kind: str) -> About:
             f"says that it is mirrored (orientation {orientation}); its pixels are taken as they are stored"
         )
         found = replace(found, doubts=(*found.doubts, note))
-    return found
+    return with_gamma(found)
+
+
+def with_gamma(found: About) -> About:
+    """With EXIF's Gamma: what tells the curve where nothing else does, else a witness."""
+    gamma = found.attributes.get("Exif:Gamma")
+    curve = Curve("gamma", (gamma,)) if isinstance(gamma, float) and 0.0 < gamma < MOST_GAMMA else None
+    if curve is None or not rises(curve) or max(difference(curve, one) for one in found.tone.curves) <= APART:
+        return found
+    tone = Tone((named(curve),), "EXIF Gamma")
+    if not found.tone.told:
+        return replace(found, tone=tone)
+    taken = f"{found.tone.name} by its {found.tone.source}"
+    note = f"says {taken} and {tone.name} by its {tone.source}; the first is taken"
+    return replace(found, doubts=(*found.doubts, note))
 
 
 def of_spec(
@@ -143,7 +159,8 @@ def of_png(path: Path) -> About:
     with decode.open_oiio(path) as file:
         spec = file.spec()
         told = png.about(path)
-        found = of_spec(path, spec, tell=lambda: png.tone_of(told))
+        more = exif.attributes(told.get(png.EXIF, b""))  # which OpenImageIO does not see behind the pixels
+        found = of_spec(path, spec, more, tell=lambda: png.tone_of(told))
         doubts = (*found.doubts, *png.contradiction(told, found.tone))
         return replace(found, reader="opencv" if spec.nchannels in (1, 3) else "oiio", doubts=doubts)
 
@@ -162,7 +179,7 @@ def of_tiff(path: Path) -> About:
     page = tiff.picture_of(path)
     with decode.open_oiio(path, page.index) as file:
         spec = file.spec()
-        found = replace(of_spec(path, spec), part=page.index)
+        found = replace(of_spec(path, spec, tell=lambda: tone_of_tiff(page, spec)), part=page.index)
         # of five channels and more, none can be meant as a mask, whatever the fourth is marked as
         if spec.nchannels > len(OF_FOUR):
             found = replace(found, kept=(), channels=tuple(spec.channelnames))
@@ -177,8 +194,17 @@ def of_tiff(path: Path) -> About:
         if page.samples == len(OF_FOUR) and page.photometric == tiff.RGB and not page.extra:
             found = fourth_untold(path, file, found)
         simple = not page.planar and page.index == 0 and page.orientation == 1
-        fits = spec.nchannels == page.samples == tiff.PLAIN.get(page.photometric) and found.bits == page.bits
+        # of 8 bits, OpenCV fills what is damaged and says nothing
+        fits = spec.nchannels == page.samples == tiff.PLAIN.get(page.photometric)
+        fits = fits and found.bits == page.bits == 16
         return replace(found, reader="opencv" if simple and fits else "oiio")
+
+
+def tone_of_tiff(page: tiff.Page, spec: oiio.ImageSpec) -> Tone | None:
+    """By its profile, its table of codes, or EXIF."""
+    attributes = decode.attributes_of(spec)
+    profile = attributes.get("ICCProfile")
+    return (None if profile is not None else tiff.tone_of(page)) or tone_of(attributes)
 
 
 def fourth_untold(path: Path, file: oiio.ImageInput, found: About) -> About:
@@ -196,7 +222,7 @@ def of_exr(path: Path) -> About:
         part, kept = exr.picture_of(file)
         file.seek_subimage(part, 0)
         spec = file.spec()
-        found = of_spec(path, spec, tell=lambda: Tone((LINEAR,), "OpenEXR"))
+        found = of_spec(path, spec, tell=lambda: exr.tone_of(spec))
         found = replace(found, part=part, kept=kept, channels=tuple(spec.channelnames[k] for k in kept))
         corner, size = (spec.x - spec.full_x, spec.y - spec.full_y), (spec.full_width, spec.full_height)
         if corner == (0, 0) and size == found.size:

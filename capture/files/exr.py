@@ -9,6 +9,10 @@ from collections.abc import Sequence
 
 import OpenImageIO as oiio
 
+from photogonio.capture.containers.tone import LINEAR, TRANSFERS, Curve, Tone
+
+LINEAR_KINDS = {"", "lin", "data", "unknown"}
+GAMMAS = {"g18": 1.8, "g22": 2.2, "g24": 2.4, "g26": 2.6}
 # in this order, and before all others, in capitals or not
 COLOURS = {
     name: k
@@ -46,6 +50,23 @@ def picture_of(file: oiio.ImageInput) -> tuple[int, tuple[int, ...]]:
         names = ", ".join(".".join(filter(None, one[1:3])) or f"part {one[0]}" for one in best)
         raise ValueError(f"holds several pictures ({names}); expected one")
     return best[0][0], best[0][3]
+
+
+def tone_of(spec: oiio.ImageSpec) -> Tone:
+    """Linear, as the format has it, unless the file names another colour space (colorInteropID of OpenEXR 3.4).
+
+    Raises ValueError for a name that says nothing known here.
+    """
+    name = spec.get_string_attribute("colorInteropID")
+    kind = name.partition("_")[0].lower()
+    if kind in LINEAR_KINDS:
+        return Tone((LINEAR,), "OpenEXR")
+    source = f'colorInteropID "{name[:60]}"'
+    if kind in TRANSFERS:
+        return Tone((Curve(kind),), source)
+    if kind in GAMMAS:
+        return Tone((Curve("gamma", (GAMMAS[kind],)),), source)
+    raise ValueError(f"{source} is no name that is known")
 
 
 def layer_name(layer: str) -> str:

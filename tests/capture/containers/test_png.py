@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.odd_files import (
     SRGB_CHRM,
+    exif_block,
     gama,
     gamma_tag,
     icc_profile,
@@ -121,3 +123,14 @@ def test_codes_of_narrow_range_are_refused(tmp_path):
 def test_chunks_that_contradict_are_told(tmp_path, chunks, told):
     doubts = read_header(png(tmp_path / "a.png", PICTURE, *chunks)).doubts
     assert told in doubts[0] if told else not doubts
+
+
+def test_exif_behind_the_pixels_says_the_exposure(tmp_path):
+    """PNG, third edition, 11.3.2.5: it may stand anywhere between IHDR and IEND."""
+    path = png(tmp_path / "a.png", WIDE)
+    whole, block = path.read_bytes(), exif_block()[6:]
+    chunk = struct.pack(">I", len(block)) + b"eXIf" + block + struct.pack(">I", zlib.crc32(b"eXIf" + block))
+    path.write_bytes(whole[:-12] + chunk + whole[-12:])
+    exposure = read_header(path).exposure
+    assert (exposure.exposure_time, exposure.f_number, exposure.iso) == (1 / 64, 2.8, 100)
+    assert np.array_equal(read_image(path).pixels, WIDE)

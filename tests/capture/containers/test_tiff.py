@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import struct
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
 
+from photogonio.capture.containers.tiff import STRIP_SIZES, directories
+from photogonio.capture.containers.tone import LINEAR
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.odd_files import tiff, tiff_page
@@ -181,3 +184,54 @@ def test_a_palette_with_more_samples_is_refused(tmp_path):
     path = tiff(tmp_path / "a.tif", codes(2, "uint8"), photometric=3, entries=colours)
     with pytest.raises(InputError, match=r"a\.tif: holds a palette of 2 samples"):
         read_header(path)
+
+
+@pytest.mark.parametrize(("kind", "steps"), [("uint8", 256), ("uint16", 65536)])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_table_of_light_is_the_curve(tmp_path, kind, steps, channels):
+    """TIFF 6.0, section 20: TransferFunction gives the light of each code, for all channels or one by one."""
+    exponents = (1.8, 2.2, 1.0)[:channels]
+    light = [np.round(65535 * np.linspace(0.0, 1.0, steps) ** g).astype(int) for g in exponents]
+    written = codes(3, kind)
+    path = tiff(tmp_path / "a.tif", written, entries=[(301, 3, np.concatenate(light).tolist())])
+    image = read_image(path)
+    assert image.tone.told and image.tone.source == "TransferFunction"
+    assert len(image.tone.curves) == channels and np.array_equal(image.pixels, written)
+    for curve, g in zip(image.tone.curves, exponents, strict=True):
+        code = np.linspace(0.0, 1.0, 11)
+        np.testing.assert_allclose(curve.light(code), code**g, atol=1e-3)
+    if channels == 3:
+        assert image.tone.curves[2] == LINEAR
+
+
+def test_a_table_of_light_for_other_codes_is_told(tmp_path):
+    path = tiff(tmp_path / "a.tif", codes(3, "uint16"), entries=[(301, 3, list(range(256)))])
+    assert "TransferFunction" in read_header(path).doubts[0] and not read_header(path).tone.told
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16"])
+@pytest.mark.parametrize("compression", [5, 8])
+def test_a_damaged_strip_is_refused(tmp_path, kind, compression):
+    """OpenCV fills what is missing of 8 bits with black, and says nothing."""
+    path = tmp_path / "a.tif"
+    flags = [cv2.IMWRITE_TIFF_COMPRESSION, compression, cv2.IMWRITE_TIFF_ROWSPERSTRIP, 16]
+    assert cv2.imwrite(str(path), RNG.integers(0, np.iinfo(kind).max, (64, 48, 3)).astype(kind), flags)
+    assert read_image(path).pixels.shape == (64, 48, 3)
+    whole = path.read_bytes()
+    with path.open("rb") as file:
+        sizes = next(iter(directories(file)))[STRIP_SIZES]
+    form = next(f for f in (f"<{len(sizes)}I", f"<{len(sizes)}H") if struct.pack(f, *sizes) in whole)
+    cut = (*sizes[:1], sizes[1] // 2, *sizes[2:])
+    path.write_bytes(whole.replace(struct.pack(form, *sizes), struct.pack(form, *cut)))
+    with pytest.raises(InputError, match="truncated or damaged"):
+        read_image(path)
+
+
+def test_plain_strips_that_are_too_short_are_refused(tmp_path):
+    """libtiff reads on in what stands behind them."""
+    path = tiff(tmp_path / "a.tif", codes(3, "uint16"))
+    whole, length = path.read_bytes(), SHAPE[0] * SHAPE[1] * 6
+    entry = struct.pack("<HHII", 279, 4, 1, length)
+    path.write_bytes(whole.replace(entry, struct.pack("<HHII", 279, 4, 1, length - 6)))
+    with pytest.raises(InputError, match=f"hold {length - 6} bytes of {length}"):
+        read_image(path)

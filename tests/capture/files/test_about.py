@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PIL import Image, features
+from PIL import Image, TiffImagePlugin, features
 
-from photogonio.capture.containers.tone import Curve, Tone
+from photogonio.capture.containers.tone import LINEAR, SRGB, Curve, Tone
 from photogonio.capture.files import about
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.dng_files import HEIGHT, WIDTH
@@ -75,3 +75,24 @@ def test_a_curve_of_other_channels_than_the_picture_is_doubted():
     assert told == three and doubts == ()
     told, doubts = about.tone_or_doubt(lambda: three, 8, 1, lossy=False)
     assert not told.told and "3 channels, the picture has 1" in doubts[0]
+
+
+@pytest.mark.parametrize(("gamma", "curve"), [((1, 1), LINEAR), ((22, 10), SRGB)])
+def test_exifs_gamma_tells_the_curve_where_nothing_else_does(tmp_path, gamma, curve):
+    """EXIF 2.32, Gamma: 2.2 is what a screen's pictures have anyway."""
+    Image.fromarray(smooth()).save(tmp_path / "a.jpg", exif=with_gamma(65535, gamma))
+    tone = read_header(tmp_path / "a.jpg").tone
+    assert tone.curves == (curve,) and tone.told == (curve == LINEAR)
+
+
+def test_exifs_gamma_against_its_colour_space_is_doubted(tmp_path):
+    Image.fromarray(smooth()).save(tmp_path / "a.jpg", exif=with_gamma(1, (1, 1)))
+    header = read_header(tmp_path / "a.jpg")
+    assert header.tone.curves == (SRGB,) and "linear by its EXIF Gamma" in header.doubts[0]
+
+
+def with_gamma(space: int, gamma: tuple[int, int]) -> bytes:
+    block = Image.Exif()
+    inner = block.get_ifd(0x8769)
+    inner[0xA001], inner[0xA500] = space, TiffImagePlugin.IFDRational(*gamma)
+    return block.tobytes()

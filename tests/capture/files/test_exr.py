@@ -8,7 +8,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from photogonio.capture.containers.tone import LINEAR, SRGB, Curve
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.exr import tone_of
 from photogonio.capture.files.images import read_header, read_image
 
 RNG = np.random.default_rng(0)
@@ -158,3 +160,31 @@ def test_pixels_outside_the_display_window_are_refused(tmp_path, place):
     file.close()
     with pytest.raises(InputError, match=r"a\.exr: .*outside its display window"):
         read_image(tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize(
+    ("name", "curve"),
+    [
+        ("lin_rec709_scene", LINEAR),
+        ("data", LINEAR),
+        ("srgb_rec709_scene", SRGB),
+        ("g22_adobergb_scene", Curve("gamma", (2.2,))),
+        ("pq_rec2020_display", Curve("pq")),
+    ],
+)
+def test_a_named_colour_space_is_undone(tmp_path, name, curve):
+    """OpenEXR 3.4's colorInteropID: codes of a display that somebody put into an EXR are no light."""
+    spec = oiio.ImageSpec(13, 9, 3, "float")
+    spec.attribute("colorInteropID", name)
+    file = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert file.open(str(tmp_path / "a.exr"), spec)
+    assert file.write_image(RNG.uniform(0, 1, (9, 13, 3)).astype(np.float32))
+    file.close()
+    assert read_header(tmp_path / "a.exr").tone.curves == (curve,)
+
+
+def test_a_colour_space_of_no_known_name_is_told():
+    spec = oiio.ImageSpec(13, 9, 3, "float")
+    spec.attribute("colorInteropID", "ocean_blue")
+    with pytest.raises(ValueError, match="ocean_blue"):
+        tone_of(spec)
