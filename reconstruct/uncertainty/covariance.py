@@ -1,16 +1,16 @@
 """Covariance of a penalised fit's parameters: what its units of data, its prior and the choice of model leave open.
 
 Parameters are, in each channel, mode and lobe coefficients, and shapes of lobes that all channels share. The part of
-noise is the jackknife's: every unit (a view, or a block of neighbouring directions) is left out once, which counts
-whatever the residuals of a unit share, less the leverage of the units, by which it is too wide where they are few
-(MacKinnon and White 1985, HC2 beside HC3; Bell and McCaffrey 2002). The part of the prior is the response to prior
-draws, so that the sum is the Bayesian posterior, whose intervals hold on average over the directions (Nychka 1988).
-The part of model choice is the spread of the models that predict as well.
+noise is what each unit of the data (a view, or a block of neighbouring directions) pulls, which counts whatever its
+residuals share (Liang and Zeger 1986), and what its residuals lack since the parameters follow them, as the weights
+have it: all of the noise of a direction that one unit alone tells, next to nothing where many do. The part of the
+prior is the response to prior draws, so that the sum is the Bayesian posterior, whose intervals hold on average over
+the directions (Nychka 1988). The part of model choice is the spread of the models that predict as well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,13 +62,13 @@ def covariance(problem: Problem, alternatives: Sequence[Alternative]) -> np.ndar
     whole = [_normal(part.total()) for part in sums]
     every = list(zip(alternatives, _shares(alternatives), strict=True))
     found = [_solved(problem, one, whole) for one in alternatives]
-    without = iter(_without_each(problem, [one for one, share in every if share], sums))
     total = np.zeros((*problem.center.shape, problem.center.shape[1]))
     for (one, share), here in zip(every, found, strict=True):
         total += one.weight * _outer(here - problem.center[:, None])
         if share:
-            total += share * _noise(problem, one, sums, whole, here, next(without))
-            total += share * sum(map(_outer, _prior_draws(problem, one, whole)))
+            inverse = _inverses(problem, one, whole)
+            total += share * _noise(problem, one, sums, whole, here, inverse)
+            total += share * _prior(problem, one, inverse)
     return total
 
 
@@ -109,39 +109,26 @@ def _noise(
     sums: list[Statistics],
     whole: list[Normal],
     found: np.ndarray,
-    without: np.ndarray,
+    inverse: list[np.ndarray],
 ) -> np.ndarray:
-    """(c, p, p) of a model's parameters ``found`` (c, 1, p) by the noise of the units; (c, u, p) ``without`` each.
+    """(c, p, p) of a model's parameters ``found`` (c, 1, p) by the noise of the units.
 
-    With M the normal matrix, G that of a unit and s what the unit pulls, its being left out changes the parameters by
-    d = -(M - G)^-1 s, and to first order by e = -M^-1 s. Where noise is as the weights say, the covariance of s is
-    (M - G) M^-1 G, so that d e^T has the mean M^-1 G M^-1, which adds up to M^-1; d d^T alone is too large by the
-    unit's leverage.
+    With M the normal matrix, G that of a unit and s what the unit pulls, the parameters follow it by e = M^-1 s. Where
+    noise is as the weights say, the covariance of s is G - G M^-1 G; the second part, M^-1 G M^-1 G M^-1, is added, so
+    that all adds up to M^-1 in the mean.
     """
-    if without.shape[1] < 2:
-        return np.zeros((*problem.center.shape, problem.center.shape[1]))
     kept = _kept(problem, one)
     parts = [part.prefix(one.penalty.shape[1]) for part in sums]
     pulls = [
         (part.gram[:, 0] @ own[kept] - part.moment[:, 0]).T
         for part, own in zip(parts, found[:, 0], strict=True)
     ]
-    first = _response(problem, one, whole, pulls)
-    product = np.swapaxes(without - found, 1, 2) @ first
-    energy, turn = np.linalg.eigh(0.5 * (product + np.swapaxes(product, 1, 2)))
-    return (turn * np.maximum(energy, 0.0)[:, None]) @ np.swapaxes(turn, 1, 2)  # by chance some are below 0
-
-
-def _without_each(
-    problem: Problem, several: Sequence[Alternative], sums: list[Statistics]
-) -> list[np.ndarray]:
-    """(c, u, p) the parameters of ``several`` models without each unit in turn. The sums of a unit are taken away for
-    all models at once; those of all units at once would fill a memory."""
-    whole, found = [part.total() for part in sums], []
-    for f in range(len(sums[0].cells)):
-        rest = [_normal(total.less(part, f)) for total, part in zip(whole, sums, strict=True)]
-        found.append([_solved(problem, one, rest) for one in several])
-    return [np.concatenate(each, axis=1) for each in zip(*found, strict=True)]
+    total = _outer(_response(problem, one, whole, pulls))
+    for c, part in enumerate(parts):
+        own = inverse[c][c][:, kept]
+        followed = sum(gram @ own @ gram for gram in part.gram[:, 0])
+        total += np.swapaxes(inverse[c], 1, 2) @ followed @ inverse[c]
+    return total
 
 
 def _normal(sums: Statistics) -> Normal:
@@ -156,19 +143,25 @@ def _solved(problem: Problem, one: Alternative, sums: list[Normal]) -> np.ndarra
     return _embedded(problem, one, np.swapaxes(solution, 1, 2))
 
 
-def _prior_draws(problem: Problem, one: Alternative, whole: list[Normal]) -> Iterator[np.ndarray]:
-    """The response (c, r, p) to one standard deviation of the prior of each mode, a channel at a time, and of each
-    shape."""
-    modes, shapes = one.penalty.shape[1], problem.slopes.shape[1]
-    size = len(_kept(problem, one))
-    for c, penalty in enumerate(one.penalty):
-        moments = [np.zeros((size, modes)) for _ in whole]
-        moments[c][:modes] = np.diag(np.sqrt(penalty))
-        yield _response(problem, one, whole, moments)
-    if shapes:
-        moments = [np.zeros((size, shapes)) for _ in whole]
-        moments[0][-shapes:] = np.eye(shapes) / SHAPE_SPREAD
-        yield _response(problem, one, whole, moments)
+def _inverses(problem: Problem, one: Alternative, whole: list[Normal]) -> list[np.ndarray]:
+    """Of each channel, (c, k, p) changes of all parameters by a unit of each of its moments in turn."""
+    size, found = len(_kept(problem, one)), []
+    for c in range(len(whole)):
+        moments = [np.zeros((size, size)) for _ in whole]
+        moments[c] = np.eye(size)
+        found.append(_response(problem, one, whole, moments))
+    return found
+
+
+def _prior(problem: Problem, one: Alternative, inverse: list[np.ndarray]) -> np.ndarray:
+    """(c, p, p) by the prior of the modes, and of the shapes."""
+    modes = one.penalty.shape[1]
+    total = sum(
+        _outer(np.sqrt(penalty)[:, None] * here[:, :modes])
+        for penalty, here in zip(one.penalty, inverse, strict=True)
+    )
+    shapes = inverse[0][:, inverse[0].shape[1] - problem.slopes.shape[1] :]  # the same of every channel
+    return total + _outer(shapes) / SHAPE_SPREAD**2
 
 
 def _response(

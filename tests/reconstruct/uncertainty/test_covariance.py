@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from photogonio.reconstruct.estimate.folded_design import Common
 from photogonio.reconstruct.uncertainty.covariance import SHAPE_SPREAD, Alternative, Problem, covariance
 
 MODES, UNITS, ROWS = 3, 60, 600
@@ -148,3 +149,33 @@ def test_of_few_units_it_is_no_wider_than_the_noise():
     off = (np.mean(found, axis=0) - exact) / np.outer(size, size)
     chance = np.std(found, axis=0) / np.outer(size, size) / np.sqrt(draws)
     assert (np.abs(off) < 5.0 * chance).all()
+
+
+def test_where_one_unit_tells_a_parameter_it_is_never_far_too_sure():
+    """One unit alone tells the second parameter: its own residuals are fitted away, so that left out alone it says
+    anything between nothing and several times the truth. Of many draws the least is a good part of the truth."""
+    units, draws = 12, 200
+    given = problem()
+    unit = np.arange(ROWS) * units // ROWS
+    design = np.column_stack([np.ones(ROWS), np.where(unit == 0, np.linspace(0.9, 1.1, ROWS), 0.0)])
+    given = replace(given, design=design, unit=unit, target=0.0 * given.target, center=np.zeros((1, 2)))
+    shared = Common(unit, np.full((ROWS, 1), SIGMA))
+    given = replace(given, common=shared)
+    exact, found = 0.0, []
+    for seed in range(draws):
+        rng = np.random.default_rng(seed)
+        error = SIGMA * rng.normal(size=ROWS) + SIGMA * rng.normal(size=units)[unit]
+        one = replace(given, target=error[:, None])
+        best = _generalised(one)
+        exact += best[1] ** 2 / draws
+        found.append(covariance(replace(one, center=best[None]), [free(2)])[0, 1, 1])
+    assert np.mean(found) == pytest.approx(exact, rel=5.0 * np.sqrt(2.0 / draws))
+    assert np.min(found) > 0.7 * exact
+
+
+def _generalised(given: Problem) -> np.ndarray:
+    """(m,) the fit whose units' rows are weighed by their whole inverse covariance."""
+    assert given.common is not None
+    same = given.common.unit[:, None] == given.common.unit
+    inverse = np.linalg.inv(np.diag(1.0 / given.weight[:, 0]) + SIGMA**2 * same)
+    return np.linalg.solve(given.design.T @ inverse @ given.design, given.design.T @ inverse @ given.target[:, 0])
