@@ -178,7 +178,7 @@ def _cells(table: FacetTable, options: FitOptions, known: PhotoErrors) -> Cells:
     cells = _usable(parts, options, known)
     if table.finer and not cells.peaked:
         cells = _usable([coarsened(part) for part in parts], options, known)
-    if cells.peaked and known.footprint is not None:
+    if cells.turn is not None and known.footprint is not None:
         cells = replace(cells, turn=cells.turn + known.footprint(cells))
     return cells
 

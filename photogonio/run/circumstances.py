@@ -112,7 +112,8 @@ def footprints(setup: Setup, table: FacetTable) -> Callable[[Cells], np.ndarray]
     def turns(cells: Cells) -> np.ndarray:
         distance = np.linalg.norm(cells.place - eyes[cells.group], axis=1)
         across = (PIXEL_BLUR * distance / (focal * radius)) ** 2
-        along = across / np.maximum(np.cos(cells.theta_r), LEAST_COSINE) ** 2  # of the plane of exit
+        rest = 0.5 * (0.5 * np.pi - cells.theta_r)  # beyond the limb nothing is seen
+        along = np.minimum(across / np.maximum(np.cos(cells.theta_r), LEAST_COSINE) ** 2, rest**2)
         turned = np.sin(cells.phi_r - cells.phi_i) ** 2
         x, y = turned * across + (1.0 - turned) * along, turned * along + (1.0 - turned) * across
         return np.column_stack([y, x])

@@ -1,9 +1,11 @@
 """The whole fit on tables of known surfaces."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from benchmarks.left_out_rows import COLUMNS, fitted_rms, split_of
 from photogonio.capture.errors import InputError
@@ -61,6 +63,40 @@ def test_oren_nayar_gets_no_lobe():
     fit, truth = fitted("oren-nayar")
     assert not fit.brdf.lobes
     assert relative_error(fit.brdf, truth).max() <= 0.02
+
+
+@pytest.mark.parametrize("roughness", [0.2, 0.35])
+def test_what_a_pixel_sees_of_a_ball_widens_no_gloss(roughness):
+    """Each pixel shows the mean over normals that are turned about both axes, by a fifth of the gloss's own width."""
+    variance = (0.2 * roughness) ** 2 / 2.0
+    truth = make_brdf("ggx-conductor", {"roughness": roughness})
+    table = simulate(over_normals(truth, np.sqrt(variance)), PLAN)
+    wide, freed = (
+        fit_table(table, known=PhotoErrors(footprint=footprint)).brdf
+        for footprint in (None, lambda cells: np.full((len(cells), 2), variance))
+    )
+    assert wide.lobes[0].axes[0] > 1.02 * roughness  # 0.2^2 in the square of a normal distribution's
+    assert freed.lobes[0].axes[0] == pytest.approx(roughness, rel=5e-3)
+    assert relative_error(freed, truth).max() < 0.5 * relative_error(wide, truth).max()
+
+
+def over_normals(brdf, turn):
+    """``brdf`` as a pixel shows it whose normals are turned by ``turn`` rms, radians, about each axis."""
+    nodes = [(-np.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (np.sqrt(3.0), 1 / 6)]
+
+    def mean(incident, exit):
+        total = 0.0
+        for (a, first), (b, second) in product(nodes, nodes):
+            turned = Rotation.from_rotvec([a * turn, b * turn, 0.0]).as_matrix()
+            moved = [one @ turned.T for one in (incident, exit)]
+            total = total + first * second * brdf(*(above(one) for one in moved))
+        return total
+
+    def above(one):
+        one = np.concatenate([one[..., :2], np.maximum(one[..., 2:], 1e-3)], axis=-1)
+        return one / np.linalg.norm(one, axis=-1, keepdims=True)
+
+    return mean
 
 
 @pytest.mark.slow
