@@ -27,6 +27,7 @@ from benchmarks import (
     spoilt_tables,
     symmetry_choice,
     tone_curves,
+    traced,
     versions,
     whole,
 )
@@ -250,3 +251,12 @@ def test_a_coat_in_modes_is_further_from_the_truth(tmp_path, capsys):
     second, first, _, loss, _ = (float(one) for one in capsys.readouterr().out.splitlines()[-1].split()[1:])
     assert second == 0.0
     assert 0.0 < first < 3.0 * loss  # the grid's seventh is not their hemisphere
+
+
+@pytest.mark.long
+def test_sets_of_another_renderer(capsys):
+    """A diffuse ball: Mitsuba's light and ours agree to a per cent, and no interval misses by much."""
+    pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    traced.main(["--sets", "1", "--size", "300", "--samples", "16", "--workers", "1"])
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("diffuse, ball") and float(first.split()[2]) < 1.0

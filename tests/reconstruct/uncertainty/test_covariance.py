@@ -178,4 +178,6 @@ def _generalised(given: Problem) -> np.ndarray:
     assert given.common is not None
     same = given.common.unit[:, None] == given.common.unit
     inverse = np.linalg.inv(np.diag(1.0 / given.weight[:, 0]) + SIGMA**2 * same)
-    return np.linalg.solve(given.design.T @ inverse @ given.design, given.design.T @ inverse @ given.target[:, 0])
+    return np.linalg.solve(
+        given.design.T @ inverse @ given.design, given.design.T @ inverse @ given.target[:, 0]
+    )
