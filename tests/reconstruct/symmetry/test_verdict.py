@@ -135,8 +135,9 @@ def test_a_symmetry_that_is_asked_for_is_obeyed(symmetry):
     assert fit.brdf.symmetry == symmetry and fit.brdf.order == 2
     assert fit.symmetry.reason == "asked for"
     cells = fit.cells
-    # as many digits are in the file as change f by that share of its error, at pairs that lie between the cells
-    rounded = 2.0 * UNTOLD * fit.standard_error(cells)
+    # as many digits are in the file as change f by that share of its error, at pairs that lie between the cells, where
+    # the error is some times that at the cells
+    rounded = 3.0 * UNTOLD * fit.standard_error(cells)
     assert (np.abs(fit.predicted - fit.model.evaluate(cells)) <= rounded).all()
     assert np.median(np.abs(fit.predicted / cells.value - 1.0)) <= 0.02
     assert (fit.brdf.standard_errors > 0.0).all()
