@@ -30,6 +30,7 @@ from photogonio.calib.rig.values import BALL, LAMP, PAPER, TERMS, camera_name, c
 BEAM, LENS = 2, slice(3, 5)  # places among the lamp's values
 _SURE, _MUCH = 5.0, 0.2  # standard errors, and power of the cosine, at which a rig's lamps have a beam
 _ANY_TERM, _ANY_CENTRE = 10.0, 0.25  # of natural size, of the picture's width: what a lens may be at all
+_APART = 1e-12  # least eigenvalue of correlations: a thousand times what rounding makes of none
 _WHITE, _WHITES = 0.8, 0.3  # reflectance of paper, and error of its logarithm
 
 
@@ -103,7 +104,11 @@ def _paper(state: State, settled: Settled) -> Iterator[RigTold]:
 
 
 def _proper(covariance: np.ndarray) -> bool:
-    return bool(np.isfinite(covariance).all() and np.linalg.eigvalsh(covariance)[0] > 0.0)
+    """Whether it can be inverted: lens terms that stand for one another leave sums of them untold but for rounding."""
+    variance = np.diag(covariance)
+    if not np.isfinite(covariance).all() or not (variance > 0.0).all():
+        return False
+    return bool(np.linalg.eigvalsh(covariance / np.sqrt(np.outer(variance, variance)))[0] > _APART)
 
 
 def with_rig(state: State) -> State:

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from photogonio.calib.adjust.rig_values import model_of_rig, with_rig
+from photogonio.calib.adjust.rig_values import _camera, model_of_rig, with_rig
 from photogonio.calib.rig.gaussian import NOTHING, RigExpected, RigPrior
 from photogonio.calib.rig.values import LAMP, camera_name
 
@@ -66,3 +66,18 @@ def test_the_camera_that_is_expected_is_that_of_the_values():
     assert camera.distortion[0] == pytest.approx(-0.1) and not camera.distortion[1:].any()
     np.testing.assert_allclose(model.block(camera), value)
     assert replace(model, expected=None).size == SIZE
+
+
+@pytest.mark.parametrize(("apart", "told"), [(1e-3, True), (1e-9, False)])
+def test_lens_terms_that_stand_for_one_another_tell_nothing_of_the_rig(apart, told):
+    """Two terms whose difference alone matters have a covariance that cannot be inverted, but for rounding: eigenvalues
+    did not converge."""
+    error = np.array([0.9, 0.9, 0.01, 0.2, 0.002, 0.002])
+    correlation = np.eye(6)
+    correlation[4, 5] = correlation[5, 4] = 1.0 - apart**2
+    value = np.array([945.0, 944.0, 213.0, 134.0, -122.0, -122.0])
+    expected = RigExpected(camera_name((0, 1)), value, np.diag(error**2), 1)
+    model = replace(model_of_rig(expected, SIZE)[1], expected=None)
+    covariance = {"camera": correlation * np.outer(error, error)}
+    settled = SimpleNamespace(model=model, values={"camera": value}, covariance=covariance, shading={})
+    assert bool(list(_camera(None, settled))) == told
