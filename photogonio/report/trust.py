@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from photogonio.calib.setup import Setup
     from photogonio.reconstruct.brdf.brdf import Brdf
     from photogonio.reconstruct.estimate.model import Model
+    from photogonio.reconstruct.fit_result import FitResult
     from photogonio.reconstruct.table.cells import Cells
     from photogonio.result import Result
 
@@ -38,6 +39,7 @@ APART = 0.2  # photos at the same directions, relative
 KNOWN = 0.02  # of an albedo, that it is told within where many rows are lost
 # of an albedo: more than twice as unsure as plain paper, whose reflectance nobody measured, leaves it
 HARDLY = 0.3
+LOOKED = 0.1  # of f, that it is told within where photos looked, in the middle
 CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 % leaves them on few rows
 LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
 BOARD = 3.0  # pixels, or the part of the picture's width below if that is more
@@ -141,23 +143,40 @@ def _saturated(result: Result) -> str:
 
 
 def _invalid(result: Result) -> str:
-    valid = result.brdf.valid
-    if not valid or min(valid.get(name, 90.0) for name in ("theta_i_max", "theta_r_max")) > 0.0:
+    if not _holds_nowhere(result.brdf):
         return ""
+    if result.fit.cells.binned:
+        return "at no angle is f known to a tenth of itself"
     rms, median = relative_misfit(result.fit.cells.value, result.fit.predicted)
     if (median <= CLOSE).all() and (rms <= CLOSE_RMS).all():
-        if _told(result, "photo-rescaled"):  # close because photos were brought to it
-            return "at no angle is f known to a tenth of itself, and photos contradict one another"
-        return ""  # the fit holds where the data are; how far it holds beyond is said by the intervals
+        return ""  # the fit holds where the rows are; how far it holds beyond is said by the intervals
     return "at no angle is f known to a tenth of itself, nor does the fit come close to the data"
 
 
+def _holds_nowhere(brdf: Brdf) -> bool:
+    valid = brdf.valid
+    return bool(valid) and min(valid.get(name, 90.0) for name in ("theta_i_max", "theta_r_max")) <= 0.0
+
+
 def _unsure(result: Result) -> str:
-    valid = result.brdf.valid
-    if not valid or min(valid.get(name, 90.0) for name in ("theta_i_max", "theta_r_max")) > 0.0:
-        return ""
     width = _albedo_width(result.brdf)
-    return f"the albedo is known to no better than {width:.0%} of itself (95 %)" if width > HARDLY else ""
+    if width <= HARDLY:
+        return ""
+    said = f"the albedo is known to no better than {width:.0%} of itself (95 %)"
+    if _holds_nowhere(result.brdf):
+        return said
+    looked = _width_where_photos_looked(result.fit)
+    return f"{said}, and f to {looked:.0%} even where photos looked" if looked > LOOKED else ""
+
+
+def _width_where_photos_looked(fit: FitResult) -> float:
+    """Half the 95 % interval of f, relative, in the middle one of the photos' cells, of the least sure channel; 0 of
+    tables. A flash alone tells f well where it looks, and little of the albedo; lamps that stood nobody knows where
+    tell neither."""
+    if not fit.cells.binned:
+        return 0.0
+    width = fit.uncertainty.half_width(fit.standard_error(fit.cells))
+    return float(np.median(width / np.maximum(np.abs(fit.predicted), 1e-12), axis=0).max())
 
 
 def _albedo_width(brdf: Brdf) -> float:
@@ -315,14 +334,15 @@ OF_FITS = (
     ),
     Check(
         "not-determined",
-        "f is known to a tenth of itself at no angle (the valid angles are 0 degrees), and the misfit is above 6 % in "
-        "the median or 15 % rms, or a photo was off the scale of the others",
+        "f is known to a tenth of itself at no angle (the valid angles are 0 degrees); of a table, and the misfit is "
+        "above 6 % in the median or 15 % rms",
         "too few or too noisy data, or data that contradict one another",
         _invalid,
     ),
     Check(
         "unsure",
-        "f is known to a tenth of itself at no angle, and the albedo to no better than 30 % (95 %)",
+        "the albedo is known to no better than 30 % (95 %), and f to a tenth of itself at no angle, or to no better "
+        "than 10 % (95 %) even where photos looked, in the middle",
         "lamps whose directions nothing tells, as far away ones over a flat sample without polished balls, or too few "
         "photos",
         _unsure,

@@ -13,7 +13,6 @@ import pytest
 from photogonio.calib.geometry.camera import Camera, Pose
 from photogonio.calib.setup import Light, Setup, ViewSetup
 from photogonio.calib.setup_file import save_setup
-from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.photoset import Sphere
 from photogonio.cli import main
 from photogonio.reconstruct.estimate.mode_set import Basis
@@ -85,32 +84,48 @@ def test_an_unphysical_result_is_written_and_every_outcome_says_so(capsys, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("misfit", "rescaled", "fault"), [(0.01, False, False), (0.01, True, True), (0.2, False, True)]
+    ("misfit", "binned", "fault"), [(0.01, False, False), (0.2, False, True), (0.01, True, True)]
 )
-def test_a_result_that_holds_nowhere_is_excused_by_its_data_alone(misfit, rescaled, fault):
+def test_a_result_that_holds_nowhere_is_excused_by_rows_alone(misfit, binned, fault):
     """A fit is close to photos that were brought to it, whatever they show."""
     value = np.ones((40, 1))
-    told = (Diagnosis("photo-rescaled", "s000.png: +28% off the scale of the other photos; corrected"),)
+    cells = SimpleNamespace(value=value, binned=binned)
     result = SimpleNamespace(
         brdf=SimpleNamespace(valid={"theta_i_max": 0.0, "theta_r_max": 0.0}),
-        fit=SimpleNamespace(cells=SimpleNamespace(value=value), predicted=(1.0 + misfit) * value),
-        diagnoses=told if rescaled else (),
+        fit=SimpleNamespace(cells=cells, predicted=(1.0 + misfit) * value),
     )
     (check,) = (one for one in OF_FITS if one.code == "not-determined")
     assert bool(check.found(result)) == fault
 
 
 @pytest.mark.parametrize(
-    ("valid", "error", "fault"),
-    [(0.0, 0.05, False), (0.0, 0.1, True), (0.0, np.nan, True), (60.0, 0.1, False)],
+    ("valid", "error", "looked", "fault"),
+    [
+        (0.0, 0.05, 0.3, False),
+        (0.0, 0.1, 0.0, True),
+        (0.0, np.nan, 0.0, True),
+        (60.0, 0.1, 0.01, False),  # a flash alone: what it saw it saw well
+        (35.0, 0.1, 0.1, True),
+        (35.0, 0.05, 0.1, False),
+    ],
 )
-def test_an_albedo_that_nothing_tells_is_no_success(monkeypatch, valid, error, fault):
+def test_an_albedo_that_nothing_tells_is_no_success(monkeypatch, valid, error, looked, fault):
     """A standard error of a fourth is half an albedo either way; plain paper's is an eighth."""
     monkeypatch.setattr("photogonio.report.trust.albedo_error", lambda brdf: np.array([0.01, error]))
     reach = {"theta_i_max": valid, "theta_r_max": valid}
     brdf = SimpleNamespace(valid=reach, bihemispherical_albedo=lambda: np.array([0.4, 0.4]))
+    f = np.full((5, 2), 0.1)
+    told = (
+        np.array([0.001, 0.001, 1.0, 1.0, 1.0])[:, None] * looked * f
+    )  # two cells of five are sure in any case
+    fit = SimpleNamespace(
+        cells=SimpleNamespace(binned=True),
+        predicted=f,
+        standard_error=lambda cells: told,
+        uncertainty=SimpleNamespace(half_width=lambda error: 2.0 * error),
+    )
     (check,) = (one for one in OF_FITS if one.code == "unsure")
-    assert bool(check.found(SimpleNamespace(brdf=brdf))) == fault
+    assert bool(check.found(SimpleNamespace(brdf=brdf, fit=fit))) == fault
 
 
 def test_who_uses_the_file_is_told_and_quiet_is_not_silent(capsys, tmp_path):
