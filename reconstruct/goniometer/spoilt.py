@@ -15,7 +15,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from photogonio.reconstruct.goniometer.stuck import stands_still, stuck_suspects
+from photogonio.reconstruct.goniometer.alone import FAINT, SHARE, far_off, sure_of
+from photogonio.reconstruct.goniometer.stuck import WIDER, stands_still, stuck_suspects
 from photogonio.reconstruct.goniometer.suspects import APART, FEWEST, STUCK, is_mark, suspects
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 from photogonio.reconstruct.table.neighbours import Expected, expected, numbered, places
@@ -40,9 +41,11 @@ CLOSE, ALONE = (
     9,
     0.6,
 )  # nearest rows, itself among them, and the share of good ones about a zero that stands alone
+MIXED = 0.7  # likewise of rows that are many, over what chance would leave beside them
 FADING = 0.2  # share of zeros beside low values, which then are a surface's last digits
 BELOW = 0.3  # of what neighbours say: so far below zero no noise leads that leaves these alike
 STILL, TURNED = "the instrument stood still", "their sign is wrong"
+ALONE_OFF = "as after a slip of the decimal point"
 LINKED = 20  # nearest rows that a zero hangs together with
 
 
@@ -77,7 +80,10 @@ def _of_channel(
     nothing = _nothing(size)
     zero = np.abs(value) <= nothing
     good = ~np.isin(value, marks) & ~zero & (value > 0.0)
-    if good.sum() < FEWEST or not (zero.any() or len(marks) or len(still) or (value < 0).any()):
+    if good.sum() < FEWEST:
+        return []
+    low, high = far_off(at, np.where(zero, 0.0, value), good | zero)
+    if not (zero.any() or len(marks) or len(still) or len(low) or len(high) or (value < 0).any()):
         return []
     known = _Known.of(at, tree(), value, good, marks)
     found = []
@@ -86,10 +92,37 @@ def _of_channel(
         one = _marked(samples, known, rows, float(mark), channel)
         found += [] if one is None else [one]
     found += _still(known, still[~np.isin(still, [one.mark for one in found])], channel)
-    out = np.concatenate([one.rows for one in found]) if found else np.empty(0, int)
+    found += _alone(samples, known, np.setdiff1d(low, _rows(found)), channel)
+    found += _alone(samples, known, _off_peaks(samples, np.setdiff1d(high, _rows(found))), channel)
+    out = _rows(found)
     found += _below_zero(known, np.setdiff1d(np.flatnonzero(value < -nothing), out), channel)
     hidden = np.setdiff1d(np.flatnonzero(zero), out)
     return found + _zeros(samples, known, hidden, channel)
+
+
+def _rows(found: list[SpoiltRows]) -> np.ndarray:
+    """All rows of some kinds."""
+    return np.concatenate([one.rows for one in found]) if found else np.empty(0, int)
+
+
+def _off_peaks(samples: GoniometerSamples, rows: np.ndarray) -> np.ndarray:
+    """Those of the rows that are near neither the mirror direction nor the light's own."""
+    return rows[(half_angle(samples, rows) > PEAK) & (lamp_angle(samples, rows) > PEAK)]
+
+
+def _alone(samples: GoniometerSamples, known: _Known, rows: np.ndarray, channel: int) -> list[SpoiltRows]:
+    """Single rows far off all around them, each with a value of its own."""
+    if not 0 < len(rows) <= SHARE * len(known.value):
+        return []
+    others = known.good.copy()
+    others[rows] = False
+    value, told = known.value[rows], expected(known.at[others], known.value[others], known.at[rows])
+    out = sure_of(value, told, known.relative, known.noise(told.value))
+    out &= told.value > FAINT * float(np.mean(known.value[others]))
+    if not out.any():
+        return []
+    mark, instead = float(np.median(value[out])), float(np.median(told.value[out]))
+    return [SpoiltRows(rows[out], channel, mark, instead, None, ALONE_OFF)]
 
 
 def _nothing(size: np.ndarray) -> float:
@@ -199,11 +232,16 @@ def _still(known: _Known, marks: np.ndarray, channel: int) -> list[SpoiltRows]:
 
 
 def _scattered(known: _Known, rows: np.ndarray) -> bool:
-    """Whether rows are of several pairs of directions and most stand among others, as a surface's own values do not."""
+    """Whether rows are of several pairs of directions and most stand among others, as far as these are as many; a
+    surface's own values do not."""
     once = np.unique(numbered(known.at[rows]), axis=0, return_index=True)[1]
     if len(once) < STUCK:
         return False
-    return float(np.median(_share_beside(known, _some(rows[once]), known.good))) > ALONE
+    least = ALONE
+    if known.relative * abs(known.value[rows[0]]) > WIDER * known.step:  # no digits make values alike
+        chance = 1.0 - len(rows) / len(known.value)  # of a row beside these to be none of them
+        least = min(ALONE, MIXED * chance)
+    return float(np.median(_share_beside(known, _some(rows[once]), known.good))) > least
 
 
 def _fading(known: _Known, rows: np.ndarray, mark: float) -> bool:
