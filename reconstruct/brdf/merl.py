@@ -67,6 +67,14 @@ def read_merl(path: Path) -> Merl:
     return Merl(np.where(value < 0, np.nan, value * _SCALE))
 
 
+def is_merl(path: Path) -> bool:
+    """Whether a file begins and is as long as one."""
+    if not path.is_file() or path.stat().st_size != 12 + 24 * int(np.prod(SHAPE)):
+        return False
+    with path.open("rb") as file:
+        return tuple(np.frombuffer(file.read(12), "<i4")) == SHAPE
+
+
 def write_merl(path: Path, value: np.ndarray) -> None:
     """Write the bins' values (90, 90, 180, 3), 1/sr; inverse of :func:`read_merl`.
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-LOOK = 200  # lines within which the columns are named
+LOOK = 2000  # lines within which the columns are named
 MARKS = {codecs.BOM_UTF32_LE: "utf-32", codecs.BOM_UTF32_BE: "utf-32", codecs.BOM_UTF16_LE: "utf-16",
          codecs.BOM_UTF16_BE: "utf-16"}  # fmt: skip
 PLAIN = "cp1252"  # of tables that are no UTF-8: Western letters, a degree sign

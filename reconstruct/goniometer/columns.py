@@ -116,6 +116,7 @@ REFLECTANCES = {
 CERTAIN = {"value", "values", "brdf", "bsdf", "f", "fr"}  # of which the others of a table are beside it
 COLOURS = ({"r", "g", "b"}, {"x", "y", "z"}, {"red", "green", "blue"})  # which are channels together
 FEWEST = 20  # rows, in which no channel is the same number
+TRANSMISSIONS = {"btdf", "transmission", "transmittance", "ttdf"}
 LOGARITHMS = {"log", "log10", "ln", "db", "decibel", "logarithm"}
 
 
@@ -231,12 +232,16 @@ def quantity_said(path: Path, headers: tuple[str, ...], units: Sequence[str] = (
     quantities, and which.
 
     Raises:
-        InputError: it says that they are logarithms.
+        InputError: it says that they are logarithms, or of transmission.
     """
     for header, unit in zip_longest(headers, units, fillvalue=""):
         words = words_of(header) | words_of(unit) | ({"%"} if "%" in header + unit else set())
         if words & LOGARITHMS:
             raise InputError(path, f"column {header!r} holds logarithms: bring them to plain numbers")
+        if words & TRANSMISSIONS:
+            raise InputError(
+                path, f"column {header!r} is of transmission; only reflection is fitted (--columns value=...)"
+            )
         told = next((name for name, known in QUANTITIES.items() if words & known), None)
         if told is None and "factor" in words and words & {"reflectance", "radiance"}:
             told = "reflectance-factor"

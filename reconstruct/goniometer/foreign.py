@@ -10,7 +10,7 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import Brdf, load_brdf
-from photogonio.reconstruct.brdf.merl import CHANNELS, read_merl
+from photogonio.reconstruct.brdf.merl import CHANNELS, is_merl, read_merl
 from photogonio.reconstruct.brdf.mitsuba import read_mitsuba
 from photogonio.reconstruct.brdf.radiance import read_radiance
 from photogonio.reconstruct.brdf.scatmech import is_scatmech, read_scatmech, scatmech_brdf
@@ -20,12 +20,13 @@ from photogonio.reconstruct.export.openpbr import read_openpbr
 from photogonio.reconstruct.export.principled import Principled
 from photogonio.reconstruct.goniometer.pabopto import beginning, is_pabopto, read_pabopto
 from photogonio.reconstruct.goniometer.sampled import Evaluate, samples_of
-from photogonio.reconstruct.goniometer.zemax import is_zemax, read_zemax
+from photogonio.reconstruct.goniometer.zemax import is_zemax, read_zemax, without_remarks
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 
-_REFUSED = (  # what a file begins with, which program's it is
-    ("OPTIS", "a surface file of Ansys Speos (OPTIS)"),
-    ("#OPTIS", "a surface file of Ansys Speos (OPTIS)"),
+_SPEOS = "a surface file of Ansys Speos (OPTIS)"
+_REFUSED = (  # what a file begins with, in whatever letters, and which program's it is
+    ("OPTIS", _SPEOS),
+    ("#OPTIS", _SPEOS),
     ("#?RADIANCE", "a file of Radiance's, but no BSDF XML; convert it with bsdf2ttree or bsdf2klems"),
     ("\x89HDF", "an HDF5 file"),
     ("SIMPLE  =", "a FITS file"),
@@ -35,6 +36,7 @@ _MATERIALS: dict[str, tuple[str, Callable[[Path], Principled]]] = {
     ".mtlx": ("OpenPBR's material", read_openpbr),
     ".gltf": ("glTF's material", read_gltf),
 }
+_SPEOS_SUFFIXES = (".anisotropicbsdf", ".bsdf180", ".unpolished", ".simplescattering")
 _LIGHTTOOLS = ("ScatterAzimuth", "ScatterRadial")
 _ASK = "; export it as a text table with columns theta_i, phi_i, theta_r, phi_r and values"
 
@@ -56,7 +58,7 @@ def known_everywhere(path: Path) -> KnownEverywhere | None:
     Raises:
         InputError: it is one of them, and cannot be read.
     """
-    if path.is_file() and path.suffix.lower() == ".binary":
+    if path.is_file() and (path.suffix.lower() == ".binary" or is_merl(path)):
         return KnownEverywhere(CHANNELS, True, read_merl(path).evaluate, "MERL's table")
     if "<WindowElement" in beginning(path) or (path.suffix.lower() == ".xml" and path.is_file()):
         found = read_radiance(path)
@@ -118,9 +120,11 @@ def read_foreign(path: Path) -> GoniometerSamples | None:
     if path.is_dir() or is_pabopto(start):
         return read_pabopto(path)
     for mark, name in _REFUSED:
-        if start.startswith(mark):
+        if start[: len(mark)].upper() == mark.upper() or (
+            name == _SPEOS and path.suffix.lower() in _SPEOS_SUFFIXES
+        ):
             raise InputError(path, f"is {name}: not read{_ASK}")
-    if is_zemax(start):
+    if is_zemax(start) or is_zemax(without_remarks(path, start)):
         return read_zemax(path)
     if all(word in start for word in _LIGHTTOOLS):
         raise InputError(path, f"is a BSDF file of LightTools: not read{_ASK}")

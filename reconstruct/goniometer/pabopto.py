@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 
 import numpy as np
@@ -73,29 +74,48 @@ def read_pabopto(path: Path) -> GoniometerSamples:
 
 
 def beginning(path: Path, size: int = 4096) -> str:
-    """The first characters of a file, whatever they are; nothing where it cannot be read, or is no file."""
+    """The first characters of a file, whatever they are, without a mark of byte order; nothing where it cannot be
+    read, or is no file."""
     if not path.is_file():
         return ""
     try:
         with path.open("rb") as file:
-            return file.read(size).decode("latin-1")
+            start = file.read(size)
     except OSError:
         return ""
+    return start.decode(marked(start), "ignore").removeprefix("\ufeff")
+
+
+def marked(start: bytes) -> str:
+    """The encoding of a file that has ``start``, by its mark of byte order; Latin-1, which any bytes are, without."""
+    if start.startswith(codecs.BOM_UTF8):
+        return "utf-8-sig"
+    return "utf-16" if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "latin-1"
+
+
+def text_of(path: Path) -> str:
+    """The whole file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    return data.decode(marked(data), "replace")
 
 
 def _rows(path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
     """Rows (n, 4 + c): theta_i, phi_i, theta_r, phi_r in degrees and values in 1/sr."""
-    try:
-        lines = path.read_text(encoding="latin-1").splitlines()
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    lines = text_of(path).splitlines()
     header = [line[1:].strip() for line in lines if line.startswith("#")]
     said: dict[str, str] = {}
     for line in header:
         name, _, rest = line.replace("\t", " ").partition(" ")
         said.setdefault(name.lower().rstrip(":"), rest.strip())
-    kind = (said.get("format", "").lower().split() or ["bsdf"])[-1]
-    if kind not in ("bsdf", "brdf", "btdf", "dsf"):
+    *order, kind = said.get("format", "").lower().split() or ["theta", "phi", "bsdf"]
+    if kind not in ("bsdf", "brdf", "dsf") or order not in (["theta", "phi"], ["phi", "theta"]):
         raise InputError(path, f"its format is {said.get('format')!r}; expected theta phi and DSF or BSDF")
     theta, phi = _incidence(path, said)
     channels = _CHANNELS.get(said.get("colorimetry", "").lower(), ("Y",))
@@ -105,6 +125,8 @@ def _rows(path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
         raise InputError(path, f"rows are not numbers ({' '.join(str(error).split())[:80]})") from None
     if data.shape[1] != 2 + len(channels):
         raise InputError(path, f"has {data.shape[1]} columns; expected theta, phi and {len(channels)}")
+    if order[0] == "phi":
+        data[:, :2] = data[:, 1::-1].copy()
     value = data[:, 2:]
     if kind == "dsf":
         cosine = np.cos(np.radians(data[:, :1]))
@@ -116,10 +138,16 @@ def _rows(path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
 def _incidence(path: Path, said: dict[str, str]) -> tuple[float, float]:
     try:
         if "incident_angle" in said:
-            theta, phi = said["incident_angle"].split()[:2]
+            theta, phi, *unit = said["incident_angle"].split()
         else:
-            theta = (said.get("intheta") or said["theta_in"]).split()[0]
-            phi = (said.get("inphi") or said.get("phi_in") or "0").split()[0]
-        return float(theta), float(phi)
-    except (KeyError, ValueError, IndexError):
+            theta, *unit = (said.get("intheta") or said["theta_in"]).split()
+            phi, *more = (said.get("inphi") or said.get("phi_in") or "0").split()
+            unit += more
+        incident = float(theta), float(phi)
+    except (KeyError, ValueError):
         raise InputError(path, "says no incident direction (#intheta and #inphi)") from None
+    if any(word.lower().startswith(("rad", "gon", "grad")) for word in unit):
+        raise InputError(
+            path, f"its incident direction is in {unit[0]}; expected degrees, as pab-opto has them"
+        )
+    return incident

@@ -14,11 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from photogonio.capture.errors import InputError
+from photogonio.reconstruct.goniometer.pabopto import beginning, text_of
 from photogonio.reconstruct.modes.angles import spherical_angles
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 
 _LISTS = ("SampleRotation", "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")
 _WORDS = ("Source", "Symmetry", "SpectralContent", "ScatterType")
+_KEYWORDS = {word.lower(): word for word in (*_LISTS, *_WORDS)}  # in whatever letters
 _SYMMETRIES = ("planesymmetrical", "asymmetrical", "asymmetrical4d")
 _CHANNELS = {
     "monochrome": (("monochrome", "Y"),),
@@ -27,12 +29,21 @@ _CHANNELS = {
 _TURN = 360.0
 _NUDGE = 1e-6  # degrees between azimuths that are called the same
 _GRAZING = 1e-3  # cosine of the exit angle below which a direction is in the surface or below it
+_REMARKS = 1 << 20  # bytes of a file, within which its remarks end
 _MOST = 20_000_000  # values: no such file is larger
 
 
 def is_zemax(text: str) -> bool:
     """Whether a file that begins so is one."""
-    return all(word in text for word in ("AngleOfIncidence", "ScatterAzimuth"))
+    return all(word in text.lower() for word in ("angleofincidence", "scatterazimuth"))
+
+
+def without_remarks(path: Path, start: str) -> str:
+    """What a file that has ``start`` says behind the remarks that it begins with; nothing of other files."""
+    if not start.startswith("#"):
+        return ""
+    lines = beginning(path, _REMARKS).splitlines()
+    return "\n".join(line for line in lines if not line.startswith("#"))[: len(start)]
 
 
 def read_zemax(path: Path) -> GoniometerSamples:
@@ -84,11 +95,8 @@ class _Words:
 
     @classmethod
     def of(cls, path: Path) -> _Words:
-        try:
-            text = path.read_text(encoding="latin-1")
-        except OSError as error:
-            raise InputError(path, f"cannot be read: {error.strerror}") from None
-        lines = (line.replace(",", " ") for line in text.splitlines() if not line.lstrip().startswith("#"))
+        text = text_of(path).splitlines()
+        lines = (line.replace(",", " ") for line in text if not line.lstrip().startswith("#"))
         return cls(path, (word for line in lines for word in line.split()))
 
     def next(self, wanted: str) -> str:
@@ -126,7 +134,8 @@ def _header(path: Path, words: _Words) -> _Grid:
     said: dict[str, str] = {}
     lists: dict[str, np.ndarray] = {}
     while len(lists) < len(_LISTS):
-        word = words.next("ScatterRadial")
+        found = words.next("ScatterRadial")
+        word = _KEYWORDS.get(found.lower().rstrip(":"), found)
         if word in _WORDS:
             said[word] = words.next(word).lower()
         elif word in _LISTS:

@@ -32,6 +32,16 @@ def test_columns_are_those_of_vars(tmp_path, names):
     np.testing.assert_allclose(samples.value[:, 0], true, rtol=1e-6)
 
 
+def test_transmission_and_a_long_head(tmp_path):
+    path = tmp_path / "satin.astm"
+    path.write_text(text_of("BTDF"))
+    with pytest.raises(InputError, match="'BTDF' is of transmission"):
+        read_samples(path)
+    remarks = "".join(f"REMARK {k}\n" for k in range(1000))
+    path.write_text(remarks + text_of("BRDF"))
+    assert read_samples(path).lines[0, 0] == 1005
+
+
 def test_radians_are_asked_about(tmp_path):
     path = tmp_path / "satin.astm"
     path.write_text(text_of(degrees=False))

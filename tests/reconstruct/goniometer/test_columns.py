@@ -147,6 +147,14 @@ def test_a_header_says_what_its_values_are(tmp_path, header, quantity):
     assert quantity_said(tmp_path, (header,)) == (None if quantity is None else (header, quantity))
 
 
+@pytest.mark.parametrize("header", ["BTDF", "Transmission", "BTDF (1/sr)"])
+def test_transmission_is_refused(tmp_path, header):
+    with pytest.raises(InputError, match="of transmission"):
+        quantity_said(tmp_path, (header,))
+    table = table_of(tmp_path, f"{header},BRDF", "0.2,0.1")
+    assert match_columns(table, Told()).values == ("BRDF",)
+
+
 @pytest.mark.parametrize("header", ["log10(BRDF)", "BRDF (dB)", "ln f"])
 def test_logarithms_are_refused(tmp_path, header):
     with pytest.raises(InputError, match="logarithms"):

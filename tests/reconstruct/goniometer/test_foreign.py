@@ -8,7 +8,7 @@ import pytest
 from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import load_known
 from photogonio.reconstruct.brdf.brdf import Brdf
-from photogonio.reconstruct.brdf.merl import bin_values, write_merl
+from photogonio.reconstruct.brdf.merl import bin_values, is_merl, write_merl
 from photogonio.reconstruct.export.openpbr import write_openpbr
 from photogonio.reconstruct.goniometer.foreign import read_foreign
 from photogonio.reconstruct.goniometer.read import read_samples
@@ -28,6 +28,14 @@ def test_merl_is_read_at_pairs_of_directions(tmp_path):
     assert np.median(np.abs(samples.value / satin(samples.incident, samples.exit) - 1.0)) < 0.005
 
 
+def test_merl_is_known_by_what_it_holds(tmp_path):
+    path = tmp_path / "satin.dat"
+    write_merl(path, np.full((90, 90, 180, 3), 0.1))
+    assert is_merl(path) and read_samples(path).channels == ("R", "G", "B")
+    path.write_bytes(path.read_bytes()[:-8])
+    assert not is_merl(path)
+
+
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
@@ -35,6 +43,8 @@ def test_merl_is_read_at_pairs_of_directions(tmp_path):
          "0 45 90\nDataBegin\nAOI 10\nPOI 0\nSide Front\n", "LightTools"),
         ("a.brdf", "OPTIS - brdf surface file v9.0\n0\nScattering surface\n", "Ansys Speos"),
         ("a.brdf", "OPTIS - Anisotropic BSDF surface file v7.0\n0\nComment\n", "Ansys Speos"),
+        ("a.brdf", "\xef\xbb\xbfoptis - BRDF surface file v9.0\n0\n", "Ansys Speos"),
+        ("a.anisotropicbsdf", "1 2 3\n4 5 6\n", "Ansys Speos"),
         ("a.astm", "SAMPLE_NAME x\nNUM_POINTS 3\nVARS theta_s,BRDF\n10,0.1\n20,0.1\n", "column 'theta_i' is not among"),
         ("b.bsdf", "tensor_file\0\x01\0", "no tensor file"),
         ("t.xlsx", "PK\x03\x04....", "spreadsheet"),
@@ -42,6 +52,9 @@ def test_merl_is_read_at_pairs_of_directions(tmp_path):
         ("p.dat", "#sample_name x\n#format: theta phi BSDF\n1 2 3\n", "no incident direction"),
         ("p.dat", "#intheta 30\n#inphi 0\n#format: theta phi BSDF\n1 2 x\n", "not numbers"),
         ("p.dat", "#intheta 30\n#inphi 0\n#format: theta phi BSDF\n1 2 3 4\n", "4 columns"),
+        ("p.dat", "#intheta 30\n#inphi 0\n#format: theta phi BTDF\n1 2 3\n", "expected theta phi and DSF"),
+        ("p.dat", "#intheta 30\n#inphi 0\n#format: x y BSDF\n1 2 3\n", "expected theta phi and DSF"),
+        ("p.dat", "#intheta 0.5 rad\n#inphi 0\n#format: theta phi BSDF\n1 2 3\n", "expected degrees"),
         ("m.binary", "short", "no MERL table"),
     ],
 )  # fmt: skip

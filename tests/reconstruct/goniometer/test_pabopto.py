@@ -40,6 +40,17 @@ def test_a_folder_of_pabopto_files(tmp_path, kind, colour):
     np.testing.assert_allclose(samples.value[:, 0], satin(samples.incident, samples.exit)[:, 0], rtol=1e-6)
 
 
+def test_columns_stand_in_the_order_that_the_format_names(tmp_path):
+    for theta in (10.0, 40.0):
+        lines = pabopto(theta, 0.0).replace("theta phi", "phi theta").splitlines()
+        turned = [
+            one if one.startswith("#") else " ".join([*one.split()[1::-1], *one.split()[2:]]) for one in lines
+        ]
+        (tmp_path / f"{theta:g}.dat").write_text("\n".join(turned), encoding="utf-16")
+    samples = read_samples(tmp_path)
+    np.testing.assert_allclose(samples.value[:, 0], satin(samples.incident, samples.exit)[:, 0], rtol=1e-6)
+
+
 def test_one_pabopto_file_and_comparison(tmp_path):
     path = tmp_path / "m.txt"
     path.write_text(pabopto(30.0, 0.0))

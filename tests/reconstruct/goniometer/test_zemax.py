@@ -80,6 +80,17 @@ def test_directions_and_values(tmp_path, azimuth, symmetry, spectral):
     assert len(samples.value) == above + len(INCIDENT)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_long_remarks_and_other_letters(tmp_path, encoding):
+    path = tmp_path / "satin.bsdf"
+    text = text_of(HALF)
+    path.write_text(text, encoding="utf-8")
+    plain = read_samples(path).value
+    other = text.replace("Symmetry", "SYMMETRY").replace("ScatterRadial", "scatterradial")
+    path.write_text("# remark\n" * 2000 + other, encoding=encoding)
+    np.testing.assert_array_equal(read_samples(path).value, plain)
+
+
 def test_it_is_compared_and_says_itself_what_it_holds(tmp_path):
     path = tmp_path / "satin.bsdf"
     path.write_text(text_of(HALF))
