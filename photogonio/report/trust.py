@@ -39,6 +39,8 @@ APART = 0.2  # photos at the same directions, relative
 KNOWN = 0.02  # of an albedo, that it is told within where many rows are lost
 # of an albedo: more than twice as unsure as plain paper, whose reflectance nobody measured, leaves it
 HARDLY = 0.3
+# likewise of a table's rows, whose directions are known: few rows of a fabric or a slate leave a third, and say so
+HARDLY_ROWS = 0.5
 LOOKED = 0.1  # of f, that it is told within where photos looked, in the middle
 CLOSE, CLOSE_RMS = 0.06, 0.15  # median and rms misfit, relative: as noise of 5 % leaves them on few rows
 LEAST_REACH = 10.0  # degrees from the normal: data that end before say next to nothing of a BRDF
@@ -160,7 +162,7 @@ def _holds_nowhere(brdf: Brdf) -> bool:
 
 def _unsure(result: Result) -> str:
     width = _albedo_width(result.brdf)
-    if width <= HARDLY:
+    if width <= (HARDLY if result.fit.cells.binned else HARDLY_ROWS):
         return ""
     said = f"the albedo is known to no better than {width:.0%} of itself (95 %)"
     if _holds_nowhere(result.brdf):
@@ -341,7 +343,7 @@ OF_FITS = (
     ),
     Check(
         "unsure",
-        "the albedo is known to no better than 30 % (95 %), and f to a tenth of itself at no angle, or to no better "
+        "the albedo is known to no better than 30 % (95 %; of a table 50 %), and f to a tenth of itself at no angle, or to no better "
         "than 10 % (95 %) even where photos looked, in the middle",
         "lamps whose directions nothing tells, as far away ones over a flat sample without polished balls, or too few "
         "photos",

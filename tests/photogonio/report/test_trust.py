@@ -128,6 +128,17 @@ def test_an_albedo_that_nothing_tells_is_no_success(monkeypatch, valid, error, l
     assert bool(check.found(SimpleNamespace(brdf=brdf, fit=fit))) == fault
 
 
+@pytest.mark.parametrize(("error", "fault"), [(0.08, False), (0.12, True)])
+def test_an_albedo_of_rows_may_be_less_sure(monkeypatch, error, fault):
+    """Their directions are known: two fifths either way is a slate's that was measured at 205 pairs."""
+    monkeypatch.setattr("photogonio.report.trust.albedo_error", lambda brdf: np.array([error]))
+    reach = {"theta_i_max": 0.0, "theta_r_max": 0.0}
+    brdf = SimpleNamespace(valid=reach, bihemispherical_albedo=lambda: np.array([0.4]))
+    (check,) = (one for one in OF_FITS if one.code == "unsure")
+    fit = SimpleNamespace(cells=SimpleNamespace(binned=False))
+    assert bool(check.found(SimpleNamespace(brdf=brdf, fit=fit))) == fault
+
+
 def test_who_uses_the_file_is_told_and_quiet_is_not_silent(capsys, tmp_path):
     table = written(tmp_path / "table.csv", matte_rows(100.0))
     assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 3
