@@ -75,8 +75,18 @@ ANGLES = {
         "angleofemission",
         "reflectionangle",
     },
-    "phi_r": _with(_EXIT, "phi", "azimuth", "azim", "az")
-    | {"vaa", "raa", "relativeazimuth", "relativeazimuthangle"},
+    "phi_r": _with(_EXIT, "phi", "azimuth", "azim", "az") | {"vaa"},
+}
+# of an exit azimuth less the incident one, as headers name it
+RELATIVE = {
+    "raa",
+    "relativeazimuth",
+    "relativeazimuthangle",
+    "relaz",
+    "dphi",
+    "deltaphi",
+    "relativephi",
+    "phirel",
 }
 # of angles above the surface, 90 degrees less those from the normal
 ELEVATIONS = {
@@ -157,6 +167,8 @@ def match_columns(table: TextTable, told: Told) -> Matched:
     absent = [name for name in ("phi_i", "phi_r") if name not in told.columns and angles[name] not in header]
     for name in absent if absent != ["phi_r"] else ():
         del angles[name]
+    if "phi_i" in angles and "phi_r" not in told.columns and _bare(angles["phi_r"])[0] in RELATIVE:
+        del angles["phi_i"]  # is in it
     sigma = told.columns.get("sigma", "sigma" if "sigma" in header else "")
     chosen = [name for name, _ in told.where] + ([told.channel_by] if told.channel_by else [])
     taken = {*angles.values(), *sigma.split("+"), *chosen}
@@ -180,7 +192,7 @@ def _likely(header: tuple[str, ...], name: str) -> str:
     """The header of an angle, as it is or as others write it."""
     if name in header:
         return name
-    for known in (ANGLES[name], ELEVATIONS.get(name, set())):
+    for known in (ANGLES[name], ELEVATIONS.get(name, set()), RELATIVE if name == "phi_r" else set()):
         found = [one for one in header if _bare(one)[0] in known and _bare(one)[1] in UNITS]
         if found:
             return found[0] if len(found) == 1 else name
@@ -191,7 +203,14 @@ def _bare(header: str) -> tuple[str, str]:
     """A header in small letters without its unit, and the unit."""
     unit = _UNIT.search(header) or _SUFFIX.search(header)
     name = header[: unit.start()] if unit else header
-    for letter, word in (("θ", "theta"), ("ϑ", "theta"), ("φ", "phi"), ("ϕ", "phi")):
+    for letter, word in (
+        ("θ", "theta"),
+        ("ϑ", "theta"),
+        ("φ", "phi"),
+        ("ϕ", "phi"),
+        ("Δ", "delta"),
+        ("∆", "delta"),
+    ):
         name = name.replace(letter, word)
     return re.sub(r"[\s._-]", "", name.lower()), unit.group(1).lower() if unit else ""
 

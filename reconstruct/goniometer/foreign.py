@@ -124,6 +124,8 @@ def read_foreign(path: Path) -> GoniometerSamples | None:
             name == _SPEOS and path.suffix.lower() in _SPEOS_SUFFIXES
         ):
             raise InputError(path, f"is {name}: not read{_ASK}")
+    if path.suffix.lower() in (".json", ".yaml", ".yml"):
+        raise InputError(path, f"is no coefficient file of this program, nor a table{_ASK}")
     if is_zemax(start) or is_zemax(without_remarks(path, start)):
         return read_zemax(path)
     if all(word in start for word in _LIGHTTOOLS):

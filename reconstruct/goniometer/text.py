@@ -4,6 +4,7 @@ number."""
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain, islice
@@ -69,7 +70,7 @@ class Column:
 
     def _cell(self, cell: str) -> tuple[float, int]:
         try:
-            return float(cell), 0
+            return float(cell.rstrip("\N{DEGREE SIGN} ") or cell), 0
         except ValueError:
             cell = cell.strip()
         if cell.lower() in NOTHING or cell.startswith(NO_NUMBER):
@@ -174,6 +175,7 @@ def _read(path: Path, file: Iterable[str]) -> TextTable:
     first = list(islice(_told(lines, remarks), LOOK))
     if "\0" in "".join(text for _, text in first):
         raise InputError(path, "is not text; expected a table of measurements (CSV)")
+    first = first[_preamble([text for _, text in first]) :]
     mark = _separator([text for _, text in first])
     header, units, ahead = _header(path, first, [text for _, text in remarks], mark)
     if ahead and mark == ";":
@@ -318,6 +320,27 @@ def _separator(texts: list[str]) -> str | None:
     return next((mark for mark in (",", ";", "\t") if texts and mark in texts[0]), None)
 
 
+def _preamble(texts: list[str]) -> int:
+    """How many lines come before the header that are words of another kind, whatever they begin with: a table begins
+    with a line of names above one of as many numbers. 0 where the first line is as good a header as any."""
+    begun = [
+        _count(texts[0], mark) == _count(texts[1], mark) >= _LEAST_COLUMNS for mark in SEPARATORS if texts[1:]
+    ]
+    if any(begun):
+        return 0
+    for k in range(1, len(texts) - 1):
+        for mark in SEPARATORS:
+            names = _words(texts[k], mark)
+            if len(names) < _LEAST_COLUMNS or not all(name and not _is_number(name) for name in names):
+                continue
+            below = [_words(text, mark) for text in texts[k + 1 : k + 3]]
+            if len(below) > 1 and not any(map(_is_number, below[0])):  # units
+                below = below[1:]
+            if len(below[0]) == len(names) and _is_number(below[0][0]):
+                return k
+    return 0
+
+
 def _header(
     path: Path, first: list[tuple[int, str]], remarks: list[str], mark: str | None
 ) -> tuple[tuple[str, ...], tuple[str, ...], list[tuple[int, str]]]:
@@ -331,6 +354,15 @@ def _header(
     if not rows:
         raise InputError(path, "is empty; expected a header line and rows of measurements")
     below = _names(path, *rows[0], mark)
+    wide = re.split(r"\s{2,}", text)  # names of several words
+    if mark is None and len(names) != len(below) == len(wide):
+        names = tuple(wide)
+    if (
+        len(rows) > 1
+        and len(below) == len(names)
+        and {"theta_i", "theta_r"} <= {one.lower() for one in below}
+    ):
+        return _header(path, rows, remarks, mark)  # a line of groups above the names
     if len(rows) > 1 and len(below) == len(names) and all(cell and not _is_number(cell) for cell in below):
         if not {cell.lower() for cell in below} & NOTHING:
             return names, below, rows[1:]

@@ -202,3 +202,14 @@ def test_what_is_the_same_number_in_every_row_is_no_channel(tmp_path):
         "theta_i,phi_i,theta_r,phi_r,value,T\n" + "\n".join(f"{i},0,{r},180,0.2,{f}" for i, r, f in rows)
     )
     assert "value" in read_samples(path).channels
+
+
+@pytest.mark.parametrize("header", ["RAA", "dphi", "delta_phi", "relative azimuth (deg)", "Δφ"])
+def test_a_relative_azimuth_is_the_difference_of_both(tmp_path, header):
+    path = tmp_path / "t.csv"
+    for before, cells in (("", ""), (",phi_i", ",30")):
+        path.write_text(
+            f"theta_i,theta_r,{header}{before},value\n" + f"10,20,90{cells},0.1\n40,20,180{cells},0.2\n"
+        )
+        samples = read_samples(path)
+        assert ((samples.phi_r - samples.phi_i) * 2.0 / 3.141592653589793).round(6).tolist() == [1.0, 2.0]

@@ -55,6 +55,7 @@ def test_merl_is_known_by_what_it_holds(tmp_path):
         ("p.dat", "#intheta 30\n#inphi 0\n#format: theta phi BTDF\n1 2 3\n", "expected theta phi and DSF"),
         ("p.dat", "#intheta 30\n#inphi 0\n#format: x y BSDF\n1 2 3\n", "expected theta phi and DSF"),
         ("p.dat", "#intheta 0.5 rad\n#inphi 0\n#format: theta phi BSDF\n1 2 3\n", "expected degrees"),
+        ("m.json", '[{"theta_i": 1}]', "no coefficient file"),
         ("m.binary", "short", "no MERL table"),
     ],
 )  # fmt: skip

@@ -176,3 +176,38 @@ def test_what_need_not_end_is_no_file(tmp_path):
         with pytest.raises(InputError, match="is no file"):
             read_text(path)
         assert beginning(path) == ""
+
+
+PLAIN = "theta_i,phi_i,theta_r,phi_r,value\n" + "".join(
+    f"{i},0,{r},90,0.1\n" for i in (10, 40) for r in (0, 20, 50)
+)
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["* run 3\n", "' run 3\n", "REM the run\n", "-- run\n", "Goniometer run of May\nSample: paint\n",
+     "Operator: Ann\nDate: 2026-01-01\nWavelength: 633 nm\n", "Operator,Ann\nDate,2026\n",
+     "[Header]\nsample=x\n[Data]\n",
+     "incident,,reflected,,BRDF\n"],
+)  # fmt: skip
+def test_words_before_the_header_are_passed_over(tmp_path, head):
+    path = tmp_path / "t.csv"
+    for text in (
+        PLAIN,
+        PLAIN.replace(",", "\t"),
+        PLAIN.replace("value\n", "value\ndeg,deg,deg,deg,1/sr\n", 1),
+    ):
+        path.write_text((head if "\t" not in text else head.replace(",", "\t")) + text)
+        table = read_text(path)
+        assert table.header == ("theta_i", "phi_i", "theta_r", "phi_r", "value") and len(table) == 6
+        assert table.line[0] == (head + text).count("\n") - 5
+
+
+def test_names_of_several_words_between_wide_blanks_and_degree_signs(tmp_path):
+    path = tmp_path / "t.txt"
+    path.write_text(
+        "theta i (deg)  theta r (deg)  f value\n10\N{DEGREE SIGN}  20  0.1\n30\N{DEGREE SIGN}  20  0.2\n"
+    )
+    table = read_text(path)
+    assert table.header == ("theta i (deg)", "theta r (deg)", "f value")
+    assert table.number("theta i (deg)").tolist() == [10.0, 30.0]
