@@ -343,8 +343,8 @@ OF_FITS = (
     ),
     Check(
         "unsure",
-        "the albedo is known to no better than 30 % (95 %; of a table 50 %), and f to a tenth of itself at no angle, or "
-        "to no better than 10 % (95 %) even where photos looked, in the middle",
+        "the albedo is known to no better than 30 % (95 %; of a table 50 %), and f to a tenth of itself at no angle, "
+        "or to no better than 10 % (95 %) even where photos looked, in the middle",
         "lamps whose directions nothing tells, as far away ones over a flat sample without polished balls, or too few "
         "photos",
         _unsure,
