@@ -15,9 +15,18 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from photogonio.reconstruct.goniometer.alone import FAINT, SHARE, far_off, sure_of
 from photogonio.reconstruct.goniometer.stuck import WIDER, stands_still, stuck_suspects
-from photogonio.reconstruct.goniometer.suspects import APART, FEWEST, STUCK, is_mark, suspects
+from photogonio.reconstruct.goniometer.suspects import (
+    APART,
+    FAINT,
+    FEWEST,
+    SHARE,
+    STUCK,
+    far_off,
+    is_mark,
+    sure_of,
+    suspects,
+)
 from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 from photogonio.reconstruct.table.neighbours import Expected, expected, numbered, places
 
