@@ -113,6 +113,10 @@ class PrintTone:
         default_factory=lambda: np.zeros((0, 3))
     )  # (l, 3); in the camera's frame if it has it
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # (3 l,) * 2 of them in a row
+    # (k, m, c) changes of the light's logarithm, at m evenly spaced codes from 0 to full scale, by one standard
+    # deviation of each of k independent things that are not known of the curve
+    doubts: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 1)))
+    exposures: dict[str, float] = field(default_factory=dict)  # of views, by name: light over radiance
 
 
 @dataclass(frozen=True, slots=True)

@@ -244,6 +244,7 @@ def _tone(data: Mapping[str, Any], c: int) -> PrintTone:
         scale_error=_given(data["scale_error"]),
         surround=_given(data.get("surround", 0.0)),
         **_lamps_of_tone(data),
+        **_doubts_of_tone(data, c),
     )
 
 
@@ -257,6 +258,19 @@ def _lamps_of_tone(data: Mapping[str, Any]) -> dict[str, Any]:
         for name, shape in (("places", (len(lamps), 3)), ("covariance", (3 * len(lamps),) * 2))
     )
     return {"lamps": lamps, "places": places, "covariance": covariance}
+
+
+def _doubts_of_tone(data: Mapping[str, Any], c: int) -> dict[str, Any]:
+    """What files of earlier versions have not."""
+    if not data.get("doubts"):
+        return {}
+    doubts = _array(data["doubts"], None, None, c)
+    if doubts.shape[1] < 2:
+        raise ValueError("expected changes at two codes or more")
+    exposures = {_text(name): _given(one) for name, one in data["exposures"].items()}
+    if not all(one > 0.0 for one in exposures.values()):
+        raise ValueError("expected exposures above 0")
+    return {"doubts": doubts, "exposures": exposures}
 
 
 def _pose(data: Mapping[str, Any]) -> Pose:

@@ -65,6 +65,8 @@ class PhotoErrors:
     footprint: Callable[[Cells], np.ndarray] | None = None
     # changes (n, k, c), 1/sr, of cells' values by k things that all photos share, each one standard deviation
     shared: Callable[[Cells, Model], np.ndarray] | None = None
+    # the same of things of which cells are not to tell
+    considered: Callable[[Cells, Model], np.ndarray] | None = None
 
 
 def fit_table(
@@ -123,6 +125,7 @@ def fit_table(
         view_errors=work.scales.error,
         scale_error=known.scale_error,
         shared=None if known.shared is None else known.shared(work.cells, final.model),
+        considered=None if known.considered is None else known.considered(work.cells, final.model),
     )
     own = with_blur_left(spread, final.model, work.cells)
     spread = replace(own, rivals=rivals(tried, chosen, work, verdict.symmetry))

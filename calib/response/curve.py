@@ -29,6 +29,7 @@ _FAMILY = 1.0  # how strong a curve of the family may be, over those that are th
 _ENDS = 0.06  # by how much the ends of the codes are moved
 _BEYOND = 0.5  # of the logarithm of light beyond codes that were seen: how wrong it may be
 _HELD = 1e-2  # by how much bends of the family are smooth where no code asks for them
+_DOUBTS = 10  # independent ways in which the bends err, that are kept
 _LOOSE = 1e-3  # of these, by which each coefficient is free
 
 
@@ -125,6 +126,21 @@ class Curves:
         wide[:, (channel + 1) * BENDS : (channel + 2) * BENDS] = apart
         told = np.maximum(np.einsum("ni,ij,nj->n", wide, self.covariance, wide), 0.0)
         return np.sqrt(told + (self._untold(codes, channel) - self._untold(others, channel)) ** 2)
+
+    def doubts(self, codes: np.ndarray) -> np.ndarray:
+        """Changes (k, n, c) of the logarithm of light of codes (n,) by one standard deviation of each of k independent
+        things: of the bends as they move codes, those that do most, and what no print has told."""
+        every, own = basis(codes), np.zeros((self.channels, len(codes), self.bends.size))
+        for c in range(self.channels):
+            own[c, :, :BENDS] = own[c, :, (c + 1) * BENDS : (c + 2) * BENDS] = every
+        wide = own.reshape(-1, self.bends.size)
+        energy, turn = np.linalg.eigh(wide @ self.covariance @ wide.T)
+        most = np.argsort(energy)[::-1][:_DOUBTS]
+        moved = turn[:, most].T * np.sqrt(np.maximum(energy[most], 0.0))[:, None]
+        steep = np.stack([steepness(self.moved(codes, c)) for c in range(self.channels)], axis=1)
+        untold = np.stack([self._untold(codes, c) for c in range(self.channels)], axis=1)
+        bent = np.swapaxes(moved.reshape(-1, self.channels, len(codes)), 1, 2) * steep
+        return np.concatenate([bent, untold[None]])
 
     def _untold(self, codes: np.ndarray, channel: int) -> np.ndarray:
         """What of the logarithm of light (n,) is unsure since no print has such codes."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from photogonio.capture.photoset import PhotoSet
 
 _PHOTOS = 2  # that tell a curve, at least
 _SIZE = 511  # of its table: codes of 8 bits are among them
+_DOUBTED = 103  # codes at which its errors are kept
 _PLACES = 1.5  # times that lamps' places are less sure than squares, each by itself, let them seem
 _UNKNOWN = 0.05  # relative error where the sample's codes cannot be read
 
@@ -52,6 +53,7 @@ def tone_of_print(photoset: PhotoSet, setup: Setup, read: CodeReader) -> PrintTo
         lamps=tuple(fitted.places),
         places=np.array(list(fitted.places.values())),
         covariance=_PLACES**2 * fitted.covariance,
+        doubts=curves.doubts(np.linspace(0.0, 1.0, _DOUBTED)),
     )
 
 
@@ -72,8 +74,10 @@ def _scale_error(
     return float(np.sqrt(np.mean(np.concatenate(squares))))
 
 
-def with_tone(setup: Setup, tone: PrintTone) -> Setup:
-    """A setup that was found with it: what it leaves unsure all strengths share."""
+def with_tone(setup: Setup, tone: PrintTone, exposures: Mapping[str, float] | None = None) -> Setup:
+    """A setup that was found with it: what it leaves unsure all strengths share. ``exposures`` of its views, by name,
+    are light over radiance: they tell at which code a radiance was read."""
+    tone = replace(tone, exposures=dict(exposures or {}))
     found = tuple(one for one in (tone_doubt(tone), tone_local(tone)) if one is not None)
     error = float(np.hypot(setup.scale_error, tone.scale_error))
     return replace(setup, tone=tone, scale_error=error, diagnoses=setup.diagnoses + found)

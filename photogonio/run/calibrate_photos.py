@@ -67,7 +67,11 @@ def calibrated(
             photoset.radiometry.vignetting == "cos4"
         ):  # takes the camera, and changes the white patch's reading
             setup = _found(with_vignetting(radiance, setup), kept, reporter, workers, scratch, rig, tone)
-        setup = kept.save(setup if tone is None else with_tone(setup, tone))
+        if tone is not None:
+            seen = {view.name for view in setup.views}
+            views = [view for view in photoset.views("sample") if view.name in seen]
+            setup = with_tone(setup, tone, {view.name: radiance.factor(view.photos[0]) for view in views})
+        setup = kept.save(setup)
     radiance = replace(radiance, photoset=photoset.turned_to(setup.turned), decode=scratch.take)
     radiance = without_veil(with_vignetting(radiance, setup), setup)
     for note in radiance.notes:

@@ -21,6 +21,7 @@ from photogonio.reconstruct.estimate.model import Model
 from photogonio.reconstruct.lighting.lamp_errors import by_lamps
 from photogonio.reconstruct.lighting.sample_place import by_place
 from photogonio.reconstruct.lighting.stray_limits import Spoilt
+from photogonio.reconstruct.lighting.tone_errors import by_tone
 from photogonio.reconstruct.lighting.veil_error import veil_error
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.facet_table import FacetTable
@@ -126,7 +127,10 @@ def scale_error(setup: Setup, table: FacetTable) -> float:
     veiled = veil_error(table, setup)
     if setup.scale != "absolute":
         return veiled
-    return float(np.linalg.norm([SCALE_ERROR, setup.scale_error, veiled]))
+    shared = setup.scale_error
+    if setup.tone is not None and by_tone(setup) is not None:  # which each cell's code tells
+        shared = float(np.sqrt(max(shared**2 - setup.tone.scale_error**2, 0.0)))
+    return float(np.linalg.norm([SCALE_ERROR, shared, veiled]))
 
 
 def packed(known: Circumstances) -> dict[str, np.ndarray]:

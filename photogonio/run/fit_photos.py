@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from photogonio.options import Options
 from photogonio.reconstruct.fit import FitResult, PhotoErrors
+from photogonio.reconstruct.lighting.tone_errors import by_tone
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.run.circumstances import (
     Circumstances,
@@ -40,6 +41,7 @@ def fitted_photos(
             doubt=beside.unknown,
             footprint=footprints(setup, table),
             shared=shared_by_photos(setup),
+            considered=by_tone(setup),
         ),
     )
     return found, beside

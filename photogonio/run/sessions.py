@@ -183,6 +183,7 @@ def _known(
         warnings=tuple(f"{name}: {w}" for name, one in zip(names, setups, strict=True) for w in one.warnings),
         residuals={name: one.residuals for name, one in zip(names, setups, strict=True)},
         ambient=next((one.ambient for one in setups if one.ambient is not None), None),
+        tone=None,  # each has its own: what they leave unsure is in the scales
         turned=(),
         diagnoses=tuple(
             _of_session(d, name, d.views)

@@ -9,7 +9,7 @@ light, its geometry), the prior, which speaks where the data do not, and the cho
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit
@@ -107,18 +107,21 @@ def uncertainty_of(
     view_errors: np.ndarray | None = None,
     scale_error: float = 0.0,
     shared: np.ndarray | None = None,
+    considered: np.ndarray | None = None,
 ) -> Uncertainty:
     """Covariance of the fit's parameters on ``cells``, whose error model is ``deviation`` (n, c).
 
     ``models`` are those that may be as good, with weights that add up to 1; only those with the fit's own lobes are
     heeded. ``view_errors`` (g,) are relative standard errors of the views' scales; ``shared`` (n, k, c), 1/sr, what k
-    things that all views have alike may do to the cells, each a standard deviation.
+    things that all views have alike may do to the cells, each a standard deviation: the cells may tell them, but for
+    those ``considered``, likewise.
     """
     model = fitted.model
     shared = np.zeros((len(cells), 0, deviation.shape[1])) if shared is None else shared
     same = [(one, weight) for one, weight in models if one.lobes.families == model.lobes.families]
     basis = Basis(model.basis.symmetry, max([model.basis.order, *(one.order for one, _ in same)]))
     problem = _problem(fitted, cells, deviation, basis, view_errors, shared)
+    problem = replace(problem, considered=considered)
     total = covariance(problem, _alternatives(same, model, level(cells)))
     kept = total.shape[1] - shared.shape[1]  # f does not change with what is shared
     total, units = total[:, :kept, :kept], len(np.unique(problem.unit))

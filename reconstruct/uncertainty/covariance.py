@@ -5,7 +5,8 @@ noise is what each unit of the data (a view, or a block of neighbouring directio
 residuals share (Liang and Zeger 1986), and what its residuals lack since the parameters follow them, as the weights
 have it: all of the noise of a direction that one unit alone tells, next to nothing where many do. The part of the
 prior is the response to prior draws, so that the sum is the Bayesian posterior, whose intervals hold on average over
-the directions (Nychka 1988). The part of model choice is the spread of the models that predict as well.
+the directions (Nychka 1988). The part of model choice is the spread of the models that predict as well. Things that all
+units share and the fit does not seek move the parameters as they would move the data.
 """
 
 from __future__ import annotations
@@ -46,6 +47,8 @@ class Problem:
         np.ndarray
     )  # (c, m + q + s) parameters of the chosen model: 0 for modes that it has not and for shapes
     fixed: np.ndarray  # (c, q) bool: lobe coefficients at a bound, which stay there
+    # (n, k, c) what k independent things that no parameter stands for do to the cells, by one standard deviation each
+    considered: np.ndarray | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +72,16 @@ def covariance(problem: Problem, alternatives: Sequence[Alternative]) -> np.ndar
             inverse = _inverses(problem, one, whole)
             total += share * _noise(problem, one, sums, whole, here, inverse)
             total += share * _prior(problem, one, inverse)
+            if problem.considered is not None:
+                total += share * _outer(_followed(problem, one, whole))
     return total
+
+
+def _followed(problem: Problem, one: Alternative, whole: list[Normal]) -> np.ndarray:
+    """Changes (c, k, p) of the parameters where they follow what is considered: the fit does not seek it, so that no
+    data make it surer (Schmidt 1966; Bierman 1977, of considered parameters)."""
+    kept, first = _kept(problem, one), problem.center.shape[1]
+    return _response(problem, one, whole, [gram[kept, first:] for gram, _ in whole])
 
 
 def _shares(alternatives: Sequence[Alternative]) -> np.ndarray:
@@ -100,6 +112,8 @@ def _sums(problem: Problem, c: int) -> Statistics:
     held = np.where(problem.fixed[c], problem.center[c, m : m + q], 0.0)
     target = problem.target[:, c] - problem.columns @ held
     columns = np.hstack([np.where(problem.fixed[c], 0.0, problem.columns), problem.slopes[:, :, c]])
+    if problem.considered is not None:
+        columns = np.hstack([columns, problem.considered[:, :, c]])
     return folded.statistics(target[:, None], columns)
 
 
@@ -118,15 +132,16 @@ def _noise(
     that all adds up to M^-1 in the mean.
     """
     kept = _kept(problem, one)
-    parts = [part.prefix(one.penalty.shape[1]) for part in sums]
+    parts, size = [part.prefix(one.penalty.shape[1]) for part in sums], len(kept)
+    grams = [part.gram[:, 0, :size, :size] for part in parts]  # without what is considered
     pulls = [
-        (part.gram[:, 0] @ own[kept] - part.moment[:, 0]).T
-        for part, own in zip(parts, found[:, 0], strict=True)
+        (gram @ own[kept] - part.moment[:, 0, :size]).T
+        for gram, part, own in zip(grams, parts, found[:, 0], strict=True)
     ]
     total = _outer(_response(problem, one, whole, pulls))
-    for c, part in enumerate(parts):
+    for c, units in enumerate(grams):
         own = inverse[c][c][:, kept]
-        followed = sum(gram @ own @ gram for gram in part.gram[:, 0])
+        followed = sum(gram @ own @ gram for gram in units)
         total += np.swapaxes(inverse[c], 1, 2) @ followed @ inverse[c]
     return total
 

@@ -60,6 +60,8 @@ def setup(sample: Sphere | Plane) -> Setup:
             lamps=("flash",),
             places=rng.normal(size=(1, 3)),
             covariance=rng.normal(size=(3, 3)),
+            doubts=rng.normal(size=(2, 5, 3)),
+            exposures={"a.png": 0.1 / 11},
         ),
     )
 
@@ -164,6 +166,7 @@ def _without(data: dict[str, Any], key: str) -> None:
         (lambda data: _without(data["tone"], "table"), "tone.table: is missing"),
         (lambda data: data.update(tone="curve"), "tone: is not what a setup has there"),
         (lambda data: data["tone"]["table"].reverse(), "tone.table: a tone curve that does not rise"),
+        (lambda data: data["tone"]["exposures"].update(a=0.0), "tone.exposures: expected exposures above 0"),
         (
             lambda data: data["views"][1]["light"].update(radius="3 mm"),
             "views[1].light.radius: expected a number",

@@ -50,3 +50,13 @@ def test_errors_are_of_ratios():
     assert curves.error_between(CODES, CODES, 0) == pytest.approx(0.0)
     slopes = [steepness(c)[:, None] * basis(c) for c in (CODES, np.full(len(CODES), ANCHOR))]
     assert error == pytest.approx(np.sqrt(2 * ((slopes[0] - slopes[1]) ** 2).sum(1)))
+
+
+def test_what_is_not_known_of_codes_is_a_few_independent_changes():
+    covariance = np.linalg.inv(prior(3).T @ prior(3))  # as before any print is seen
+    curves = Curves(np.zeros((4, BENDS)), covariance, (0.2, 0.95))
+    found = curves.doubts(np.append(CODES, ANCHOR))
+    for c in range(3):
+        apart = np.sqrt(((found[:, :-1, c] - found[:, -1:, c]) ** 2).sum(0))
+        expected = curves.error_between(CODES, np.full(len(CODES), ANCHOR), c)
+        assert apart == pytest.approx(expected, rel=0.05, abs=0.002)

@@ -25,9 +25,9 @@ SETUP = Setup(
 
 
 def test_its_error_is_one_that_all_photos_share():
-    found = with_tone(SETUP, TONE)
+    found = with_tone(SETUP, TONE, {"a.jpg": 2.0})
     assert found.scale_error == pytest.approx(0.05)
-    assert found.tone is TONE
+    assert found.tone == replace(TONE, exposures={"a.jpg": 2.0})
     assert [one.code for one in found.diagnoses] == ["tone-curve-unsure"]
 
 

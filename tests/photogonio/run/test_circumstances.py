@@ -1,16 +1,21 @@
-"""What a pixel of a ball sees of it."""
+"""What a pixel of a ball sees of it; and what all of f shares is said once: a curve that cells tell is left out."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
+from photogonio.calib.response.tone import with_tone
 from photogonio.capture.photoset import Sphere
 from photogonio.reconstruct.table.cells import Cells
-from photogonio.run.circumstances import PIXEL_BLUR, footprints
+from photogonio.run.circumstances import PIXEL_BLUR, SCALE_ERROR, footprints, scale_error
+from tests.reconstruct.lighting.test_tone_errors import setup_and_cells
 
 DISTANCE, FOCAL, RADIUS = 600.0, 900.0, 20.0
+OTHERS, OF_TONE = 0.01, 0.03
 
 
 def seen_at(theta_r: np.ndarray, dphi: float) -> np.ndarray:
@@ -36,3 +41,13 @@ def test_toward_the_limb_it_grows_along_the_plane_of_exit_and_stays_within_what_
     np.testing.assert_allclose(across, across[0])
     np.testing.assert_allclose(along[:3] * np.cos(theta_r[:3]), across[:3], rtol=1e-12)
     assert (along <= 0.5 * (0.5 * np.pi - theta_r) + 1e-12).all()
+
+
+def test_the_scale_leaves_out_a_curve_that_cells_tell():
+    setup, cells = setup_and_cells()
+    tone, table = replace(setup.tone, scale_error=OF_TONE), SimpleNamespace(groups=cells.groups)
+    bare = replace(setup, tone=None, scale_error=OTHERS)
+    told, untold = with_tone(bare, tone, setup.tone.exposures), with_tone(bare, tone)
+    assert scale_error(told, table) == pytest.approx((OTHERS**2 + SCALE_ERROR**2) ** 0.5)
+    assert scale_error(untold, table) == pytest.approx((OTHERS**2 + OF_TONE**2 + SCALE_ERROR**2) ** 0.5)
+    assert scale_error(bare, table) == pytest.approx(scale_error(told, table))

@@ -181,3 +181,26 @@ def _generalised(given: Problem) -> np.ndarray:
     return np.linalg.solve(
         given.design.T @ inverse @ given.design, given.design.T @ inverse @ given.target[:, 0]
     )
+
+
+def test_what_is_considered_moves_the_parameters_as_it_would_move_the_data():
+    """Two things that the fit does not seek, of data without noise: however many rows there are, none is averaged
+    away, and channels have their own."""
+    given = problem(lobes=1, channels=2)
+    moved = 0.1 * np.random.default_rng(7).normal(size=(ROWS, 2, 2)) + 0.05 * given.design[:, :1, None]
+    found = covariance(replace(given, considered=moved), [free(channels=2)])
+    without = covariance(given, [free(channels=2)])
+    both = np.hstack([given.design, given.columns])
+    for c in range(2):
+        changes = np.linalg.lstsq(both, moved[:, :, c], rcond=None)[0]
+        # the ridge and the least penalty
+        assert found[c] - without[c] == pytest.approx(changes @ changes.T, rel=1e-6, abs=1e-9)
+
+
+def test_what_is_considered_is_told_by_no_data():
+    """It lies beside all that the parameters can be, so that data would tell it: as a shape they do, considered not."""
+    given = problem(seed=3, shapes=1)
+    sought = covariance(given, [free()])[0]
+    plain = replace(given, slopes=np.zeros((ROWS, 0, 1)), center=given.center[:, :MODES])
+    found = covariance(replace(plain, considered=given.slopes), [free()])[0]
+    assert np.trace(found) > 5.0 * np.trace(sought[:MODES, :MODES])
