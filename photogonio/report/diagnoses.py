@@ -49,7 +49,7 @@ FIT = (
     ),
     Entry(
         "photos-contradict",
-        "The photos contradict one another at the same directions.",
+        "The photos contradict one another at the same directions, or show the sample in different colours.",
         "Something moved between the photos, a light is another than it is taken for, or the sample is not alike "
         "everywhere.",
     ),

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from photogonio.reconstruct.brdf.brdf import Brdf
     from photogonio.reconstruct.fit import FitResult
     from photogonio.reconstruct.lighting.lamp_directions import TurnedLight
+    from photogonio.reconstruct.table.cells import Cells
     from photogonio.reconstruct.table.facet_table import FacetTable
     from photogonio.result import Result
     from photogonio.run.surroundings import LightAround
@@ -35,6 +36,7 @@ UNSEEN = 10.0  # degrees
 # degrees: a gloss that was seen at as much incidence is hardly extrapolated. From 52, one that covered a third of a
 # surface was 46 % off at 70
 GRAZING = 55.0
+FAINT = 0.1  # of the root mean square of f: below that stray light has its own colour
 CLIPPED = 0.02  # share of a photo's pixels of the sample
 TOLD_STRAY = 0.01  # of the value: less stray light that may be there is not worth a warning
 
@@ -127,6 +129,7 @@ def doubts(fit: FitResult) -> list[Diagnosis]:
                 "or the board moved, lights are not what they are taken for, or the sample is not alike everywhere",
             )
         )
+    told += _odd_colours(cells, fit.predicted)
     across = np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi)
     along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
     for code, where, cosine, what in (
@@ -148,6 +151,23 @@ def doubts(fit: FitResult) -> list[Diagnosis]:
         )
         told.append(Diagnosis("mirror-unseen", message, amount=float(apart_from), least=2 * UNSEEN))
     return told + _steep(fit)
+
+
+def _odd_colours(cells: Cells, predicted: np.ndarray) -> list[Diagnosis]:
+    """Photos in which channels stand to one another otherwise than in the others, whatever their scales."""
+    views = np.unique(cells.group)
+    ratio = cells.value / np.maximum(predicted, FAINT * np.sqrt(np.mean(predicted**2, axis=0)))
+    middle = np.array([np.median(ratio[cells.group == view], axis=0) for view in views])
+    colour = middle / np.maximum(middle.mean(1, keepdims=True), np.finfo(float).tiny)
+    apart = np.abs(colour / np.median(colour, axis=0) - 1.0).max(1)
+    if not apart.max() > CONTRADICTED:
+        return []
+    worst = cells.groups[int(views[int(np.argmax(apart))])]
+    message = (
+        f"{(apart > CONTRADICTED).sum()} of {len(views)} photos show the sample in another colour than the others do, "
+        f"{worst} by {apart.max():.0%}: a photo of another sample, another white balance, or a lamp of another colour"
+    )
+    return [Diagnosis("photos-contradict", message, amount=float(apart.max()), views=(worst,))]
 
 
 def _steep(fit: FitResult) -> list[Diagnosis]:

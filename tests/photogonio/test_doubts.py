@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from photogonio.reconstruct.fit import FitOptions, fit_table
+from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
-from photogonio.report.summary import clipped, doubts
+from photogonio.report.summary import _odd_colours, clipped, doubts
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
@@ -19,12 +20,17 @@ def fit():
     return fit_table(simulate(make_brdf("lambert"), PLAN), FitOptions(lobes=0))
 
 
+def only(fit, kept):
+    """The fit as if only the cells ``kept`` had been seen."""
+    return replace(fit, cells=fit.cells.take(kept), predicted=fit.predicted[kept])
+
+
 def looked_at(fit, least):
     """The fit as if only pairs ``least`` and more from the light's own direction had been seen."""
     cells = fit.cells
     along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
     phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
-    return replace(fit, cells=cells.take(phase >= least))
+    return only(fit, phase >= least)
 
 
 def codes(found):
@@ -41,7 +47,7 @@ def test_a_mirror_that_was_seen_head_on_alone_is_told(fit, most, told):
     cells = fit.cells
     along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
     phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
-    near = replace(fit, cells=cells.take(phase <= np.radians(most)))
+    near = only(fit, phase <= np.radians(most))
     assert ("mirror-unseen" in codes(doubts(near))) == told
 
 
@@ -59,7 +65,7 @@ def test_a_gloss_that_was_seen_from_above_alone_is_told(most, told):
     cells = glossy.cells
     along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
     phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
-    near = replace(glossy, cells=cells.take(phase <= np.radians(most)))
+    near = only(glossy, phase <= np.radians(most))
     assert ("gloss-extrapolated" in codes(doubts(near))) == told
 
 
@@ -70,7 +76,7 @@ def test_where_no_gloss_was_found_it_is_told_that_none_toward_grazing_could_be(m
     cells = matte.cells
     along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
     phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
-    near = replace(matte, cells=cells.take(phase <= np.radians(most)))
+    near = only(matte, phase <= np.radians(most))
     lines = [one.message for one in doubts(near) if one.code == "gloss-unseen-at-grazing"]
     assert len(lines) == told
     if told:
@@ -89,3 +95,21 @@ def test_a_sample_that_is_clipped_is_told(share, told):
     assert [f"1 of {PLAN.views} photos, 10% of it in {table.groups[3]}" in line for line in lines] == [
         True
     ] * told
+
+
+def test_photos_of_another_colour_are_told_whatever_their_scales():
+    """Another sample among them, or another white balance: their mean was taken, and nothing said."""
+    cells = Cells.of_angles(np.full(60, 0.5), np.linspace(0.1, 1.0, 60), np.full(60, 1.0))
+    light = np.array([0.6, 0.5, 0.4]) / np.pi
+    cells = replace(
+        cells,
+        value=np.tile(light, (60, 1)) * np.repeat([1.0, 0.7, 1.3], 20)[:, None],
+        group=np.repeat(np.arange(3), 20),
+        groups=("a.png", "b.png", "c.png"),
+    )
+    predicted = np.tile(light, (60, 1))
+    assert not _odd_colours(cells, predicted)
+    other = np.where(cells.group[:, None] == 1, cells.value * np.array([0.75, 1.0, 1.25]), cells.value)
+    (told,) = _odd_colours(replace(cells, value=other), predicted)
+    assert told.code == "photos-contradict" and told.views == ("b.png",)
+    assert told.amount == pytest.approx(0.25)
