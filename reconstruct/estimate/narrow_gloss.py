@@ -17,7 +17,9 @@ from photogonio.reconstruct.table.refinement import NEAR
 
 TOP = np.radians(2.0)  # of the half vector from the normal: what holds the top of a narrow peak
 FLANK = np.radians([6.0, 9.0])  # what lies beside it
-NARROW = 2.5  # times as high as beside it: roughness up to about 0.1 over a dark ground
+GROUND = np.radians([18.0, 25.0])  # what it stands on
+NARROW = 2.5  # times as high as beside it, above its ground: roughness up to about 0.15
+STANDS_OUT = 1.4  # times as high as beside it with its ground: less is not surely a peak
 FEWEST = 3  # cells of each
 LARGEST_PART = 0.5  # of the cells that are kept
 STEEPEST = np.radians(72.0)  # nearer to grazing the top is not told from the flank
@@ -35,22 +37,30 @@ class PeakShown:
     near: np.ndarray  # (n,) bool: toward the mirror direction
     top: np.ndarray  # (k,) 1/sr, values of the brightest channel at its top
     beside: np.ndarray  # (m,) 1/sr, likewise beside it
+    ground: np.ndarray  # (l,) 1/sr, likewise what it stands on
 
 
-def shown_by(cells: Cells) -> PeakShown:
-    """What ``cells`` of photos show of a narrow peak."""
+def shown_by(cells: Cells, finer: bool = True) -> PeakShown:
+    """What ``cells`` of photos show of a narrow peak; what it stands on is told by ``finer`` cells toward the mirror
+    direction, since in others it lies under its blur."""
     half, value = half_angles(cells), cells.value.max(1)
     steep = np.maximum(cells.theta_i, cells.theta_r) < STEEPEST
     beside = (half > FLANK[0]) & (half < FLANK[1])
-    return PeakShown(half < NEAR, value[steep & (half < TOP)], value[steep & beside])
+    ground = (half > GROUND[0]) & (half < GROUND[1]) & finer
+    return PeakShown(half < NEAR, *(value[steep & some] for some in (half < TOP, beside, ground)))
 
 
 def is_peak(parts: Sequence[PeakShown]) -> bool:
     """Whether ``parts`` show a peak about the mirror direction that is hardly wider than some facets."""
-    top, beside = (np.concatenate([getattr(part, name) for part in parts]) for name in ("top", "beside"))
-    if min(len(top), len(beside)) < FEWEST:
+    several = [
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("top", "beside", "ground")
+    ]
+    if min(map(len, several[:2])) < FEWEST:
         return False
-    return bool(np.median(top) > NARROW * max(float(np.median(beside)), 0.0))
+    top, beside = (max(float(np.median(one)), 0.0) for one in several[:2])
+    ground = float(np.median(several[2])) if len(several[2]) >= FEWEST else 0.0
+    ground = min(max(ground, 0.0), beside)
+    return top > STANDS_OUT * beside and top - ground > NARROW * (beside - ground)
 
 
 def evenly(cells: Cells, most: int) -> np.ndarray:

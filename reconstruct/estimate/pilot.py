@@ -100,6 +100,11 @@ def clean(
     scales = ViewScales.none(view_errors)
     light = added = doubted = np.zeros_like(seen.value)
     work = _piloted(seen, added, doubted, scales, kinds)
+    if stray is not None:
+        likelier = _with_its_own_light(seen, work, scales, stray)
+        if likelier is not None:
+            light = added = doubted = likelier.stray
+            work = _piloted(seen, added, doubted, scales, _with(kinds, likelier))
     many_views = len(np.unique(seen.group)) > 1
     turns = rounds if many_views or stray is not None or seen.binned else 0
     if seen.peaked:  # what blurs a peak depends on its core and its tails
@@ -133,9 +138,9 @@ def clean(
                 added[keep],
                 doubted[keep],
             )
-            work = _piloted(seen, added, doubted, scales, kinds)
+            work = _piloted(seen, added, doubted, scales, _with(kinds, work))
     if turns:
-        work = _piloted(seen, added, doubted, scales, kinds)
+        work = _piloted(seen, added, doubted, scales, _with(kinds, work))
     work, single = _with_second_lobe(work, lobes, absolute), work.reference.cost
     for _ in range(turns if seen.peaked or work.reference.cost < single - TWO_TOLD else 0):
         blurred = blur(seen, work.reference.model)
@@ -148,6 +153,41 @@ def clean(
         contradiction=contradiction(*_few(work)),
         discordant=tuple(np.array(seen.groups)[left_out]),
     )
+
+
+def _with(kinds: Sequence[LobeSet], work: Cleaned) -> list[LobeSet]:
+    """``kinds`` and the likeliest so far, which is not dropped for having been found another way."""
+    likeliest = work.reference.model.lobes
+    known = any(one.families == likeliest.families for one in kinds)
+    return [*kinds] if known else [*kinds, likeliest]
+
+
+def _with_its_own_light(
+    seen: Cells, work: Cleaned, scales: ViewScales, stray: StrayLightOn
+) -> Cleaned | None:
+    """The likeliest interface and the light of the surroundings that it sends on, where the likeliest pilot is a peak
+    that is as high at any incidence, and is no longer so once each has its own light taken off; None elsewhere.
+
+    Of a metal ball a paper lights more than half as much as the lamp does. Such a peak sends on a third of that, and
+    what it leaves makes it the likelier.
+    """
+    first, *others = _by_cost(work.pilots)
+    interfaces = [one for one in others if one.model.lobes.families and not _is_peak(one)]
+    if not _is_peak(first) or not interfaces:
+        return None
+    rivals = first, interfaces[0]
+    lights = [stray(seen, one.model) for one in rivals]
+    deviation = error_model(seen, np.maximum(*lights))  # the same, so that likelihoods compare
+    found = []
+    for one, light in zip(rivals, lights, strict=True):
+        freed = Cleaned(seen.with_value(seen.value - light), deviation, light, scales, ())
+        found.append(replace(freed, pilots=(_pilot(freed, one.model.lobes, 0),)))
+    return found[1] if found[1].reference.cost < found[0].reference.cost else None
+
+
+def _is_peak(pilot: Fitted) -> bool:
+    """Whether its one gloss is a peak about the mirror direction or the normal, of no interface."""
+    return any(family.peak and not family.retro for family in pilot.model.lobes.families)
 
 
 def _doubted(cells: Cells, blurred: np.ndarray) -> np.ndarray:

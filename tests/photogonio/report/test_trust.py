@@ -20,7 +20,15 @@ from photogonio.reconstruct.estimate.model import LobeSet, Model
 from photogonio.reconstruct.lobes.families import blinn_phong_lobe
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.report.misfit import relative_misfit, shared_misfit
-from photogonio.report.trust import DISTRUSTED, OF_FITS, OF_SETUPS, checks_table, setup_faults, tops_unseen
+from photogonio.report.trust import (
+    DISTRUSTED,
+    OF_FITS,
+    OF_SETUPS,
+    _misfit,
+    checks_table,
+    setup_faults,
+    tops_unseen,
+)
 from tests.places import ROOT, SHARED
 
 ALBEDO = 0.4
@@ -170,6 +178,17 @@ def test_noise_of_the_rows_own_is_no_misfit():
     assert relative_misfit(value, noise)[1][0] > 0.2
     assert shared_misfit(cells, noise)[0] < 0.1
     assert shared_misfit(cells, off)[0] > 0.5
+
+
+def test_what_a_fit_misses_of_all_but_black_cells_is_nothing_beside_the_light_of_the_room():
+    """A metal beside its peak: half of what is left there is missed, a twentieth of what photos show."""
+    rng = np.random.default_rng(5)
+    theta_i, theta_r, dphi = rng.uniform(0, 1.3, 500), rng.uniform(0, 1.3, 500), rng.uniform(0, np.pi, 500)
+    cells = Cells.of_angles(theta_i, theta_r, dphi).with_value(np.full((500, 1), 2e-3))
+    fit = SimpleNamespace(cells=cells, predicted=np.full((500, 1), 1e-3 / 1.5), stray=np.full((500, 1), 0.02))
+    assert _misfit(SimpleNamespace(fit=fit)) == ""
+    fit.stray = np.zeros((500, 1))
+    assert "by 67%" in _misfit(SimpleNamespace(fit=fit))
 
 
 @pytest.mark.parametrize(("roughness", "missed"), [(0.06, True), (0.11, False)])

@@ -19,20 +19,20 @@ from photogonio.reconstruct.table.refinement import NEAR
 COAT = families(absolute=True)[2]  # of a dielectric
 
 
-def gloss(roughness):
-    ground = np.full((1, 1), 0.1)
+def gloss(roughness, under=0.1):
+    ground = np.full((1, 1), under)
     shape = np.array([roughness, 0.04])
     return Model(Basis("isotropic", 0), np.zeros((1, 1)), LobeSet((COAT,), (shape,)), ground)
 
 
-def seen(roughness, count=6000):
-    """Cells of every half angle, as ``gloss`` has them."""
+def seen(roughness, count=6000, under=0.1):
+    """Cells of every half angle, as ``gloss`` has them over a ground of ``under``."""
     rng = np.random.default_rng(0)
     theta = rng.uniform(0.0, 1.2, count)
     away = rng.exponential(0.3, count)
     cells = Cells.of_angles(theta, np.clip(theta + away, 0.0, 1.2), np.full(count, np.pi))
     cells = replace(cells, binned=True, turn=np.zeros((count, 2)))
-    return cells.with_value(gloss(roughness).evaluate(cells))
+    return cells.with_value(gloss(roughness, under).evaluate(cells))
 
 
 def thinned(cells, most):
@@ -43,6 +43,15 @@ def thinned(cells, most):
 @pytest.mark.parametrize(("roughness", "narrow"), [(0.03, True), (0.06, True), (0.25, False), (0.5, False)])
 def test_a_peak_hardly_wider_than_facets_is_told(roughness, narrow):
     assert is_peak([shown_by(seen(roughness))]) == narrow
+
+
+@pytest.mark.parametrize(("roughness", "narrow"), [(0.08, True), (0.3, False), (1.0, False)])
+def test_over_a_bright_ground_a_peak_is_told_by_what_stands_above_it(roughness, narrow):
+    cells = seen(roughness, under=2.0)
+    shown = shown_by(cells)
+    assert np.median(shown.top) < 2.5 * np.median(shown.beside)
+    assert is_peak([shown]) == narrow
+    assert not is_peak([shown_by(cells, finer=False)])  # of coarse cells the ground lies under the blur
 
 
 def test_cells_of_a_narrow_peak_are_kept_first():
