@@ -56,11 +56,6 @@ class Statistics:
         """All folds as one."""
         return Statistics(*(getattr(self, each.name).sum(0, keepdims=True) for each in fields(self)))
 
-    def less(self, parts: Statistics, fold: int) -> Statistics:
-        """These, of one fold, without those of ``fold`` of ``parts``."""
-        names = [each.name for each in fields(self)]
-        return Statistics(*(getattr(self, one) - getattr(parts, one)[fold : fold + 1] for one in names))
-
     def without_each(self) -> Statistics:
         """For each fold, the sums over all the others."""
         return without_each((self,))[0]
