@@ -196,7 +196,7 @@ def _usable(parts: Sequence[FacetTable], options: FitOptions, known: PhotoErrors
         keep = np.isfinite(cells.value).all(1)
         if binned:
             keep &= (cells.theta_i <= options.theta_max) & (cells.theta_r <= options.theta_max)
-            shown.append(shown_by(cells.take(keep), part.finer))
+            shown.append(shown_by(cells.take(keep), part.finer > 0))
         rows.append(np.flatnonzero(tells(part))[keep])
         seen |= cells.value[keep].any(0)
     if not any(map(len, rows)):
