@@ -156,9 +156,10 @@ def clean(
 
 
 def _with(kinds: Sequence[LobeSet], work: Cleaned) -> list[LobeSet]:
-    """``kinds`` and the likeliest so far, which is not dropped for having been found another way."""
+    """``kinds`` and the likeliest lobe so far, which is not dropped for having been found another way; two lobes are
+    found again from one."""
     likeliest = work.reference.model.lobes
-    known = any(one.families == likeliest.families for one in kinds)
+    known = len(likeliest.families) != 1 or any(one.families == likeliest.families for one in kinds)
     return [*kinds] if known else [*kinds, likeliest]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from photogonio.reconstruct.estimate.mode_set import Basis
 from photogonio.reconstruct.estimate.model import LobeSet, Model
-from photogonio.reconstruct.estimate.pilot import _hides, clean
+from photogonio.reconstruct.estimate.pilot import _hides, _with, clean
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.goniometer.read import believed
 from photogonio.reconstruct.lobes.families import CORRELATED_SCHLICK, families
@@ -53,6 +53,18 @@ def test_stray_light_is_taken_away_as_the_pilot_says_and_doubted():
     # the pilot misses the surface by some per cent, of which two per cent are removed
     np.testing.assert_allclose(np.median(work.cells.value / without.cells.value), 1.0, atol=1e-3)
     np.testing.assert_allclose(np.median(work.stray / true), 1.0, atol=0.02)
+
+
+def test_of_the_likeliest_so_far_one_lobe_is_tried_again_and_two_are_found_from_one():
+    kinds = [LobeSet(), LobeSet((CORRELATED_SCHLICK,), (np.array([0.25]),))]
+    other = CORRELATED_SCHLICK.with_beckmann
+    for lobes, more in [
+        (kinds[1], 0),
+        (LobeSet((other,), (np.array([0.2]),)), 1),
+        (LobeSet((CORRELATED_SCHLICK, other), (np.array([0.1]), np.array([0.3]))), 0),
+    ]:
+        work = SimpleNamespace(reference=SimpleNamespace(model=SimpleNamespace(lobes=lobes)))
+        assert _with(kinds, work) == kinds + [lobes] * more
 
 
 def test_a_metal_in_the_light_of_paper_is_no_peak_that_is_as_high_at_any_incidence():
