@@ -106,7 +106,7 @@ class Traced:
 
 
 def drawn(number: int, seed: int, size: int, samples: int) -> Traced:
-    """The ``number``-th set: kinds of material in turn, the first ten balls, then planes."""
+    """The ``number``-th set: kinds of material in turn, every fourth flat under a moving camera."""
     rng = np.random.default_rng((seed, number))
     kinds = materials(rng)
     kind = list(kinds)[number % len(kinds)]
