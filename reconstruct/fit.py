@@ -65,7 +65,9 @@ class PhotoErrors:
     footprint: Callable[[Cells], np.ndarray] | None = None
     # changes (n, k, c), 1/sr, of cells' values by k things that all photos share, each one standard deviation
     shared: Callable[[Cells, Model], np.ndarray] | None = None
-    # the same of things of which cells are not to tell
+    # relative standard errors (g,) of views' scales that only a model tells, beside ``view_errors``
+    doubted: Callable[[Cells, Model], np.ndarray] | None = None
+    # changes as ``shared`` has them, of things of which cells are not to tell
     considered: Callable[[Cells, Model], np.ndarray] | None = None
 
 
@@ -98,6 +100,8 @@ def fit_table(
         progress("testing isotropy")
         verdict, average = judge_rows(few, average)
     work, verdict = _cleaned(seen, views, options, known.stray, progress, verdict)
+    if known.doubted is not None:
+        work = _doubted(work, known.doubted(work.cells, work.reference.model))
     if not seen.binned:
         verdict = verdict.beside(direct(seen))
     progress("choosing the model")
@@ -130,6 +134,11 @@ def fit_table(
     own = with_blur_left(spread, final.model, work.cells)
     spread = replace(own, rivals=rivals(tried, chosen, work, verdict.symmetry))
     return result_of(work, final, spread, verdict, (chosen, best), options)
+
+
+def _doubted(work: Cleaned, errors: np.ndarray) -> Cleaned:
+    """With scales of views that are as unsure as ``errors`` (g,) have them besides."""
+    return replace(work, scales=replace(work.scales, error=np.hypot(work.scales.error, errors)))
 
 
 def _averaged(

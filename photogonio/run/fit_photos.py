@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from photogonio.options import Options
 from photogonio.reconstruct.fit import FitResult, PhotoErrors
+from photogonio.reconstruct.lighting.lamp_errors import doubted_views
 from photogonio.reconstruct.lighting.tone_errors import by_tone
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.run.circumstances import (
@@ -41,6 +42,7 @@ def fitted_photos(
             doubt=beside.unknown,
             footprint=footprints(setup, table),
             shared=shared_by_photos(setup),
+            doubted=doubted_views(setup),
             considered=by_tone(setup),
         ),
     )

@@ -7,7 +7,7 @@ import pytest
 
 from photogonio.calib.setup import Light
 from photogonio.capture.photoset import Plane
-from photogonio.reconstruct.lighting.lamp_errors import FEW, by_lamps
+from photogonio.reconstruct.lighting.lamp_errors import FEW, MUCH, by_lamps, doubted_views
 from tests.reconstruct.lighting.test_sample_place import BELIEVED, LIGHTS, metal, pairs, seen
 
 ERROR = np.radians(0.3)  # about any axis across a lamp's direction
@@ -82,3 +82,28 @@ def test_of_many_lamps_only_those_of_many_views_are_heeded():
     apart = replace(setup, views=tuple(own))
     assert by_lamps(apart)(many, metal()).shape[1] == 0
     assert by_lamps(apart, every=True)(many, metal()).shape[1] == 2 * len(views)
+
+
+def test_of_a_flat_sample_a_lamp_whose_place_is_all_but_unknown_is_heeded_and_its_view_doubted():
+    setup, cells = setup_and_cells()
+    times = -(-FEW // len(LIGHTS))
+    views = [
+        replace(
+            v, name=f"{v.name} {k}", light=replace(v.light, id=f"{v.name} {k}", covariance=1e-6 * np.eye(3))
+        )
+        for k in range(times)
+        for v in setup.views
+    ]
+    unsure = views[1].light
+    views[1] = replace(views[1], light=replace(unsure, covariance=np.radians(3.0) ** 2 * np.eye(3)))
+    flat = Plane(np.array([[-30.0, -30.0], [30.0, -30.0], [0.0, 30.0]]))
+    flat = replace(setup, sample=flat, views=tuple(views))
+    many = replace(cells, group=np.arange(len(cells)) % len(views), groups=tuple(view.name for view in views))
+    found, every = by_lamps(flat)(many, metal()), by_lamps(flat, every=True)(many, metal())
+    np.testing.assert_array_equal(found, every[:, 2:4])
+    assert not found[many.group != 1].any()
+    doubt = doubted_views(flat)(many, metal())
+    own, value = found[many.group == 1], metal().evaluate(many.take(many.group == 1))
+    assert doubt[1] == pytest.approx(np.sqrt(np.mean((own**2).sum(1) / value**2))) and doubt[1] > MUCH
+    assert not np.delete(doubt, 1).any()
+    assert not doubted_views(replace(flat, sample=setup.sample))(many, metal()).any()
