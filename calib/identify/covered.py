@@ -37,6 +37,7 @@ class Cover:
     hidden: np.ndarray  # (n,) float, 1 hidden, 0 not, 0.5 unknown
     dark: np.ndarray  # (n,) bool, unknown since a shadow may lie there, or something black
     eye: np.ndarray  # (3,) of the camera
+    light: np.ndarray  # (n,) what white paper has there, by the nearest print that is seen; 0 where none is
 
     @property
     def share(self) -> float:
@@ -64,15 +65,15 @@ def cover_of(board: PrintedBoard, small: np.ndarray, camera: Camera, pose: Pose)
     level = cv2.remap(small, at[..., 0], at[..., 1], cv2.INTER_AREA, borderValue=0.0)
     tone = cv2.GaussianBlur(print_.tone_at(points).reshape(shape), (0, 0), 0.5)
     expected = INK + (1 - INK) * tone
-    hidden, dark = _hidden(level, expected, inside, WINDOW * board.pitch / step)
-    return Cover(points, (shape[0], shape[1]), step, hidden.ravel(), dark.ravel(), pose.center)
+    hidden, dark, light = _hidden(level, expected, inside, WINDOW * board.pitch / step)
+    return Cover(points, (shape[0], shape[1]), step, hidden.ravel(), dark.ravel(), pose.center, light.ravel())
 
 
 def _hidden(
     level: np.ndarray, expected: np.ndarray, inside: np.ndarray, sigma: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w) 1 where the photo's ``level`` is not the ``expected`` print, 0 where it is surely seen, else 0.5; and
-    where white print is so dark that it may lie in a shadow, which tells nothing, or be something black."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(h, w) 1 where the photo's ``level`` is not the ``expected`` print, 0 where it is surely seen, else 0.5; where
+    white print is so dark that it may lie in a shadow, which tells nothing, or be something black; light of white."""
 
     def mean(values: np.ndarray) -> np.ndarray:
         return cv2.GaussianBlur(values.astype(np.float32), (0, 0), float(sigma))
@@ -87,7 +88,7 @@ def _hidden(
     telling = inside & (spread > STRUCTURE) & (light > LIT * bright)
     seen = telling & (likeness > ALIKE)
     if seen.sum() < FEWEST:
-        return np.full(level.shape, 0.5), np.zeros(level.shape, bool)
+        return np.full(level.shape, 0.5), np.zeros(level.shape, bool), np.zeros(level.shape)
     reach = 2 * round(1.5 * sigma) + 1  # in windows beside what hides the print its light is not the print's
     beside = (
         cv2.dilate((telling & (likeness < UNLIKE)).astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
@@ -101,7 +102,7 @@ def _hidden(
     dark = (level < SHADOW * lit) & off
     unknown = ~inside | (lit <= LIT * bright)
     hidden[unknown | dark] = 0.5
-    return hidden, dark & ~unknown
+    return hidden, dark & ~unknown, lit
 
 
 def _spread_from(light: np.ndarray, seen: np.ndarray) -> np.ndarray:

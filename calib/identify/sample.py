@@ -1,8 +1,9 @@
 """Where a sample of which nothing is told stands on the board, and whether it is a ball or a flat piece.
 
-What hides the print is laid on the board's plane in each photo. A ball that stands on the paper hides an ellipse behind
-it, another one from each camera; a flat piece always the same polygon. The shape that holds most of what is hidden
-and little of what is seen is taken, and placed by its limb, or its edges, in the photos.
+What hides the print is laid on the board's plane in each photo. A ball that stands on the paper hides an ellipse
+behind it, another one from each camera; a flat piece always the same polygon. Either is fitted to what is hidden,
+cell by cell, then to the pixels of the photos (silhouette.py). The one that holds more of them is taken, and placed
+by its limb or its edges where these agree with the pixels.
 """
 
 from __future__ import annotations
@@ -23,6 +24,15 @@ from photogonio.calib.geometry.cones import cone_residual, outline
 from photogonio.calib.geometry.print_map import Print
 from photogonio.calib.geometry.visibility import behind_ball
 from photogonio.calib.identify.covered import Cover
+from photogonio.calib.identify.silhouette import (
+    SOFT,
+    SamplePixels,
+    ball_by,
+    best_shape,
+    flat_by,
+    held,
+    seen_about,
+)
 from photogonio.calib.identify.standing import main_part
 from photogonio.capture.photoset import Plane, Sphere
 
@@ -32,14 +42,22 @@ AROUND = 3.0  # radii of that disc about what is hidden, in which a ball is look
 WIDEST = 1.0  # logarithm of a ball's radius over that of the disc
 REACH = 1.6  # of half its size about its middle, that a polygon is looked for in
 MOST_PHOTOS = 8  # that tell the shape
-BALL_NEARLY = 0.04  # by which a ball may explain less than a polygon does, which follows any hull
+BALL_NEARLY = 0.04  # by which a ball may hold less than a polygon does, which follows any hull
+GIVEN_UP = 0.08  # of what a ball holds, that a polygon may miss on its way
+AGREED = 0.001  # of what is held, that limb or edges may lose
+FEWER = 0.01  # likewise, a polygon with a corner less
+BLUNT = 0.06  # of a polygon's size, by which a corner must stand out
 STRAIGHT = 0.92  # of its narrowest box that a hull must fill, to be a rectangle
 CORNERED = 0.03  # of a hull's length that its corners may be cut by
-REACHES = (9.0, 5.0, 3.0)  # pixels in which edges are looked for, closer and closer
-LIMB_REACH = 0.12  # of a ball's radius in the picture, likewise
+REACHES = (4.0, 2.5)  # pixels in which edges are looked for, closer and closer
+LIMB_REACH = 4.0  # pixels, likewise
+WITHIN = 1.0  # pixels within its outline, that a sample's own are
+SHOWN = 0.5  # mean of what its pixels tell for it (logarithm of chances): a bare print has less than nothing
+FEWEST = 60  # pixels that tell it
+ASIDE, SWOLLEN = 1.0, 0.04  # units in which places, and a radius' logarithm, are looked for
 SURE = 0.8  # of what is hidden that a shape explains; less is a doubt
 HEIGHT = 0.5  # of a flat piece above the paper, where nothing tells
-SOFT = 2.0  # standard errors
+LOOSE = 2.0  # standard errors
 STILL = 2e-3  # of its distance, by which a camera may have moved
 
 
@@ -74,15 +92,103 @@ def find_sample(photos: Sequence[SamplePhoto], camera: Camera, print_: Print | N
     covers = [one.cover for one in few]
     flat = fitted_polygon(polygon_of(main, covers[0]), covers)
     ball = ball_of(main, covers)
+    seen = [] if print_ is None else _seen(few, camera, print_, ball, flat)
+    if not seen:
+        return FoundSample(flat, 0.0, False)
+    ball, by_ball = silhouette_ball(seen, ball)
+    flat, by_flat = silhouette_flat(seen, flat, (1.0 - GIVEN_UP) * by_ball)
     whole = max(sum(float((c.hidden[main.ravel()] == 1).sum()) for c in covers), 1.0)
-    by_flat = _explained([_inside(flat.outline, c.points) for c in covers], covers) / whole
-    by_ball = _explained([behind(ball, c) for c in covers], covers) / whole
-    if by_ball > by_flat - BALL_NEARLY:
+    if by_ball > (1.0 - BALL_NEARLY) * by_flat:
+        explained = _explained([behind(ball, c) for c in covers], covers) / whole
         placed = placed_ball(photos, camera, ball)
-        if placed is not None or by_ball > by_flat:
-            return FoundSample(placed or ball, min(by_ball, 1.0), placed is not None)
+        if placed is not None and held(seen, ball_by, _of_ball(placed)) > (1.0 - AGREED) * by_ball:
+            ball = placed
+        return FoundSample(ball, min(explained, 1.0), by_ball > 0)
+    explained = _explained([_inside(flat.outline, c.points) for c in covers], covers) / whole
     settled = placed_flat(photos, camera, flat, print_)
-    return FoundSample(settled or flat, min(by_flat, 1.0), settled is not None)
+    if settled is not None and held(seen, flat_by, _of_flat(settled)) > (1.0 - AGREED) * by_flat:
+        flat = settled
+    return FoundSample(flat, min(explained, 1.0), by_flat > 0)
+
+
+def _seen(
+    photos: Sequence[SamplePhoto], camera: Camera, print_: Print, ball: Sphere, flat: Plane
+) -> list[SamplePixels]:
+    """The pixels about both shapes."""
+    found = []
+    for one in photos:
+        limb = outline(camera, one.pose, ball.center, ball.radius)
+        about = np.vstack([limb, camera.project(one.pose, on_plane(flat, flat.outline))])
+        seen = seen_about(one.small, one.cover, one.pose, camera, print_, about)
+        found += [] if seen is None else [seen]
+    return found
+
+
+def shown_by(
+    photos: Sequence[SamplePhoto], camera: Camera, print_: Print | None, sample: Sphere | Plane
+) -> list[bool | None]:
+    """Whether each photo shows the sample where it stands, and not the print; None if it does not tell."""
+    found: list[bool | None] = []
+    for one in photos:
+        if isinstance(sample, Sphere):
+            about, depth, values = (
+                outline(camera, one.pose, sample.center, sample.radius),
+                ball_by,
+                _of_ball(sample),
+            )
+        else:
+            about = camera.project(one.pose, on_plane(sample, sample.outline))
+            depth, values = flat_by, _of_flat(sample)
+        seen = None if print_ is None else seen_about(one.small, one.cover, one.pose, camera, print_, about)
+        if seen is None:
+            found.append(None)
+            continue
+        within = depth(seen, values) > WITHIN
+        told = seen.of_sample(within)[within]
+        found.append(bool(told.mean() > SHOWN) if (told != 0).sum() >= FEWEST else None)
+    return found
+
+
+def _of_ball(ball: Sphere) -> np.ndarray:
+    return np.append(np.asarray(ball.center, float)[:2], np.log(ball.radius))
+
+
+def _of_flat(flat: Plane) -> np.ndarray:
+    return np.append(np.ravel(flat.outline), flat.height)
+
+
+def silhouette_ball(seen: Sequence[SamplePixels], ball: Sphere) -> tuple[Sphere, float]:
+    """A ball on the paper where it holds most of the pixels, and how much."""
+    values, total = best_shape(seen, ball_by, _of_ball(ball), np.array([ASIDE, ASIDE, SWOLLEN]))
+    return _standing(values), total
+
+
+def silhouette_flat(seen: Sequence[SamplePixels], flat: Plane, least: float) -> tuple[Plane, float]:
+    """A flat piece likewise, with no more corners than it takes; not to the end if it will not hold ``least``."""
+
+    def fitted(start: Plane, stages: tuple[float, ...]) -> tuple[Plane, float]:
+        values, total = best_shape(
+            seen, flat_by, _of_flat(start), np.full(len(start.outline) * 2 + 1, ASIDE), stages
+        )
+        return Plane(values[:-1].reshape(-1, 2), max(float(values[-1]), 0.0)), total
+
+    flat, total = fitted(flat, SOFT[:2])
+    if total < least:
+        return flat, total
+    flat, total = fitted(flat, SOFT[2:])
+    while len(flat.outline) > 3:
+        corners = np.asarray(flat.outline, float)
+        before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
+        chord = (after - before) / np.linalg.norm(after - before, axis=1, keepdims=True)
+        out = np.abs(chord[:, 0] * (corners - before)[:, 1] - chord[:, 1] * (corners - before)[:, 0])
+        k = int(np.argmin(out))
+        if out[k] > BLUNT * np.ptp(corners, axis=0).max():
+            break
+        fewer, holds = fitted(replace(flat, outline=np.delete(corners, k, axis=0)), SOFT[1:])
+        if holds < (1.0 - FEWER) * total:
+            break
+        flat, total = fewer, holds
+    return flat, total
 
 
 def polygon_of(main: np.ndarray, cover: Cover) -> Plane:
@@ -220,12 +326,11 @@ def _limb(one: SamplePhoto, camera: Camera, ball: Sphere) -> Limb | None:
     width, height = camera.size
     if not np.isfinite(limb).all() or (np.abs(limb) > 2 * max(width, height)).any():
         return None
-    reach = max(4.0, LIMB_REACH * float(np.ptp(limb, axis=0).mean()) / 2)
     calm = without_fireflies(one.small)
     part = GrayPart(calm, np.isfinite(calm))
     center = np.asarray(ball.center, float)
-    sharp = settled_limb(part, camera, one.pose, center, ball.radius, reach)
-    return sharp or settled_limb(part, camera, one.pose, center, ball.radius, reach, BLURRED)
+    sharp = settled_limb(part, camera, one.pose, center, ball.radius, LIMB_REACH)
+    return sharp or settled_limb(part, camera, one.pose, center, ball.radius, LIMB_REACH, BLURRED)
 
 
 def _by_limbs(limbs: Sequence[tuple[Pose, Limb]], camera: Camera, ball: Sphere) -> Sphere:
@@ -241,7 +346,7 @@ def _by_limbs(limbs: Sequence[tuple[Pose, Limb]], camera: Camera, ball: Sphere) 
         )
 
     start = np.append(np.asarray(ball.center, float)[:2], ball.radius)
-    found = least_squares(residual, start, loss="soft_l1", f_scale=SOFT, x_scale=ball.radius).x
+    found = least_squares(residual, start, loss="soft_l1", f_scale=LOOSE, x_scale=ball.radius).x
     return Sphere(np.append(found[:2], found[2]), float(found[2]))
 
 

@@ -11,7 +11,9 @@ import numpy as np
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.documents import read_toml
+from photogonio.capture.files.formats import by_name
 from photogonio.capture.manifest.draft import (
+    DEVELOPED,
     Folder,
     encoding_doubt,
     encoding_for,
@@ -40,6 +42,10 @@ NO_BOARD = (
     "# CHECK: no photo shows a board whose markers are numbered row by row: write [board] (docs/photoset.md),\n"
     "# or take it out and give [camera] matrix, rotation and translation.\n"
 )
+BENT = (  # of a camera's own JPEG, HEIF and their kin
+    'Cameras bend what they develop by a curve that no file tells: encoding = "unknown" learns it from the print.',
+    'Where the codes are known to stand for light as the files say, write "auto". RAW photos are surer.',
+)
 FAR = 2.0  # mm between the manifest's sample and the photos' that are worth a word
 
 
@@ -56,7 +62,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     check_place(path, folder=False)
     every = [known.get(p.file, p) for p in found.photos]
     seen = recognise(folder, every, None if given is None else given.board, reporter.progress)
-    photos = [_lit(p, seen) for p in seen.photos if p.file not in known]
+    photos = _lit(seen, known, one_light=given is not None and bool(given.lights))
     text = (
         _new_text(folder, found, seen, photos)
         if given is None
@@ -90,13 +96,15 @@ def _new_text(folder: Path, found: Folder, seen: Recognised, photos: list[Photo]
         notes.append(
             f"The board is that of `photogonio target --paper {seen.found.sheet}`. CHECK: measure its ruler."
         )
+    bent = _bent(found, seen)
+    notes += BENT if bent else ()
     sample = None if seen.sample is None else seen.sample.sample
     head = seen_manifest(
         name=folder.resolve().name,
         board=seen.found.board,
         sample=sample_lines(sample, _doubts(seen)),
         notes=notes,
-        encoding=encoding_for(found.tones),
+        encoding="unknown" if bent else encoding_for(found.tones),
         flash=any(p.light == FLASH for p in photos),
         beside=[(float(one.corners[:, 0].mean()), float(one.corners[:, 1].mean())) for one in seen.beside],
     )
@@ -108,6 +116,8 @@ def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, ph
     (text, ends), values = _read(path), read_toml(path)
     lines = [] if given.photos else [tone_line(found.tones), *found.notes]
     lines += encoding_doubt(values, encoding_for(found.tones))
+    if _bent(found, seen) and given.radiometry.encoding == "auto":
+        lines.append(f"CHECK: {BENT[0]}")
     if seen.sample is not None:
         replaced = with_sample(text, sample_lines(seen.sample.sample, _doubts(seen)))
         if replaced is not None:
@@ -139,6 +149,11 @@ def _read(path: Path) -> tuple[str, str]:
     return (text.replace("\r\n", "\n"), "\r\n") if alike else (text, "\n")
 
 
+def _bent(found: Folder, seen: Recognised) -> bool:
+    """Whether a camera developed the photos, by a curve of its own."""
+    return bool(seen.camera) and all(by_name(Path(p.file)) in DEVELOPED for p in found.photos)
+
+
 def _apart(one: Sphere | Plane, other: Sphere | Plane) -> float:
     """How far a sample's middle is from another's; infinite between a ball and a flat piece."""
     if isinstance(one, Sphere) and isinstance(other, Sphere):
@@ -156,8 +171,23 @@ def _doubts(seen: Recognised) -> list[str]:
     return [] if seen.sample.sure else ["what stands on the board is not wholly told by this shape"]
 
 
-def _lit(photo: Photo, seen: Recognised) -> Photo:
-    return replace(photo, light=FLASH) if photo.file in seen.flash and photo.light is None else photo
+def _lit(seen: Recognised, known: dict[str, Photo], *, one_light: bool) -> list[Photo]:
+    """The photos that are not ``known``, those by a flash with its light. Where the manifest has one (``one_light``),
+    or will have the flash, a photo without a light's id would be lit by it: each other photo of the sample, or bracket,
+    gets a light of its own, by its file's name."""
+    lights: dict[int, str] = {}
+    new = []
+    flashed = any(p.file in seen.flash and p.light in (None, FLASH) for p in seen.photos)
+    for p in seen.photos:
+        light = p.light
+        if light is None and p.file in seen.flash:
+            light = FLASH
+        elif light is None and p.role == "sample" and (flashed or one_light):
+            light = Path(p.file).with_suffix("").as_posix()
+            light = light if p.bracket is None else lights.setdefault(p.bracket, light)
+        if p.file not in known:
+            new.append(replace(p, light=light))
+    return new
 
 
 def _say(

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from photogonio.cache.glances import Glances
@@ -18,7 +19,7 @@ from photogonio.calib.identify.covered import cover_of
 from photogonio.calib.identify.lamp_glance import shrunk
 from photogonio.calib.identify.layout import FoundBoard, find_board
 from photogonio.calib.identify.quick_look import QuickLook, quick_look
-from photogonio.calib.identify.sample import FoundSample, SamplePhoto, find_sample
+from photogonio.calib.identify.sample import FoundSample, SamplePhoto, find_sample, shown_by
 from photogonio.calib.identify.standing import Thing, showing, things
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import Header, read_header, read_image
@@ -29,9 +30,11 @@ JUDGED = 8  # photos that tell of the board
 DARK = 0.004  # of white level: a photo whose bright parts are dimmer was taken with the cap on
 NAMED_ROLES = ("dark", "flat", "ambient", "chart", "probe")  # which a name tells, and no picture
 SAME_PLACE = 1e-3  # of its distance, by which a camera may have moved within a bracket
-SAME_LIGHT = 0.04  # relative scatter of light in exposures of one bracket
+SAME_LIGHT = 0.06  # relative scatter of light in exposures of one bracket, about one curve of the other's
+SMOOTHED = 5  # pixels' side over which both are averaged: noise, and codes in the dark, are no other light
+CURVE = 100  # levels of that curve: a tone curve that nobody tells bends it
 OTHER_EXPOSURE = 1.2  # times, by which exposures of a bracket differ
-CHANGED = 0.25  # of the stated ratio of exposures, by which the photos' may differ
+CHANGED = (0.5, 1.8)  # the photos' ratio over the stated one, as logarithms: tone curves are steep and flat
 
 Tell = Callable[[str, int, int], None]
 
@@ -119,6 +122,19 @@ def _judged(
         return tuple(dimmed), None, ()
     laid, poses = _laid(dimmed, same, board, camera)
     shows = dict(zip(laid, showing([one.cover for one in laid.values()]), strict=True))
+    one = next(iter(same.values()))
+    small, print_ = shrunk(camera, one.step, one.small.shape), draw_print(board)
+    sample = None
+    for _ in range(2):  # once more if photos show what was found that were not thought to
+        shown = [one for name, one in laid.items() if shows[name]]
+        sample = find_sample(shown, small, print_) if shown else None
+        if sample is None or not sample.placed:
+            break
+        told = shown_by(list(laid.values()), small, print_, sample.sample)
+        judged = {name: shows[name] if say is None else say for name, say in zip(laid, told, strict=True)}
+        if judged == shows or not any(judged.values()):
+            break
+        shows = judged
     result = [
         replace(p, role="sample" if shows[p.file] else "calibration") if p.file in shows else p
         for p in dimmed
@@ -126,8 +142,6 @@ def _judged(
     shown = [one for name, one in laid.items() if shows[name]]
     if not shown:
         return tuple(bracketed(result, poses, clear)), None, ()
-    one = next(iter(same.values()))
-    sample = find_sample(shown, shrunk(camera, one.step, one.small.shape), draw_print(board))
     beside = tuple(things([one.cover for one in shown]))
     return tuple(bracketed(result, poses, clear)), sample, beside
 
@@ -187,7 +201,13 @@ def _same_view(a: Photo, b: Photo, poses: dict[str, Pose], seen: dict[str, Quick
     usable = ~one.full & ~other.full & (one.small > 0.02) & (other.small > 0.02)
     if usable.sum() < 1000:
         return False
-    found = other.small[usable] / one.small[usable]
-    middle = float(np.median(found))
-    scatter = float(np.median(np.abs(found / middle - 1.0)))
-    return scatter < SAME_LIGHT and abs(np.log(middle / ratio)) < CHANGED
+    before, after = (np.log(cv2.blur(p.small, (SMOOTHED, SMOOTHED))[usable]) for p in (one, other))
+    share = float(np.median(after - before)) / float(np.log(ratio))
+    return CHANGED[0] < share < CHANGED[1] and _scatter(before, after) < SAME_LIGHT
+
+
+def _scatter(before: np.ndarray, after: np.ndarray) -> float:
+    """Of ``after`` (n,) about its median among those of alike ``before`` (n,)."""
+    order = np.argsort(before, kind="stable")
+    off = [np.abs(part - np.median(part)) for part in np.array_split(after[order], CURVE)]
+    return float(np.median(np.concatenate(off)))

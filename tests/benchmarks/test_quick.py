@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks import all as everything
 from benchmarks import (
+    bare_folders,
     consumers,
     coverage,
     end_to_end,
@@ -260,3 +261,10 @@ def test_sets_of_another_renderer(capsys):
     traced.main(["--sets", "1", "--size", "300", "--samples", "16", "--workers", "1"])
     first = capsys.readouterr().out.splitlines()[0]
     assert first.startswith("diffuse, ball") and float(first.split()[2]) < 1.0
+
+
+@pytest.mark.long
+def test_a_folder_without_a_word_of_help(capsys):
+    bare_folders.main(["--cases", "2", "--width", "660", "--no-process"])
+    row, total = capsys.readouterr().out.splitlines()
+    assert row.startswith("2 sphere both dng") and ": right," in row and total == "right: 1 of 1"

@@ -18,7 +18,9 @@ def cover(*parts, unknown=()):
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     points = STEP * (np.column_stack([x.ravel(), y.ravel()]) + 0.5)
     none = np.zeros(hidden.size, bool)
-    return Cover(points, SHAPE, STEP, hidden.ravel(), none, np.array([90.0, -200.0, 400.0]))
+    return Cover(
+        points, SHAPE, STEP, hidden.ravel(), none, np.array([90.0, -200.0, 400.0]), np.ones(hidden.size)
+    )
 
 
 def test_photos_of_the_board_with_a_patch_on_it_show_no_sample():

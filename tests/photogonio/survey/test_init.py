@@ -5,8 +5,10 @@ import json
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from photogonio.calib.geometry.visibility import behind_ball
+from photogonio.calib.identify.quick_look import QuickLook
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.manifest.stub import stub_manifest
 from photogonio.capture.photoset import Photo, Sphere
@@ -14,6 +16,7 @@ from photogonio.capture.target.layout import make_target
 from photogonio.cli import main
 from photogonio.survey.checker import Checker
 from photogonio.survey.folder import SetFolder
+from photogonio.survey.recognise import bracketed
 from tests.drawn.boards import CAMERA, draw, looking_at
 
 MIDDLE = np.array([48.0, 36.0, 0.0])
@@ -116,3 +119,44 @@ def test_a_second_target_keeps_the_manifest(tmp_path, capsys):
     assert 'name = "mine"' in manifest.read_text()
     assert main(["target", "--paper", "a3", "-o", str(tmp_path / "other.pdf")]) == 2
     assert "another [board]" in capsys.readouterr().err and not (tmp_path / "other.pdf").exists()
+
+
+def of_phone(folder, *, flash):
+    """The folder's photos as a phone's JPEGs, every second one by its flash."""
+    for k, path in enumerate(sorted(folder.glob("*.png"))):
+        exif = Image.Exif()
+        exif[0x010F], exif[0x0110] = "Maker", "Phone"
+        exif.get_ifd(0x8769)[0x9209] = 1 if flash and k % 2 else 16
+        codes = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[..., 0].astype(float) / 65535
+        Image.fromarray(np.round(255 * codes ** (1 / 2.2)).astype(np.uint8)).convert("RGB").save(
+            path.with_suffix(".jpg"), quality=95, exif=exif
+        )
+        path.unlink()
+
+
+@pytest.mark.parametrize("flash", [True, False])
+def test_photos_beside_those_by_flash_have_lights_of_their_own(folder, flash):
+    """A photo without a light's id is lit by the only light there is: it must not be the flash."""
+    of_phone(folder, flash=flash)
+    assert main(["init", str(folder), "--quiet"]) == 0
+    found = load_photoset(folder)
+    lights = {p.file: p.light for p in found.photos if p.role == "sample"}
+    own = {"s0.jpg": "flash", "s1.jpg": "s1", "s2.jpg": "flash"}
+    assert lights == (own if flash else dict.fromkeys(own))
+    assert [light.id for light in found.lights] == (["flash"] if flash else [])
+    assert found.radiometry.encoding == "unknown"  # a phone's own curve
+
+
+def test_exposures_of_one_view_are_a_bracket_by_any_tone_curve():
+    """Two exposures through a curve that no power is are one curve of each other; under another lamp they are not."""
+    rng = np.random.default_rng(5)
+    light = rng.uniform(0.02, 0.9, (60, 80)).cumsum(axis=1)
+    light *= 0.9 / light.max()
+    bend = lambda x: x**0.8 / (x**0.8 + 1.0)  # noqa: E731
+    look = lambda x: QuickLook((80, 60), 0.9, 0.0, x.astype(np.float32), np.zeros(x.shape, bool), 1)  # noqa: E731
+    photos = [Photo(f"{k}.jpg", "sample", None, time) for k, time in enumerate((0.02, 0.005, 0.005))]
+    poses = dict.fromkeys([p.file for p in photos], looking_at(EYES[0], MIDDLE))
+    other = 0.25 * light * np.linspace(0.6, 1.4, 60)[:, None]
+    seen = {"0.jpg": look(bend(light)), "1.jpg": look(bend(0.25 * light)), "2.jpg": look(bend(other))}
+    pair = lambda k: [p.bracket for p in bracketed([photos[0], photos[k]], poses, seen)]  # noqa: E731
+    assert pair(1) == [1, 1] and pair(2) == [None, None]
