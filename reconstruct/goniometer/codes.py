@@ -69,6 +69,15 @@ ENTRIES = (
         source="tables of known surfaces; of thirty CUReT materials and NIST's PTFE none has it",
     ),
     Entry(
+        "table-not-reciprocal",
+        "Exchanged pairs of directions differ by far more than their noise, and by no cosine: of a surface that looks "
+        "alike however it is turned they are alike.",
+        "Look whether parts of the table are of another gain, lamp, unit or sample. Of a brushed or woven sample, "
+        "measure it turned as well.",
+        least=doubts.BREACH,
+        source="thirty CUReT materials reach 0.29, NIST's PTFE 0.02; brushed metal at one rotation 0.6 to 0.7",
+    ),
+    Entry(
         "table-much-lost",
         "Rows that are no measurements are a tenth of a table, or all that it has beyond some angle.",
         "Measure there again. Where the others tell the albedo to no better than 2 %, the result is not to be trusted.",

@@ -102,11 +102,13 @@ def _step(value: np.ndarray) -> float:
 def reading_noise(at: np.ndarray, value: np.ndarray) -> np.ndarray:
     """(n,) standard errors of the logarithms of readings ``value`` (n,) at places (n, 4): a share of the value and a
     constant, by mirrored and repeated readings, or where there are few by local fits."""
-    distance, other = cKDTree(at).query(at, k=[2])
-    again = distance[:, 0] < SAME
+    distance, near = cKDTree(at).query(at, k=2)
+    itself = near[:, 1] == np.arange(len(at))  # of places that are exactly alike either comes first
+    other = np.where(itself, near[:, 0], near[:, 1])
+    again = distance[:, 1] < SAME
     if again.sum() >= FEWEST:
-        apart = np.abs(value - value[other[:, 0]])[again] / (0.6745 * np.sqrt(2.0))
-        size, quantile = 0.5 * (value + value[other[:, 0]])[again], 0.5
+        apart = np.abs(value - value[other])[again] / (0.6745 * np.sqrt(2.0))
+        size, quantile = 0.5 * (value + value[other])[again], 0.5
     else:
         told = expected(at, value, at, own=True)
         apart, size, quantile = told.spread * told.value, told.value, QUIET

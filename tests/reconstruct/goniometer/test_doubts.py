@@ -164,3 +164,21 @@ def test_a_sample_that_was_turned_is_not_held_to_isotropic_models():
     value = brushed(unit_vectors(theta_i, phi_i), unit_vectors(theta_r, phi_i + dphi))[:, :1]
     table = GoniometerSamples(theta_i, phi_i, theta_r, phi_i + dphi, value, None, ("f",))
     assert not {one.code for one in doubts_of(table, "brdf")}
+
+
+@pytest.mark.parametrize("surface", ["matte", "rough", "satin", "glossy"])
+def test_a_table_of_two_scales_is_not_reciprocal(surface):
+    """Incidences beyond 40 degrees are read with twice the gain: twins across it differ by a factor of two."""
+    table = measured(SURFACES[surface], PLACES["square"], noise=0.02)
+    twice = np.where(table.theta_i > np.radians(40.0), 2.0, 1.0)[:, None]
+    assert "table-not-reciprocal" not in codes(table)
+    assert "table-not-reciprocal" in codes(replace(table, value=table.value * twice))
+
+
+def test_a_brushed_sample_at_one_rotation_is_not_reciprocal():
+    """Exchanged pairs of one rotation are twins of a surface that is alike however it is turned, and of no other."""
+    theta_i, theta_r, dphi = PLACES["square"]
+    brushed = make_brdf("brushed-metal", {"roughness_x": 0.25, "roughness_y": 0.5})
+    value = brushed(unit_vectors(theta_i, 0 * theta_i), unit_vectors(theta_r, dphi))[:, :1]
+    (found,) = doubts_of(GoniometerSamples(theta_i, 0 * theta_i, theta_r, dphi, value, None, ("f",)), "brdf")
+    assert found.code == "table-not-reciprocal" and "brushed or woven" in found.message
