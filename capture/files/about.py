@@ -172,7 +172,7 @@ def of_jpeg(path: Path) -> About:
         found = of_spec(path, file.spec(), more, lossy=True)
     names = ("R", "G", "B") if told.components == 3 else ("Y",)
     notes = ("holds a gain map (Ultra HDR): its base picture is read",) if told.gain_map else ()
-    return replace(found, size=told.size, bits=8, channels=names, kept=(), notes=notes, reader="opencv")
+    return replace(found, size=told.size, bits=8, channels=names, kept=(), notes=notes)
 
 
 def of_tiff(path: Path) -> About:

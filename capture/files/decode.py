@@ -91,13 +91,22 @@ def decode_oiio(path: Path, file: oiio.ImageInput, part: int = 0, kept: tuple[in
             raise InputError(path, f"pixels of type {kind}; expected 8 or 16 bit integers, or floats")
     kind = kinds.pop() if len(kinds) == 1 else "float"
     pixels = file.read_image(part, 0, first, end, kind if kind in INTEGERS or kind == "half" else "float")
-    if pixels is None:
-        raise InputError(path, f"truncated or damaged: {one_line(file.geterror())}")
+    # libjpeg fills what is missing or no code with what came before, gives pixels all the same, and only says so
+    if pixels is None or file.has_error:
+        raise InputError(path, f"truncated or damaged: {said(file)}")
     return (
         pixels[..., [k - first for k in kept]]
         if len(kept) < end - first or kept != tuple(sorted(kept))
         else pixels
     )
+
+
+def said(file: oiio.ImageInput) -> str:
+    """What an opened file says of what went wrong, on one line; it may quote bytes of its own that are no text."""
+    try:
+        return one_line(file.geterror())
+    except UnicodeDecodeError:
+        return "its words of it are no text"
 
 
 def one_line(message: str) -> str:

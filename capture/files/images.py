@@ -1,7 +1,8 @@
 """Decodes photos, and reads their headers. Pixels stay as the file has them; nothing is turned upright.
 
-PNG is read here; its rarer kinds, TIFF of 16 bits and JPEG of one or three channels and AVIF go through OpenCV, which
-is faster; HEIC through libheif; RAW through LibRaw; everything else through OpenImageIO.
+PNG is read here; its rarer kinds, TIFF of 16 bits and AVIF go through OpenCV, which is faster; HEIC through libheif;
+RAW through LibRaw; everything else through OpenImageIO. JPEG too: it decodes to the same pixels in the same time, and
+tells what libjpeg says of damaged scans, which OpenCV keeps to itself.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import cv2
 import numpy as np
 import pytest
@@ -48,6 +50,40 @@ def test_progressive_jpeg_and_trailing_bytes_are_whole(tmp_path):
         data = (tmp_path / "a.jpg").read_bytes()
         (tmp_path / "a.jpg").write_bytes(data + b"\0\xff\xd8 a second picture")
         assert read_image(tmp_path / "a.jpg").pixels.shape == picture.shape
+
+
+def of_scan(kind: str, data: bytes) -> bytes:
+    """A JPEG of one scan, or of several, damaged in its middle but with all markers up to the last."""
+    start = data.index(b"\xff\xda")
+    start += 2 + int.from_bytes(data[start + 2 : start + 4], "big")
+    middle = (start + len(data)) // 2
+    if kind == "cut":
+        return data[:middle] + b"\xff\xd9"
+    if kind == "zeros":
+        return data[:middle] + bytes(400) + data[middle + 400 :]
+    marks = [found.start() for found in re.finditer(rb"\xff[\xd0-\xd7]", data) if found.start() > start]
+    if kind == "no restarts":
+        return data[:start] + re.sub(rb"\xff[\xd0-\xd7]", b"", data[start:])
+    first, last = marks[len(marks) // 2], marks[len(marks) // 2 + {"one restart": 0, "intervals": 3}[kind]]
+    return data[:first] + data[last + 2 * (kind == "one restart") :]
+
+
+@pytest.mark.parametrize("flags", [[], [cv2.IMWRITE_JPEG_PROGRESSIVE, 1], [cv2.IMWRITE_JPEG_RST_INTERVAL, 5]])
+@pytest.mark.parametrize("channels", [1, 3])
+@pytest.mark.parametrize("kind", ["cut", "zeros", "no restarts", "one restart", "intervals"])
+def test_damage_inside_a_jpegs_scan_is_refused(tmp_path, flags, channels, kind):
+    """Where the markers stand and the data between them are not what they say: a decoder fills the rest with gray."""
+    if kind != "cut":  # of one scan without restarts, later codes may come out at its end by chance
+        flags = [*flags, cv2.IMWRITE_JPEG_RST_INTERVAL, 5]
+    picture = np.random.default_rng(3).integers(60, 190, (240, 320, channels)).astype(np.uint8)
+    data = bytes(cv2.imencode(".jpg", picture, flags)[1])
+    path = tmp_path / "a.jpg"
+    path.write_bytes(data)
+    assert read_image(path).pixels.shape == picture.shape
+    path.write_bytes(of_scan(kind, data))
+    assert fault(path.read_bytes()) is None
+    with pytest.raises(InputError, match="truncated or damaged: JPEG error"):
+        read_image(path)
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.jpg"])
