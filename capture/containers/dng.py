@@ -16,10 +16,11 @@ from typing import Protocol
 import numpy as np
 
 from photogonio.capture.containers import float_tiles, tiff
-from photogonio.capture.containers.dng_black import Black, black_of
+from photogonio.capture.containers.dng_black import Black, black_fault, black_of
 
 MOSAIC, LINEAR = 32803, 34892  # of a directory's colours
 FLOATS = 3  # a sample's format
+PLAIN_COLOURS = (0, 1, 2)  # of a mosaic, in the order of its planes: red, green, blue
 WARPS = {1: "WarpRectilinear", 2: "WarpFisheye", 14: "WarpRectilinear2"}
 PLAIN = {4: "FixBadPixelsConstant", 5: "FixBadPixelsList", 6: "TrimBounds"}
 RADIAL, GAIN_MAP = 3, 9
@@ -110,6 +111,7 @@ class Dng:
     picture: tuple[Path, tiff.Tags] | None = None  # the file, and the directory that has the picture
     black: Black | None = None  # where LibRaw does not tell it whole
     cells: tuple[int, ...] | None = None  # rows and columns in which the mosaic's colours repeat
+    unread: str = ""  # what it has that LibRaw reads as something else, in words
 
     def floats(self) -> np.ndarray | None:
         """The picture (h, w, samples) of a file of floats, as stored. Raises ValueError, saying why, if it cannot be
@@ -160,7 +162,23 @@ def about(path: Path) -> Dng:
     white = float(tags.get(tiff.WHITE, (1,))[0]) if FLOATS in tags.get(tiff.FORMAT, ()) else None
     black = black_of(tags, always=white is not None)  # LibRaw has none of floats
     cells = tags.get(tiff.CELLS) if tags.get(tiff.PHOTOMETRIC) == (MOSAIC,) else None
-    return Dng(tuple(gains), *told([code for code, _ in found], gains), white, (path, tags), black, cells)
+    notes, doubts = told([code for code, _ in found], gains)
+    return Dng(tuple(gains), notes, doubts, white, (path, tags), black, cells, unread(tags))
+
+
+def unread(tags: tiff.Tags) -> str:
+    """What of a picture LibRaw takes for something else, in words; empty where it takes all as it is meant."""
+    floats = FLOATS in tags.get(tiff.FORMAT, ())
+    samples = tags.get(tiff.SAMPLES, (1,))[0]
+    if tags.get(tiff.PLANAR, (1,))[0] != 1 and samples > 1 and not floats:
+        return "keeps its colours in planes of their own, where they are not read; expected pixel by pixel"
+    if tags.get(tiff.PHOTOMETRIC) == (MOSAIC,):
+        colours, layout = tags.get(tiff.CELL_COLOURS, PLAIN_COLOURS), tags.get(tiff.LAYOUT, (1,))
+        if colours != PLAIN_COLOURS:
+            return f"has a mosaic of the colours {' '.join(map(str, colours))}; expected red, green and blue (0 1 2)"
+        if layout != (1,):
+            return f"has a mosaic whose rows are set off (CFALayout {layout[0]}); expected a rectangular one"
+    return f"states {fault}" if (fault := black_fault(tags)) else ""
 
 
 def told(codes: Iterable[int], gains: list[Gain]) -> tuple[tuple[str, ...], tuple[str, ...]]:

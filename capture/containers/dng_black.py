@@ -59,6 +59,21 @@ def black_of(tags: tiff.Tags, *, always: bool = False) -> Black | None:
     return Black(levels.reshape(*repeat, planes), across, down, (top, left))
 
 
+def black_fault(tags: tiff.Tags) -> str:
+    """Why the levels that a picture's directory states cannot be what is to be taken off; empty where they can."""
+    levels, across, down = (
+        ratios(tags.get(tag, ())) for tag in (tiff.BLACK, tiff.BLACK_ACROSS, tiff.BLACK_DOWN)
+    )
+    planes, repeat = tags.get(tiff.SAMPLES, (1,))[0], tags.get(tiff.BLACK_REPEAT, (1, 1))
+    if not all(np.isfinite(part).all() for part in (levels, across, down)):
+        return "a black level that is no number"
+    fits = len(repeat) == 2 and levels.size == repeat[0] * repeat[1] * planes
+    if levels.size and not fits and not (levels.size == 1 and repeat == (1, 1)):
+        cells = " x ".join(map(str, repeat))
+        return f"{levels.size} black levels for cells of {cells} and {planes} colours"
+    return ""
+
+
 def ratios(pairs: tuple[int, ...]) -> np.ndarray:
     """(n,) of numerators and denominators in turn."""
     above, below = np.array(pairs[::2], float), np.array(pairs[1::2], float)

@@ -46,6 +46,8 @@ def pixels_of(raw: rawpy.RawPy, method: str, dng: Dng) -> RawPixels:
     """
     if dng.cells is not None and dng.cells not in BY_LIBRAW:
         raise ValueError(f"has a mosaic that repeats by {' x '.join(map(str, dng.cells))}; expected 2 x 2")
+    if dng.unread:
+        raise ValueError(dng.unread)
     stack = raw.raw_type == rawpy.RawType.Stack or raw.num_colors == 1
     white, black = level_of_white(raw, dng), mean_black(raw, dng, raw.num_colors if stack else 4)
     if not black < white:

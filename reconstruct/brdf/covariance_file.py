@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import tempfile
@@ -20,6 +21,12 @@ MOST_INSIDE = 150  # parameters whose covariance is in the file itself
 BESIDE = "covariance.npz"
 COEFFICIENTS = "coefficients.json"  # of a result, whose covariance has the name of the page
 LONGEST = 200  # characters of a file's name
+FULL = {
+    errno.ENOSPC,
+    errno.EFBIG,
+    getattr(errno, "EDQUOT", errno.ENOSPC),
+    errno.EIO,
+}  # of the place, not of its name
 DIAGONAL = 0.02  # relative: standard errors are written with few digits
 
 
@@ -71,7 +78,8 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> None:
     """A file that ``write`` fills through a binary handle, whole or not at all.
 
     Raises:
-        InputError: its folder is not there, or it cannot be written.
+        InputError: its folder is not there, or it cannot be written there.
+        OSError: there is no room for it, which is nobody's input.
     """
     if not path.parent.is_dir():
         raise InputError(path, f"there is no folder {path.parent}")
@@ -83,6 +91,8 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> None:
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
     except OSError as error:
+        if error.errno in FULL:
+            raise
         raise InputError(path, f"cannot be written: {error.strerror or error}") from None
     finally:  # there only if the writing was cut short
         if temporary is not None:

@@ -7,6 +7,7 @@ import struct
 import numpy as np
 import pytest
 
+from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.dng_files import (
     EXPOSURE,
@@ -100,3 +101,40 @@ def test_a_picture_below_a_thumbnail(tmp_path, suffix):
         WIDTH // 2,
         HEIGHT // 2,
     )
+
+
+BLACK = (50714, 4, [0])
+
+
+@pytest.mark.parametrize(
+    ("entries", "words"),
+    [
+        ([BLACK, (50711, 3, [2])], "CFALayout 2"),
+        ([BLACK, (50710, 1, [2, 1, 0])], "a mosaic of the colours 2 1 0"),
+        ([BLACK, (50710, 1, [0, 1, 2, 3])], "a mosaic of the colours 0 1 2 3"),
+        ([(50714, 5, [512, 0])], "a black level that is no number"),
+        ([(50713, 3, [2, 2]), (50714, 3, [512, 512])], "2 black levels for cells of 2 x 2"),
+    ],
+)
+def test_what_libraw_takes_for_something_else_is_refused(tmp_path, entries, words):
+    """Colours in another order, another grid and no black level: pixels came out, of other colours or sizes."""
+    path = dng(tmp_path / "a.dng", mosaic(), white=60000, black=entries)
+    with pytest.raises(InputError, match=words):
+        read_image(path)
+
+
+def test_colours_in_planes_are_refused_and_a_plain_mosaic_may_say_so(tmp_path):
+    """LibRaw reads such planes as if they were pixel by pixel."""
+    sites = np.repeat(mosaic(), 3, axis=2)
+    path = dng(tmp_path / "a.dng", sites, white=60000)
+    data = path.read_bytes()
+    read_image(path)
+    interleaved, planes = struct.pack("<HHI", 284, 3, 1) + b"\1\0", struct.pack("<HHI", 284, 3, 1) + b"\2\0"
+    assert data.count(interleaved) == 1
+    path.write_bytes(data.replace(interleaved, planes))
+    with pytest.raises(InputError, match="planes of their own"):
+        read_image(path)
+    plain = dng(
+        tmp_path / "b.dng", mosaic(), white=60000, black=[BLACK, (50710, 1, [0, 1, 2]), (50711, 3, [1])]
+    )
+    assert read_image(plain).channels == ("R", "G", "B")

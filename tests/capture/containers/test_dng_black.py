@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from photogonio.capture.containers import tiff
-from photogonio.capture.containers.dng_black import black_of, ratios
+from photogonio.capture.containers.dng_black import black_fault, black_of, ratios
 
 
 def pairs(*values: float) -> tuple[int, ...]:
@@ -58,6 +58,28 @@ def test_planes_have_levels_of_their_own():
 )
 def test_what_is_damaged_states_nothing(tags):
     assert black_of(tags) is None
+
+
+@pytest.mark.parametrize(
+    ("tags", "words"),
+    [
+        ({tiff.BLACK: (3, 0)}, "no number"),
+        ({tiff.BLACK: pairs(5), tiff.BLACK_DOWN: (1, 0)}, "no number"),
+        (
+            {tiff.BLACK: pairs(5, 5), tiff.BLACK_REPEAT: (2, 2)},
+            "2 black levels for cells of 2 x 2 and 1 colours",
+        ),
+        ({tiff.BLACK: pairs(5, 5), tiff.SAMPLES: (3,)}, "2 black levels for cells of 1 x 1 and 3 colours"),
+    ],
+)
+def test_levels_that_cannot_be_what_is_taken_off(tags, words):
+    assert words in black_fault(tags)
+
+
+def test_levels_that_can():
+    for tags in ({}, {tiff.BLACK: pairs(5)}, {tiff.BLACK: pairs(5), tiff.SAMPLES: (3,)}):
+        assert black_fault(tags) == ""
+    assert black_fault({tiff.BLACK: pairs(*range(12)), tiff.BLACK_REPEAT: (2, 2), tiff.SAMPLES: (3,)}) == ""
 
 
 def test_ratios_are_quotients_in_turn():

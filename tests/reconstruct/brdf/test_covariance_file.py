@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 
@@ -10,7 +11,7 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.brdf.brdf import load_brdf
-from photogonio.reconstruct.brdf.covariance_file import BESIDE, MOST_INSIDE
+from photogonio.reconstruct.brdf.covariance_file import BESIDE, MOST_INSIDE, write_whole
 from photogonio.reconstruct.brdf.spread import albedo_error, drawn
 from tests.drawn.brdfs import brdf_of, mirror, uncertain
 
@@ -110,3 +111,14 @@ def test_a_file_that_cannot_be_written_leaves_nothing(tmp_path):
     with pytest.raises(InputError, match=r"a\.json: cannot be written"):
         brdf_of(mirror(0.3)).save(tmp_path / "a.json")
     assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
+
+
+def test_a_full_disk_is_nobodys_input(tmp_path):
+    """The exit status of bad input is another than that of what failed: so it is another error."""
+
+    def full(file):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.raises(OSError, match="No space left"):
+        write_whole(tmp_path / "a.json", full)
+    assert list(tmp_path.iterdir()) == []
