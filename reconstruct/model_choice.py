@@ -27,7 +27,7 @@ from photogonio.reconstruct.estimate.weights import independence, level
 from photogonio.reconstruct.rows.row_average import Average
 from photogonio.reconstruct.rows.row_models import beats, loss_of, losses_of
 from photogonio.reconstruct.rows.well_determined import close_to_rows
-from photogonio.reconstruct.table.cells import Cells
+from photogonio.reconstruct.table.cells import Cells, few_of
 from photogonio.reconstruct.uncertainty.budget import Rival, uncertainty_of
 
 HIGHEST_AUTO = 8  # order that is tried on photos: the paper's own limit for practical work
@@ -80,10 +80,12 @@ def asks_for_average(seen: Cells, options: FitOptions) -> bool:
 
 def beaten(average: Average, work: Cleaned) -> bool:
     """Whether lobes of searched shapes, beside modes of some order, predict rows left out much better: on those of
-    which the average is."""
+    which the average is, of a spectrum in some channels."""
     pilot = work.reference
     few = np.arange(0, len(work.cells), -(-len(work.cells) // len(average.fold)))
-    cells, weight = work.cells.take(few), (work.deviation[few] * pilot.scale) ** -2.0
+    some = few_of(len(work.cells.channels), MOST_CHANNELS)
+    cells, weight = work.cells.take(few).of_channels(some), (work.deviation[few] * pilot.scale) ** -2.0
+    weight, left_out = weight[:, some], average.left_out[:, some]
     for order in ORDERS_BESIDE:
         if order > average.model.basis.order and len(weight) < ROWS_A_MODE * len(
             Basis("isotropic", order).modes
@@ -93,7 +95,7 @@ def beaten(average: Average, work: Cleaned) -> bool:
         tried = try_all(cells, weight, "isotropic", (order,), lobes, priors=PRIORS_BESIDE)
         best = min(tried, key=lambda one: one.mean)
         own = losses_of(best, cells, average.fold, pilot.scale)
-        if beats(own, loss_of(cells, average.left_out, average.fold)):
+        if beats(own, loss_of(cells, left_out, average.fold)):
             return True
     return False
 

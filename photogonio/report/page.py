@@ -16,7 +16,7 @@ from photogonio.report.budget import budget_sections
 from photogonio.report.calibration_page import calibration_sections
 from photogonio.report.coverage_words import coverage_of
 from photogonio.report.html import embed, image_bytes, interactive_text, picture_bytes, render_report
-from photogonio.report.plots import coverage_figure, lobes_figure, scatter_figure
+from photogonio.report.plots import coverage_figure, drawn_channels, lobes_figure, scatter_figure
 from photogonio.report.sections import Card, ContactPrint, Picture, Report, Section, Table
 from photogonio.report.summary import (
     albedo_note,
@@ -70,6 +70,8 @@ def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
     """Coverage, fit and lobes; ``source`` is kept in each file."""
     brdf, cells = result.brdf, result.fit.cells
     valid = np.radians(brdf.valid.get("theta_r_max", 90.0))
+    shown, count = drawn_channels(brdf.channels), len(brdf.channels)
+    some = f" {len(shown)} of {count} channels are drawn." if len(shown) < count else ""
     figures = (
         (
             "coverage",
@@ -81,14 +83,14 @@ def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
         (
             "fit",
             "Fitted against observed",
-            "One dot a facet pair and photo. On the line the fit says what was seen.",
+            f"One dot a facet pair and photo. On the line the fit says what was seen.{some}",
             scatter_figure(cells.value, result.fit.predicted, result.fit.brdf.channels),
         ),
         (
             "lobes",
             "Lobes",
             "f in the plane of incidence, all on one radial scale; the arrow is the light. Dashed: beyond the angles "
-            "that were seen.",
+            f"that were seen.{some}",
             lobes_figure(brdf, brdf.channels, valid=valid),
         ),
     )

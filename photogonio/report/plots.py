@@ -13,6 +13,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from photogonio.reconstruct.modes.angles import pair_angles
+from photogonio.reconstruct.table.cells import few_of
 from photogonio.reconstruct.table.facet_table import FacetTable
 from photogonio.report.ball import BALL_LIGHTS, shaded_sphere, to_display
 from photogonio.report.misfit import correlation
@@ -25,12 +26,18 @@ _OTHERS = ("#3d4f66", "#b3711f", "#7a4ea3", "#1f8a8c", "#9c3d5f", "#6b7a1f")
 _BANDS = np.radians(np.arange(0, 91, 15))  # of the incident angle, in the coverage
 _DISK = 2.2  # radii from one disk of the coverage to the next
 _LOBE_ANGLES = np.radians([0.0, 30.0, 60.0])
+_MOST = 6  # channels of a spectrum that are drawn: more panels and curves nobody can read
 _ABOVE = 1.0  # where titles stand, said: to find it, matplotlib makes all ticks, those of hidden axes too
 
 
 def channel_colour(channels: Sequence[str], k: int) -> str:
     """One colour a channel: its own for R, G and B, else from a short list."""
     return _NAMED.get(channels[k], _OTHERS[k % len(_OTHERS)])
+
+
+def drawn_channels(channels: Sequence[str]) -> list[str]:
+    """Those of a spectrum's channels that pictures show: evenly taken, the first and the last among them."""
+    return [channels[k] for k in few_of(len(channels), _MOST)]
 
 
 def coverage_figure(table: FacetTable) -> Figure:
@@ -102,7 +109,10 @@ def scatter_figure(
     *,
     labels: tuple[str, str] = ("observed f, 1/sr", "fitted f, 1/sr"),
 ) -> Figure:
-    """Fitted (n, c) against observed (n, c), a panel a channel, with the correlation (the seed's fig. 3)."""
+    """Fitted (n, c) against observed (n, c), a panel a channel, with the correlation (the seed's fig. 3); of a
+    spectrum some channels (:func:`drawn_channels`)."""
+    some = few_of(len(channels), _MOST)
+    observed, fitted, channels = observed[:, some], fitted[:, some], drawn_channels(channels)
     width = 3.2 * max(2, len(channels))
     figure = Figure(figsize=(width, 3.4))
     margins = {"left": 0.75 / width, "right": 1.0 - 0.12 / width, "bottom": 0.15, "top": 0.9, "wspace": 0.24}
@@ -147,7 +157,8 @@ def lobes_figure(
 ) -> Figure:
     """f in the plane of incidence as polar curves on one radial scale, light from the left at 0, 30 and 60 degrees.
 
-    Beyond ``valid`` (radians, of the exit angle) the curves are dashed: not seen, or hardly.
+    Beyond ``valid`` (radians, of the exit angle) the curves are dashed: not seen, or hardly. Of a spectrum some
+    channels are drawn (:func:`drawn_channels`).
     """
     figure = Figure(figsize=(9.6, 2.7))
     figure.subplots_adjust(left=0.05, right=0.99, bottom=0.02, top=0.9, wspace=0.04)
@@ -161,7 +172,8 @@ def _draw_lobes(
     axes = figure.subplots(1, len(_LOBE_ANGLES))
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     seen = np.abs(theta) <= valid
-    lobes = [np.maximum(evaluate(*plane_of_incidence(angle, theta)), 0.0) for angle in _LOBE_ANGLES]
+    some, channels = few_of(len(channels), _MOST), drawn_channels(channels)
+    lobes = [np.maximum(evaluate(*plane_of_incidence(angle, theta))[:, some], 0.0) for angle in _LOBE_ANGLES]
     # one radius for all; a glossy rise at unseen grazing angles would flatten the rest
     top = max(1e-9, *(float(np.max(f[seen])) for f in lobes))
     for ax, angle, f in zip(axes, _LOBE_ANGLES, lobes, strict=True):
@@ -203,6 +215,7 @@ def plane_of_incidence(theta_i: float, theta: np.ndarray) -> tuple[np.ndarray, n
 
 def _draw_cuts(figure: Figure | SubFigure, evaluate: Evaluate, channels: Sequence[str], valid: float) -> None:
     axes = figure.subplots(1, 2)
+    some, channels = few_of(len(channels), _MOST), drawn_channels(channels)
     theta = np.radians(np.linspace(-89.5, 89.5, 359))
     for ax, azimuth, title in zip(
         axes, (0.0, np.pi / 2), ("in the plane of incidence", "across it"), strict=True
@@ -213,7 +226,7 @@ def _draw_cuts(figure: Figure | SubFigure, evaluate: Evaluate, channels: Sequenc
             exit = np.column_stack(
                 [np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)]
             )
-            f = evaluate(incident, exit)
+            f = evaluate(incident, exit)[:, some]
             top = max(top, f[np.abs(theta) <= valid].max())
             for k in range(f.shape[1]):
                 label = f"{np.degrees(angle):.0f}°" if k == 0 else None

@@ -29,6 +29,7 @@ FEW_ORDERS = 2  # the last of which has few modes, and more than a Lambertian
 SAVED = 0.2  # of the modes: or make do with as few
 CROSSED = np.radians(3.0)  # spread of the angle of difference at the same half angle
 BLOCK = np.radians(15.0)
+TOGETHER = 3  # channels of which matrices of all folds are held at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,18 +114,22 @@ def try_all(
         sums.append(folded.statistics(cells.value - fixed[:, None], columns))
     uppers = [one.upper_bounds() for one in lobes]
     counts = weight.shape[1] * np.maximum(np.bincount(fold, independence(cells)[:, 0]), 1e-9)
-    tried, others, typical = [], without_each(sums), level(cells)
-    for order in orders:
-        basis = Basis(symmetry, order)
-        parts, rests = ([one.prefix(len(basis.modes)) for one in some] for some in (sums, others))
-        for prior in priors if order else priors[:1]:
-            factors = Factors(rests[0].modes_gram, prior.precision(basis.degree(), typical))
-            missed = residual_each(parts, solve_each(rests, factors, uppers))
-            tried += [
-                Candidate(order, prior, *one)
-                for one in zip(lobes, (m.sum(1) / counts for m in missed), strict=True)
-            ]
-    return tried
+    models = [(order, prior) for order in orders for prior in (priors if order else priors[:1])]
+    typical, missed = level(cells), np.zeros((len(models), len(lobes), len(counts)))
+    for start in range(0, weight.shape[1], TOGETHER):
+        some = slice(start, start + TOGETHER)
+        whole = [one.of_channels(some) for one in sums]
+        others = without_each(whole)
+        for k, (order, prior) in enumerate(models):
+            basis = Basis(symmetry, order)
+            parts, rests = ([one.prefix(len(basis.modes)) for one in each] for each in (whole, others))
+            factors = Factors(rests[0].modes_gram, prior.precision(basis.degree(), typical[some]))
+            missed[k] += [one.sum(1) for one in residual_each(parts, solve_each(rests, factors, uppers))]
+    return [
+        Candidate(*model, one, loss / counts)
+        for model, losses in zip(models, missed, strict=True)
+        for one, loss in zip(lobes, losses, strict=True)
+    ]
 
 
 def crosses(cells: Cells) -> bool:

@@ -52,6 +52,17 @@ class Statistics:
             moment=np.concatenate([self.moment[..., :modes], self.moment[..., self.modes :]], axis=-1),
         )
 
+    def of_channels(self, some: slice) -> Statistics:
+        """The same of some channels."""
+        return replace(
+            self,
+            modes_gram=self.modes_gram[:, some],
+            across=self.across[:, some],
+            lobes_gram=self.lobes_gram[:, some],
+            moment=self.moment[:, some],
+            square=self.square[:, some],
+        )
+
     def total(self) -> Statistics:
         """All folds as one."""
         return Statistics(*(getattr(self, each.name).sum(0, keepdims=True) for each in fields(self)))
@@ -114,12 +125,12 @@ class Factors:
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """Solutions (f, c, m, k) for right-hand sides (f, c, m, k)."""
-        channels = right.shape[1]
+        folds, channels, m, k = right.shape
+        if self._factors and len(self._factors[0]) == 1 < channels:  # of all channels: solved together
+            side_by_side = np.moveaxis(right, 1, 2).reshape(folds, 1, m, channels * k)
+            return np.moveaxis(self(side_by_side).reshape(folds, m, channels, k), 2, 1)
         solved = [
-            [
-                cholesky_solve(factor, b)
-                for factor, b in zip(fold if len(fold) > 1 else fold * channels, fold_right, strict=True)
-            ]
+            [cholesky_solve(factor, b) for factor, b in zip(fold, fold_right, strict=True)]
             for fold, fold_right in zip(self._factors, right, strict=True)
         ]
         return np.array(solved).reshape(right.shape)

@@ -129,6 +129,8 @@ class RowEvidence:
 
         counts = np.array([one.shape[1] for one in self.columns])
         along_shared = along_modes(shared)
+        squares = np.sum(self.weight * self.value**2, axis=0)
+        lost = share @ along_shared[:, :channels] ** 2
         for count in np.unique(counts):
             these = np.flatnonzero(counts == count)
             flat = np.hstack([self.columns[k] for k in these])
@@ -137,10 +139,14 @@ class RowEvidence:
             along = np.concatenate(
                 [np.broadcast_to(along_shared, (len(these), *along_shared.shape)), along_own], axis=2
             )
-            every = root * np.concatenate([np.broadcast_to(shared, (len(these), *shared.shape)), own], axis=2)
-            gram = np.swapaxes(every, 1, 2) @ every
-            inverse = (gram - _products(along, share)) / NOISE[:, None, None, None]
-            found[these] = _restricted(inverse, channels, n, size, least).T
+            constant = np.broadcast_to(shared[:, channels:], (len(these), n, 1))
+            free = root * np.concatenate([constant, own], axis=2)
+            turned = np.swapaxes(free, 1, 2)
+            gram = np.concatenate([turned @ (root * self.value), turned @ free], axis=2)
+            across = gram - _products(along[..., channels:], along, share)
+            found[these] = _restricted(
+                (squares - lost) / NOISE[:, None], across / NOISE[:, None, None, None], n, size, least
+            ).T
         best = found.argmax(1)
         return found[np.arange(len(found)), best], NOISE[best]
 
@@ -238,28 +244,29 @@ def _quadratic(rows: np.ndarray, gram: np.ndarray) -> np.ndarray:
     return result
 
 
-def _products(along: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """(r, k, x, x) sums over i of products of ``along`` (k, i, x), times ``share`` (r, i)."""
-    k, i, x = along.shape
-    products = np.moveaxis(along[:, :, :, None] * along[:, :, None, :], 1, 0)
-    return (share @ products.reshape(i, -1)).reshape(-1, k, x, x)
+def _products(one: np.ndarray, other: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(r, k, x, y) sums over i of products of ``one`` (k, i, x) and ``other`` (k, i, y), times ``share`` (r, i)."""
+    (k, i, x), y = one.shape, other.shape[2]
+    products = np.moveaxis(one[:, :, :, None] * other[:, :, None, :], 1, 0)
+    return (share @ products.reshape(i, -1)).reshape(-1, k, x, y)
 
 
 def _restricted(
-    inverse: np.ndarray, channels: int, n: int, size: np.ndarray, least: float = 0.0
+    squares: np.ndarray, across: np.ndarray, n: int, size: np.ndarray, least: float = 0.0
 ) -> np.ndarray:
     """(r, k) restricted log likelihood of all channels, their noise profiled out, for each ratio and candidate.
 
-    ``inverse`` (r, k, x, x) holds products by the inverse covariance, of the channels' values, the constant, and the
-    columns; ``size`` (r,) the logarithm of the covariance's determinant. ``least`` is a noise beside the one found.
+    Products by the inverse covariance are ``squares`` (r, c), of the channels' values, and ``across`` (r, k, x, c + x),
+    of the constant and the columns with all values and with one another. ``size`` (r,) is the logarithm of the
+    covariance's determinant, ``least`` a noise beside the one found.
     """
-    y, free = slice(channels), slice(channels, None)
-    a = inverse[..., free, free]
+    channels = squares.shape[1]
+    a = across[..., channels:]
     scale = np.sqrt(np.maximum(np.diagonal(a, axis1=2, axis2=3), np.finfo(float).tiny))
     a = a / (scale[..., :, None] * scale[..., None, :]) + TINY * np.eye(a.shape[-1])
-    b = inverse[..., free, y] / scale[..., None]
+    b = across[..., :channels] / scale[..., None]
     coefficients = np.linalg.solve(a, b)
-    rest = np.diagonal(inverse[..., y, y], axis1=2, axis2=3) - np.sum(b * coefficients, axis=2)
+    rest = squares[:, None] - np.sum(b * coefficients, axis=2)
     freedom = n - a.shape[-1]
     rest = np.maximum(rest, np.finfo(float).tiny) + freedom * least**2
     determinant = np.linalg.slogdet(a)[1] + 2.0 * np.log(scale).sum(2)

@@ -54,6 +54,14 @@ class Cells:
         given = {name: row[keep] for name in _ROWS if (row := getattr(self, name)) is not None}
         return replace(self, **given)
 
+    def of_channels(self, keep: np.ndarray) -> Cells:
+        """With the channels alone that an index array names."""
+        doubt = None if self.doubt is None else self.doubt[:, keep]
+        names = tuple(self.channels[k] for k in keep)
+        return replace(
+            self, value=self.value[:, keep], variance=self.variance[:, keep], doubt=doubt, channels=names
+        )
+
     def with_value(self, value: np.ndarray) -> Cells:
         """The same directions with other values (n, c)."""
         return replace(self, value=value)
@@ -106,6 +114,11 @@ class Cells:
             channels=(),
             binned=False,
         )
+
+
+def few_of(channels: int, most: int) -> np.ndarray:
+    """Indices of at most ``most`` of so many channels: evenly taken, the first and the last among them."""
+    return np.unique(np.linspace(0, channels - 1, min(channels, most)).round().astype(int))
 
 
 _ROWS = (

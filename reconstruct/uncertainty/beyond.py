@@ -78,7 +78,8 @@ def tables_of(
 ) -> tuple[RelativeTable | None, RelativeTable | None]:
     """Tables of what all photos miss alike, and of what is not seen, beside the ``covariance`` (c, p, p), so
     that all together are ``wider`` by that factor than the fit's own errors."""
-    own = np.einsum("npc,cpq,nqc->nc", at.change, covariance, at.change, optimize=True)
+    channels = zip(np.moveaxis(at.change, 2, 0), covariance, strict=True)
+    own = np.stack([np.sum(change @ known * change, axis=1) for change, known in channels], axis=1)
     rest = np.maximum((wider * at.total) ** 2 - own, 0.0)
     whole = np.maximum(at.whole / at.size, NOTHING)
     missed, unseen = (np.minimum(one / at.size, MOST) for one in (wider * at.missed, np.sqrt(rest)))
@@ -126,12 +127,14 @@ def _on_grid(
     d = _hats(np.degrees(np.abs(cells.dphi)), dphi)
     first, second = np.tril_indices(len(theta))
     both = i[:, first] * r[:, second] + np.where(first == second, 0.0, i[:, second] * r[:, first])
-    design = np.repeat(np.einsum("na,nk->nak", both, d).reshape(len(d), -1), relative.shape[1], axis=0)
-    wanted, weight = relative.ravel(), 1.0 / whole.ravel()
-    counts = np.ones_like(weight)
+    design = np.einsum("na,nk->nak", both, d).reshape(len(d), -1)
+    weight, counts = whole**-2.0, np.ones_like(whole)
     for _ in range(ROUNDS):
-        found = nnls(design * (counts * weight)[:, None], counts * weight * wanted)[0]
-        counts = np.where(design @ found < wanted, np.sqrt(HIGH), 1.0)
+        each = counts * weight  # channels' squares at a pair are, but for a constant, those of their mean
+        total = each.sum(1)
+        root, mean = np.sqrt(total), np.sum(each * relative, axis=1) / total
+        found = nnls(design * root[:, None], root * mean)[0]
+        counts = np.where((design @ found)[:, None] < relative, HIGH, 1.0)
     values = np.empty((len(theta), len(theta), len(dphi)))
     values[first, second] = values[second, first] = found.reshape(len(first), len(dphi))
     scale = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.maximum(values, NOTHING))))

@@ -160,11 +160,15 @@ def _solved(problem: Problem, one: Alternative, sums: list[Normal]) -> np.ndarra
 
 def _inverses(problem: Problem, one: Alternative, whole: list[Normal]) -> list[np.ndarray]:
     """Of each channel, (c, k, p) changes of all parameters by a unit of each of its moments in turn."""
-    size, found = len(_kept(problem, one)), []
-    for c in range(len(whole)):
-        moments = [np.zeros((size, size)) for _ in whole]
-        moments[c] = np.eye(size)
-        found.append(_response(problem, one, whole, moments))
+    kept = _kept(problem, one)
+    parts, inner, outer = _eliminated(whole, [np.eye(len(kept))] * len(whole), kept, one, _shapes(problem))
+    found = []
+    for c, moved in enumerate(outer):  # other channels know of its moments by the shapes alone
+        shared = _shared(inner, moved)
+        change = np.stack([np.vstack([-across @ shared, shared]) for _, across in parts])
+        free = parts[c][0]
+        change[c, : len(free)] += free
+        found.append(_of_all(problem, kept, change))
     return found
 
 
@@ -184,9 +188,13 @@ def _response(
 ) -> np.ndarray:
     """(c, r, p) changes of all parameters by changes of the channels' ``moments`` (k, r)."""
     kept = _kept(problem, one)
-    change = np.swapaxes(_solve(whole, moments, kept, one, problem.slopes.shape[1]), 1, 2)
-    every = np.zeros((*change.shape[:2], problem.center.shape[1]))
-    every[..., kept] = change
+    return _of_all(problem, kept, _solve(whole, moments, kept, one, _shapes(problem)))
+
+
+def _of_all(problem: Problem, kept: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """(c, r, p) of solutions (c, k, r) of the ``kept`` parameters (k,)."""
+    every = np.zeros((len(change), change.shape[2], problem.center.shape[1]))
+    every[..., kept] = np.swapaxes(change, 1, 2)
     return every
 
 
@@ -198,8 +206,18 @@ def _solve(
 
     Each channel's own unknowns are eliminated first.
     """
+    eliminated, inner, outer = _eliminated(sums, moments, kept, one, shapes)
+    shared = _shared(inner, sum(outer, np.zeros_like(outer[0])))
+    return np.stack([np.vstack([free - across @ shared, shared]) for free, across in eliminated])
+
+
+def _eliminated(
+    sums: list[Normal], moments: list[np.ndarray], kept: np.ndarray, one: Alternative, shapes: int
+) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray, list[np.ndarray]]:
+    """Each channel's own unknowns (k - shapes, r) without the shared ones, and (k - shapes, shapes) by how much they
+    fall with those; the normal matrix of the shared ones, and each channel's part (shapes, r) of their moments."""
     own = len(kept) - shapes
-    eliminated, inner, outer = [], np.eye(shapes) / SHAPE_SPREAD**2, np.zeros((shapes, moments[0].shape[1]))
+    eliminated, inner, outer = [], np.eye(shapes) / SHAPE_SPREAD**2, []
     every = np.arange(own)
     for (whole, _), moment, penalty in zip(sums, moments, one.penalty, strict=True):
         gram = whole[np.ix_(kept, kept)]
@@ -209,10 +227,19 @@ def _solve(
         solved = cholesky_solve(cholesky(block), np.hstack([moment[:own], gram[:own, own:]]))
         free, across = solved[:, : moment.shape[1]], solved[:, moment.shape[1] :]
         inner += gram[own:, own:] - gram[own:, :own] @ across
-        outer += moment[own:] - gram[own:, :own] @ free
+        outer.append(moment[own:] - gram[own:, :own] @ free)
         eliminated.append((free, across))
-    shared = _regular(inner, outer) if shapes else outer
-    return np.stack([np.vstack([free - across @ shared, shared]) for free, across in eliminated])
+    return eliminated, inner, outer
+
+
+def _shared(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """(shapes, r) the shared unknowns."""
+    return _regular(inner, outer) if len(inner) else outer
+
+
+def _shapes(problem: Problem) -> int:
+    """How many unknowns are shared: shapes of lobes."""
+    return problem.slopes.shape[1]
 
 
 def _regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -25,6 +25,7 @@ from benchmarks import (
     narrow_gloss,
     png,
     row_symmetry,
+    spectra,
     spoilt_tables,
     symmetry_choice,
     tone_curves,
@@ -268,3 +269,10 @@ def test_a_folder_without_a_word_of_help(capsys):
     bare_folders.main(["--cases", "2", "--width", "660", "--no-process"])
     row, total = capsys.readouterr().out.splitlines()
     assert row.startswith("2 sphere both dng") and ": right," in row and total == "right: 1 of 1"
+
+
+@pytest.mark.long
+def test_a_spectrum_beside_three_channels(capsys):
+    spectra.main(["--quick"])
+    found = re.search(r"7 channels over 3: (\S+) times", capsys.readouterr().out)
+    assert found and 0.0 < float(found[1]) < 7.0 / 3.0

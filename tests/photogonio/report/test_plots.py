@@ -86,3 +86,14 @@ def test_draws_are_balls_at_one_exposure():
     assert len(figure.axes) == 4 and len(pictures) == 3
     middle = [float(np.asarray(one)[80, 80, 0]) for one in pictures]
     assert middle[0] < middle[1] == middle[2]
+
+
+def test_of_a_spectrum_a_few_channels_are_drawn():
+    names, value = [str(k) for k in range(400, 710, 10)], np.random.default_rng(0).uniform(0.1, 0.2, (50, 31))
+    few = plots.drawn_channels(names)
+    assert few == ["400", "460", "520", "580", "640", "700"]
+    titles = [ax.get_title().split(",")[0] for ax in plots.scatter_figure(value, value, names).axes]
+    assert titles == few
+    drawn = plots.lobes_figure(lambda i, o: np.tile(value[:1], (len(o), 1)), names)
+    assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()] == few
+    assert plots.drawn_channels("RGB") == ["R", "G", "B"]

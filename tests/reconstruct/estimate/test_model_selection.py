@@ -16,7 +16,7 @@ from photogonio.reconstruct.estimate.model_selection import (
 )
 from photogonio.reconstruct.estimate.normal_equations import Factors, solve
 from photogonio.reconstruct.estimate.weights import error_model, independence, level
-from photogonio.reconstruct.lobes.families import families
+from photogonio.reconstruct.lobes.families import families, retro_lobe
 from photogonio.reconstruct.table.cells import Cells, cells_of
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
@@ -132,3 +132,19 @@ def test_order_16_asked_of_sparse_data_stays_near_the_best_lower_order(model):
     coefficients = solve(statistics, factors, np.empty(0))[0].T
     everywhere = basis.evaluate(random_cells(), coefficients)
     assert np.abs(everywhere).max() < 3.0 * cells.value.max()
+
+
+def test_channels_are_tried_a_few_at_a_time_with_the_losses_of_all_together():
+    cells = cells_of(simulate(make_brdf("lambert"), SMALL)).of_channels(np.array([0, 1, 2, 0, 1, 2, 0]))
+    rng = np.random.default_rng(3)
+    cells = cells.with_value(cells.value * (1.0 + 0.05 * rng.normal(size=cells.value.shape)))
+    weight = error_model(cells) ** -2.0
+    sets = [LobeSet(), LobeSet((retro_lobe(absolute=False),), (np.array([0.2]),))]
+    together = try_all(cells, weight, "isotropic", (0, 2), sets)
+    alone = [
+        try_all(cells.of_channels(np.array([c])), weight[:, [c]], "isotropic", (0, 2), sets) for c in range(7)
+    ]
+    for k, one in enumerate(together):
+        mean = np.mean([each[k].loss for each in alone], axis=0)
+        assert (one.order, one.prior) == (alone[0][k].order, alone[0][k].prior)
+        assert np.allclose(one.loss, mean, rtol=1e-9)  # of a sum of thousands of squares in another order

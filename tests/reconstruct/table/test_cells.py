@@ -9,7 +9,7 @@ import pytest
 
 from photogonio.reconstruct.modes.angles import unit_vectors
 from photogonio.reconstruct.reduce.directions import CANONICAL_AZIMUTH, canonical
-from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of
+from photogonio.reconstruct.table.cells import LEAST_SAMPLES, Cells, cells_of, few_of
 from photogonio.reconstruct.table.facet_table import FacetTable, accumulate
 from photogonio.reconstruct.table.facets import facet_index
 from photogonio.reconstruct.table.goniometer_csv import samples_table
@@ -148,3 +148,24 @@ def test_what_is_read_at_one_pair_has_no_spread():
     for folded in (False, True):
         turn = cells_of(one_cell(towards, back, canonical=folded)).turn
         np.testing.assert_allclose(turn, 0.0, atol=1e-12)
+
+
+def test_channels_are_taken_evenly_and_with_all_that_is_theirs():
+    assert few_of(3, 6).tolist() == [0, 1, 2] and few_of(1, 6).tolist() == [0]
+    some = few_of(31, 6)
+    assert some.tolist() == [0, 6, 12, 18, 24, 30]
+    cells = cells_of(samples_table(measured(SATIN, scattered(40))))
+    rng = np.random.default_rng(0)
+    wide = replace(
+        cells,
+        value=rng.random((40, 31)),
+        variance=rng.random((40, 31)),
+        doubt=rng.random((40, 31)),
+        channels=tuple(str(k) for k in range(31)),
+    )
+    found = wide.of_channels(some)
+    assert found.channels == ("0", "6", "12", "18", "24", "30")
+    for name in ("value", "variance", "doubt"):
+        assert np.array_equal(getattr(found, name), getattr(wide, name)[:, some])
+    assert wide.of_channels(np.arange(2)).doubt.shape == (40, 2)
+    assert replace(wide, doubt=None).of_channels(some).doubt is None
