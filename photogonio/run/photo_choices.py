@@ -12,7 +12,7 @@ from photogonio.reconstruct.reduce.directions import region_of
 
 LEVELS = (1, 4)  # that "auto" chooses among
 _HIGHEST = 6  # facets of 0.8 degrees; finer ones have hardly a pixel each
-_CELL_PIXELS = 3  # on the mean; a finer level would leave most cells with an edge pixel or two
+_CELL_PIXELS = 2  # on the mean; a finer level would leave most cells with an edge pixel or two
 _CELLS = 17.5  # about, that one photo of a ball fills at level 0; four times as many a level
 _MOST_CELLS = 2e6  # of all photos, to fit in memory and in seconds
 
