@@ -36,6 +36,7 @@ UNSEEN = 10.0  # degrees
 # degrees: a gloss that was seen at as much incidence is hardly extrapolated. From 52, one that covered a third of a
 # surface was 46 % off at 70
 GRAZING = 55.0
+UNSEEN_CODES = ("retro-unseen", "mirror-unseen", "gloss-extrapolated", "gloss-unseen-at-grazing")
 FAINT = 0.1  # of the root mean square of f: below that stray light has its own colour
 CLIPPED = 0.02  # share of a photo's pixels of the sample
 TOLD_STRAY = 0.01  # of the value: less stray light that may be there is not worth a warning
@@ -158,7 +159,11 @@ def _odd_colours(cells: Cells, predicted: np.ndarray) -> list[Diagnosis]:
     views = np.unique(cells.group)
     ratio = cells.value / np.maximum(predicted, FAINT * np.sqrt(np.mean(predicted**2, axis=0)))
     middle = np.array([np.median(ratio[cells.group == view], axis=0) for view in views])
-    colour = middle / np.maximum(middle.mean(1, keepdims=True), np.finfo(float).tiny)
+    bright = middle.mean(1) > FAINT  # a fit that misses a photo by so much tells nothing of its colour
+    if not bright.any():
+        return []
+    views, middle = views[bright], middle[bright]
+    colour = middle / middle.mean(1, keepdims=True)
     apart = np.abs(colour / np.median(colour, axis=0) - 1.0).max(1)
     if not apart.max() > CONTRADICTED:
         return []
@@ -289,6 +294,9 @@ def numbers(result: Result) -> dict[str, Any]:
         "left_out": [{"photo": photo.name, "reason": photo.reason} for photo in result.left_out],
         "warnings": result.warnings,
         "diagnoses": by_code(result.diagnoses),
+        "unseen": {
+            one.code: {"degrees": one.amount, "what": one.message} for one in unseen(result.diagnoses)
+        },
         "trust": trust_numbers(result.faults),
         "source": result.provenance.to_dict(),
     }
@@ -319,6 +327,19 @@ def lead(result: Result) -> str:
     return f"{text} From {used} photo{'s' if used != 1 else ''}" + (f", {out} left out." if out else ".")
 
 
+def unseen(told: Iterable[Diagnosis]) -> list[Diagnosis]:
+    """What of the directions in which surfaces shine no photo showed."""
+    return [one for one in told if one.code in UNSEEN_CODES]
+
+
+def unseen_lines(told: Iterable[Diagnosis]) -> list[str]:
+    """The same in a line, to stand beside the result; none if all was seen."""
+    missed = [one.message.split("; ")[0] for one in unseen(told)]
+    if not missed:
+        return []
+    return [f"NOT SEEN: {'; '.join(missed)}. There f is extrapolated, and only as sure as its stated error"]
+
+
 def albedo_note(brdf: Brdf) -> str:
     return "under even light" if brdf.scale == "absolute" else "under even light, up to the unknown scale"
 
@@ -331,6 +352,7 @@ def closing_lines(result: Result) -> str:
     lines = [
         *verdict_lines(result.faults),
         lead(result),
+        *unseen_lines(result.diagnoses),
         f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}{_surely(result.brdf)}",
         f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %",
     ]

@@ -13,12 +13,13 @@ from photogonio.reconstruct.brdf.brdf import HALF_OF_95
 from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.report.budget import budgets
 from photogonio.report.coverage_words import Coverage
-from photogonio.report.summary import lead, listed
+from photogonio.report.summary import lead, listed, unseen
 
 if TYPE_CHECKING:
     from photogonio.reconstruct.brdf.brdf import Brdf
     from photogonio.result import Fault, Result
 
+NAMED = ("the mirror direction", "the lamp's own direction")  # of coverage, of which a diagnosis says more
 MOST = 3  # pieces of advice
 PLAN = " `photogonio plan` says where camera and lamp should stand next."
 NOTHING = "Nothing."  # advice that is none
@@ -86,7 +87,8 @@ def _reach(brdf: Brdf) -> str:
 
 
 def _missing(result: Result, coverage: Coverage) -> str:
-    missing = list(coverage.missing)
+    missing = [one.message.split("; ")[0] for one in unseen(result.diagnoses)]
+    missing += [one for one in coverage.missing if not (missing and one in NAMED)]
     if result.brdf.scale == "relative":
         missing.append("a white reference: the scale is not known")
     if result.left_out:

@@ -8,7 +8,7 @@ import pytest
 from photogonio.reconstruct.fit import FitOptions, fit_table
 from photogonio.reconstruct.table.cells import Cells
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
-from photogonio.report.summary import _odd_colours, clipped, doubts
+from photogonio.report.summary import _odd_colours, clipped, doubts, unseen, unseen_lines
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.tables import Plan, simulate
 
@@ -49,6 +49,26 @@ def test_a_mirror_that_was_seen_head_on_alone_is_told(fit, most, told):
     phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
     near = only(fit, phase <= np.radians(most))
     assert ("mirror-unseen" in codes(doubts(near))) == told
+
+
+def test_what_was_not_seen_stands_beside_the_result(fit):
+    """Of a flash alone: which directions, and how far apart light and camera were, in one line; else none."""
+    cells = fit.cells
+    along = np.cos(cells.theta_i) * np.cos(cells.theta_r)
+    phase = np.arccos(along + np.sin(cells.theta_i) * np.sin(cells.theta_r) * np.cos(cells.dphi))
+    (line,) = unseen_lines(doubts(only(fit, phase <= np.radians(12.0))))
+    assert line.startswith("NOT SEEN: ") and "of the mirror direction" in line and "extrapolated" in line
+    (line,) = unseen_lines(doubts(looked_at(fit, np.radians(25.0))))
+    assert "of the light's own direction" in line and "degrees" in line
+    everything = [one for one in doubts(fit) if one.code in ("mirror-unseen", "retro-unseen")]
+    assert not unseen(everything) and not unseen_lines(everything)
+
+
+def test_a_fit_that_misses_all_photos_tells_nothing_of_their_colours(fit):
+    """Values far below the fit's, some of them negative: no ratio of theirs is one of colours."""
+    wild = 1e18 * (1.0 + fit.predicted)
+    sign = np.where(fit.cells.group % 2, 1.0, -1.0)[:, None]
+    assert not _odd_colours(replace(fit.cells, value=sign * fit.cells.value), wild)
 
 
 def test_photos_that_agree_raise_no_doubt_and_photos_at_odds_do(fit):
