@@ -42,6 +42,7 @@ REFUSED = {
     32845: "LogLuv", 34892: "linear raw",
 }  # fmt: skip
 REDUCED, MASK = 1, 4  # bits of SUBFILE
+MULTIPLIED = 1  # EXTRA: alpha by which colours are multiplied
 PACKED_ROWS = 1  # COMPRESSION: none
 
 Tags = Mapping[int, tuple[int, ...]]

@@ -31,6 +31,7 @@ UNDONE = {
 EMPTY: Mapping[str, object] = {}
 MOST_TIMES = 16  # as long as its pixels reach a picture may be
 MOST_GAMMA = 5.0
+EDGES = 0.02  # of a picture's pixels, along the soft edges of what is cut out
 OF_FOUR = ("R", "G", "B", "A")
 
 
@@ -193,6 +194,8 @@ def of_tiff(path: Path) -> About:
             raise InputError(path, f"holds a palette of {page.samples} samples a pixel; expected one")
         if page.samples == len(OF_FOUR) and page.photometric == tiff.RGB and not page.extra:
             found = fourth_untold(path, file, found)
+        if tiff.MULTIPLIED in page.extra and found.kept and spec.alpha_channel >= 0:
+            refuse_veiled(path, file, found.part, spec.alpha_channel)
         simple = not page.planar and page.index == 0 and page.orientation == 1
         # of 8 bits, OpenCV fills what is damaged and says nothing
         fits = spec.nchannels == page.samples == tiff.PLAIN.get(page.photometric)
@@ -215,6 +218,17 @@ def fourth_untold(path: Path, file: oiio.ImageInput, found: About) -> About:
     if bool((fourth == opaque).all()):
         return found
     return replace(found, kept=(), channels=("R", "G", "B", "channel3"))
+
+
+def refuse_veiled(path: Path, file: oiio.ImageInput, part: int, alpha: int) -> None:
+    """Of a picture whose colours are multiplied by an alpha, as the file says. Where that is 0 or 1 they are cut out
+    or as they were; in between they are no light that a camera saw."""
+    mask = decode.decode_oiio(path, file, part, (alpha,))
+    opaque = np.iinfo(mask.dtype).max if mask.dtype.kind == "u" else 1.0
+    veiled = float(np.mean((mask > 0) & (mask < opaque)))
+    if veiled > EDGES:
+        what = f"has its colours multiplied by an alpha that is neither 0 nor 1 in {veiled:.0%} of its pixels"
+        raise ValueError(f"{what}; expected an opaque picture")
 
 
 def of_exr(path: Path) -> About:

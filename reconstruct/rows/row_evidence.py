@@ -240,7 +240,8 @@ def _quadratic(rows: np.ndarray, gram: np.ndarray) -> np.ndarray:
     for start in range(0, len(rows), PART):  # of which arrays stay in the cache
         part = (rows[start : start + PART] / scale).T
         part = solve_triangular(factor, part, lower=True, overwrite_b=True, check_finite=False)
-        result[start : start + PART] = np.sum(np.square(part, out=part), axis=0)
+        with np.errstate(over="ignore"):  # of what the other rows do not tell at all: infinite
+            result[start : start + PART] = np.sum(np.square(part, out=part), axis=0)
     return result
 
 

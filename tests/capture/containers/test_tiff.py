@@ -67,6 +67,9 @@ def test_orientations_leave_the_pixels_as_they_are_stored(tmp_path, orientation,
     assert len(read_header(path).doubts) == (orientation in (2, 4, 5, 7))
 
 
+OPAQUE = {"uint8": 255, "uint16": 65535, "float32": 1.0}
+
+
 @pytest.mark.parametrize(
     ("channels", "extra", "kept"),
     [
@@ -81,8 +84,10 @@ def test_orientations_leave_the_pixels_as_they_are_stored(tmp_path, orientation,
 )
 @pytest.mark.parametrize("kind", ["uint8", "uint16", "float32"])
 def test_samples_beyond_three(tmp_path, channels, extra, kept, kind):
-    """Colour is never multiplied by, nor divided by, alpha."""
+    """Colour is never multiplied by, nor divided by, alpha; by one that is seen through it must not have been."""
     written = codes(channels, kind)
+    if extra == [1]:
+        written[..., 3] = np.where(written[..., 0] > 0.5 * written.max(), OPAQUE[kind], 0)
     path = tiff(tmp_path / "a.tif", written, entries=[(338, 3, extra)])
     assert same(path, written[..., :kept])
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image, TiffImagePlugin, features
 
 from photogonio.capture.containers.tone import LINEAR, SRGB, Curve, Tone
+from photogonio.capture.errors import InputError
 from photogonio.capture.files import about
 from photogonio.capture.files.images import read_header, read_image
 from tests.capture.dng_files import HEIGHT, WIDTH
-from tests.capture.odd_files import exif_block
+from tests.capture.odd_files import exif_block, tiff
 from tests.capture.phone_files import near, smooth
 
 
@@ -96,3 +99,24 @@ def with_gamma(space: int, gamma: tuple[int, int]) -> bytes:
     inner = block.get_ifd(0x8769)
     inner[0xA001], inner[0xA500] = space, TiffImagePlugin.IFDRational(*gamma)
     return block.tobytes()
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "float32"])
+@pytest.mark.parametrize("planes", [False, True])
+def test_colours_multiplied_by_an_alpha_are_refused_where_it_is_seen_through(tmp_path, kind, planes):
+    """A fifth of the picture is half as bright as it was; cut out and opaque pictures are as they were."""
+    opaque = np.iinfo(kind).max if kind != "float32" else 1.0
+    colours = np.random.default_rng(1).uniform(0.1, 0.9, (20, 30, 3))
+
+    def written(alpha: np.ndarray, extra: int) -> Path:
+        pixels = (np.concatenate([colours * alpha, alpha], axis=2) * opaque).astype(kind)
+        return tiff(tmp_path / "a.tif", pixels, planar=planes, entries=[(338, 3, [extra])])
+
+    whole, cut, veiled = np.ones((20, 30, 1)), np.ones((20, 30, 1)), np.ones((20, 30, 1))
+    cut[:, :10], veiled[:4] = 0.0, 0.5
+    for alpha in (whole, cut):
+        image = read_image(written(alpha, 1))
+        np.testing.assert_allclose(image.pixels / image.full_scale, colours * alpha, atol=1.0 / 255.0)
+    with pytest.raises(InputError, match="neither 0 nor 1 in 20% of its pixels"):
+        read_image(written(veiled, 1))
+    assert read_image(written(veiled, 2)).channels == ("R", "G", "B")  # by which nothing is multiplied

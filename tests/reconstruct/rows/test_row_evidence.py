@@ -76,3 +76,13 @@ def test_each_row_is_predicted_by_a_fit_of_all_others(rows):
     # densities of readings, but for the constant and the weights, which are those of every candidate
     expected = -0.5 * (np.log(size * spread * rows.weight[:, 0]) + missed**2 / (size * spread))
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
+
+
+def test_rows_that_the_others_do_not_tell_are_told_infinitely_ill_and_nothing_overflows():
+    """A table whose angles are hours: all directions within a degree or two, but for a few rows."""
+    value, *angles = rows_of("plastic", {"albedo": (0.3,), "roughness": 0.3})
+    few = np.arange(0, len(value), 9)
+    cells = cells_of(table_of_rows(value[few], *(angle[few] for angle in angles)))
+    evidence = RowEvidence.of(cells, np.ones_like(cells.value), ORDER, (LobeSet(),))
+    evidence.design[0] = 1e200
+    assert not np.isnan(evidence.spread(1e-3)).any()
