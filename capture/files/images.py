@@ -2,7 +2,7 @@
 
 PNG is read here; its rarer kinds, TIFF of 16 bits and AVIF go through OpenCV, which is faster; HEIC through libheif;
 RAW through LibRaw; everything else through OpenImageIO. JPEG too: it decodes to the same pixels in the same time, and
-tells what libjpeg says of damaged scans, which OpenCV keeps to itself; what libjpeg does not say is counted first.
+tells what libjpeg says of damaged scans, which OpenCV keeps to itself.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import rawpy
 
 from photogonio.capture.containers import dng
 from photogonio.capture.containers.integrity import fault
-from photogonio.capture.containers.jpeg_scan import scan_fault
 from photogonio.capture.containers.tone import LINEAR, Tone
 from photogonio.capture.errors import InputError
 from photogonio.capture.files import decode, heif, png_pixels, raw
@@ -109,7 +108,7 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
     if kind == "raw":
         return read_raw(path, demosaic)
     data = read_bytes(path) if kind in WHOLE else None
-    wrong = None if data is None else fault(data) or (scan_fault(data) if kind == "jpeg" else None)
+    wrong = None if data is None else fault(data)
     if wrong:
         raise InputError(path, wrong)
     found = about(path, kind)
