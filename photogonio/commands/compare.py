@@ -33,9 +33,13 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     a, b = (load_known(path, told) for path in paths)
     for warning in (*a.warnings, *b.warnings):
         reporter.warn(warning)
-    for known in (a, b) if not args.scale else ():
-        if getattr(known.evaluate, "scale", "absolute") == "relative":
-            reporter.warn(f"{known.name} is on a relative scale: --scale brings the first to the other's")
+    unscaled = [
+        known
+        for known in ((a, b) if not args.scale else ())
+        if getattr(known.evaluate, "scale", "absolute") == "relative"
+    ]
+    for known in unscaled:
+        reporter.warn(f"{known.name} is on a relative scale: --scale brings the first to the other's")
     found = compare(a, b, mask=np.radians(args.mask), scale=args.scale)
     options = {"mask": args.mask, "scale": args.scale or None} | told.to_dict()
     source = Provenance(
@@ -50,7 +54,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
                 f"{', '.join(found.channels)}: the column of the one that it is of says how well they agree"
             )
     reporter.say(
-        str(
+        ("as they stand, with the unknown scale: " if unscaled and found.significance else "")
+        + str(
             found.significance
             or "nothing says how sure the channels compared are: whether they differ cannot be told"
         )

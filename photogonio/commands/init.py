@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -46,6 +47,7 @@ BENT = (  # of a camera's own JPEG, HEIF and their kin
     'Cameras bend what they develop by a curve that no file tells: encoding = "unknown" learns it from the print.',
     'Where the codes are known to stand for light as the files say, write "auto". RAW photos are surer.',
 )
+WIDTH = 110  # characters of a line of remarks
 FAR = 2.0  # mm between the manifest's sample and the photos' that are worth a word
 
 
@@ -61,6 +63,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
         return _numbers(path, found, list(known.values()), None, 0)
     check_place(path, folder=False)
     every = [known.get(p.file, p) for p in found.photos]
+    before = path.read_text("utf-8") if given is not None else ""
     seen = recognise(folder, every, None if given is None else given.board, reporter.progress)
     photos = _lit(seen, known, one_light=given is not None and bool(given.lights))
     text = (
@@ -77,6 +80,8 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     for doubt in _doubts(seen) if given is None and seen.found is not None else []:
         reporter.warn(doubt)
     _say(reporter, path, photos, seen, given)
+    if given is not None and (doubts := text.count("# CHECK: ") - before.count("# CHECK: ")) > 0:
+        reporter.say(f"what is in doubt stands in the file as CHECK ({doubts} new)")
     return _numbers(path, found, photos, seen, len(new))
 
 
@@ -117,7 +122,7 @@ def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, ph
     lines = [] if given.photos else [tone_line(found.tones), *found.notes]
     lines += encoding_doubt(values, encoding_for(found.tones))
     if _bent(found, seen) and given.radiometry.encoding == "auto":
-        lines.append(f"CHECK: {BENT[0]}")
+        lines.append(f'CHECK: [radiometry] encoding = "auto" stands in this file. {BENT[0]} {BENT[1]}')
     if seen.sample is not None:
         replaced = with_sample(text, sample_lines(seen.sample.sample, _doubts(seen)))
         if replaced is not None:
@@ -126,11 +131,11 @@ def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, ph
             lines.append(f"CHECK: the photos show the sample {far:.1f} mm from where [sample] says")
     if any(words in text for words in STUB_BESIDE):
         lines.append(
-            "CHECK: [[mirror_ball]] and [[white_patch]] are where the printed sheet has a place for them:"
+            "CHECK: [[mirror_ball]] and [[white_patch]] are where the printed sheet has a place for them: delete what "
+            "does not lie there, else its light is read from the bare print"
         )
-        lines.append("delete what does not lie there, else its light is read from the bare print")
     flash = any(p.light == FLASH for p in photos) and all(light.id != FLASH for light in given.lights)
-    tables = "".join(f"# {line}.\n" for line in lines) + photo_tables(photos)
+    tables = "".join(map(_remark, lines)) + photo_tables(photos)
     tables += passed_lines({name: why for name, why in found.passed.items() if quoted(name) not in text})
     text += "" if text.endswith("\n") else "\n"
     text += (flash_light() if flash else "") + "\n" + tables
@@ -140,6 +145,12 @@ def _added_text(path: Path, given: PhotoSet, found: Folder, seen: Recognised, ph
         asked = "has photo or light as a list (photo = [...]), to which no table can be added"
         raise InputError(path, f"{asked}; write each as [[photo]] or [[light]]") from None
     return text.replace("\n", ends)
+
+
+def _remark(line: str) -> str:
+    """A sentence or two as a remark, over as many lines as it takes."""
+    whole = line[0].upper() + line[1:].rstrip(".") + "."
+    return textwrap.fill(whole, WIDTH, initial_indent="# ", subsequent_indent="# ") + "\n"
 
 
 def _read(path: Path) -> tuple[str, str]:

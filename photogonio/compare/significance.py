@@ -35,7 +35,7 @@ class Significance:
     beyond: np.ndarray  # (c,) share of the pairs, by projected solid angle, beyond 1.96 standard errors
     channel: str  # where the difference is greatest, in standard errors
     angles: tuple[float, float, float]  # theta_i, theta_r, dphi there, radians
-    values: tuple[float, float]  # f of both there, 1/sr
+    values: tuple[float, float]  # f of both there, 1/sr; of a with ``scale`` as it is brought to b's
     sigmas: float  # a less b there, in standard errors
     exact: tuple[str, ...]  # BRDFs that do not say how sure they are, and are taken as exact
 
@@ -107,14 +107,16 @@ def significance(
         return None
     few = _some(len(at.weight))
     at = Directions(at.incident[few], at.exit[few], at.weight[few])
-    values = a.value[few], b.value[few]
+    values = [a.value[few], b.value[few]]
     rng = np.random.default_rng(SEED)
     weight = at.weight * at.cos_i * at.cos_r
     found = []
     for c in range(len(channels)):
         noise = [_errors(None if side.brdf is None else side.brdf.only([c]), at, rng) for side in (a, b)]
         found.append(_judged((values[0][:, c], values[1][:, c]), noise, weight, scale=scale))
-    return _worst(found, values, at, channels, exact)
+    if scale:
+        values[0] = values[0] * _factor(values[0], values[1], weight)
+    return _worst(found, (values[0], values[1]), at, channels, exact)
 
 
 def _some(count: int) -> np.ndarray:

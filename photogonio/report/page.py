@@ -90,7 +90,7 @@ def draw_pictures(result: Result, *, source: str) -> tuple[Drawn, ...]:
             "lobes",
             "Lobes",
             "f in the plane of incidence, all on one radial scale; the arrow is the light. Dashed: beyond the angles "
-            f"that were seen.{some}",
+            f"up to which f is known to a tenth of itself.{some}",
             lobes_figure(brdf, brdf.channels, valid=valid),
         ),
     )

@@ -71,6 +71,7 @@ def _sure(result: Result) -> str:
     if not np.isfinite(error).all():
         return "The file does not say how sure its albedo is."
     said = f"Albedo {listed(albedo, '.3f')} ± {listed(HALF_OF_95 * error, '.3f')} (95 %)"
+    said += "" if brdf.scale == "absolute" else ", up to the unknown scale"
     for budget in budgets(brdf)[1:2]:
         share = HALF_OF_95 * budget.error / np.maximum(np.abs(budget.value), 1e-12)
         said += f"; {budget.of} to {100 * float(np.max(share)):.2g} % (95 %)"

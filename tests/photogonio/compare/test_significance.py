@@ -83,6 +83,14 @@ def test_the_same_twice_and_a_free_scale():
     assert significance(*both, AT, brdf.channels, scale=True).p > 0.9
 
 
+def test_values_told_are_those_that_were_compared():
+    """With a free scale too: their difference has the sign of z, where it is greatest."""
+    brdf = sure()
+    other = replace(brdf, coefficients=brdf.coefficients * 3.0)
+    free = significance(sided(brdf), sided(other, "b"), AT, brdf.channels, scale=True)
+    assert np.sign(free.values[0] - free.values[1]) == np.sign(free.sigmas) != 0
+
+
 def test_where_neither_says_there_is_no_p():
     plain = satin()
     bare = replace(plain, standard_errors=np.full_like(plain.standard_errors, np.nan))

@@ -86,7 +86,10 @@ def test_places_of_the_sheet_where_nothing_may_lie_are_to_be_checked(folder):
                 "\n".join(line for line in text.splitlines() if not line.startswith("#")) + "\n"
             )
         assert main(["init", str(folder), "--quiet"]) == 0
-        assert (check in manifest.read_text()) is not own
+        told = manifest.read_text()
+        assert (check in told) is not own
+        remarks = [line for line in told.splitlines() if line.startswith("#")]
+        assert not any(line.endswith(("..", ":.")) for line in remarks)
 
 
 def test_a_photo_is_told_before_its_lamp_is_looked_for(folder, monkeypatch):
