@@ -12,14 +12,26 @@ from photogonio.reconstruct.estimate.outlier_views import pair_places
 if TYPE_CHECKING:
     from photogonio.reconstruct.table.cells import Cells
 
+BLACK = 3.0  # times the noise that cells below 0 tell: less light is none
+MANY_BELOW = 8  # cells
+
 
 def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far the fit is from the cells: root mean squares, of the difference over the observed; and the median of
-    |fitted - observed| / observed over the cells with f above 0; (c,) each. Cells that are all but black have no say
-    in the first."""
+    |fitted - observed| / observed over the cells with f above 0, and, where many are below, above what those tell of
+    noise; (c,) each. Cells that are all but black have no say in the first."""
     size = np.maximum(np.sqrt(np.mean(observed**2, axis=0)), np.finfo(float).tiny)
-    ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=observed > 0)
+    shown = (observed > 0) & (np.maximum(observed, fitted) > BLACK * _below(observed))
+    ratio = np.divide(fitted - observed, observed, out=np.full_like(observed, np.nan), where=shown)
     return np.sqrt(np.mean((fitted - observed) ** 2, axis=0)) / size, _medians(np.abs(ratio))
+
+
+def _below(observed: np.ndarray) -> np.ndarray:
+    """(c,) rms of what is below 0, where as much is as chance brings there: the noise of cells that are black."""
+    below = np.minimum(observed, 0.0)
+    count = np.count_nonzero(below, axis=0)
+    rms = np.sqrt(np.sum(below**2, axis=0) / np.maximum(count, 1))
+    return np.where(count >= MANY_BELOW, rms, 0.0)
 
 
 def shared_misfit(cells: Cells, fitted: np.ndarray) -> np.ndarray:

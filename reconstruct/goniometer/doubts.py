@@ -48,6 +48,8 @@ def doubts_of(
 ) -> tuple[Diagnosis, ...]:
     """What is doubtful of samples that were read as ``quantity``; ``side_told``: where azimuths count from is known;
     ``quantity_told``: what the values are."""
+    if not samples.value.any():
+        return ()  # a fit refuses it
     size = np.maximum(np.abs(samples.value).mean(0), np.finfo(float).tiny)
     value = np.mean(samples.value / size, axis=1)
     peak = _lamp_side(samples, value)

@@ -37,6 +37,10 @@ HARMLESS = 0.01  # of the value: what the rows beside say as well, as a table of
 RUN, FEW = 0.9, 0.25
 HARMED = 0.95  # quantile of how far rows beside one are from it, by which a few that matter count
 JUMPS = 0.25  # share of the rows, and
+ASKED, TOLD = (
+    2000,
+    50_000,
+)  # rows that are asked of their neighbours, and rows that may be those, evenly taken of more
 FEWEST_JUMPS = 2  # of them to either side, that must jump: a plateau does so to one
 
 
@@ -98,8 +102,9 @@ def stands_still(
     mark = float(value[rows[0]])
     noise, step = relative * mark, _step(value, mark)
     jump = max(NOISE * noise, STEPS * step, SMALL * mark)
-    near = cKDTree(at[others]).query(at[rows], k=[*range(1, min(NEAREST, len(others)) + 1)])[1]
-    beside = value[others[near]]
+    asked, around = _evenly(rows, ASKED), _evenly(others, TOLD)
+    near = cKDTree(at[around]).query(at[asked], k=[*range(1, min(NEAREST, len(around)) + 1)])[1]
+    beside = value[around[near]]
     apart = np.abs(np.median(beside, axis=1) - mark)
     off, most = float(np.median(apart)), float(np.quantile(apart, HARMED))
     noisy = noise > max(WIDER * step, LEAST_NOISE * mark)
@@ -119,7 +124,12 @@ def stands_still(
     low, high = beside.min(1), beside.max(1)
     slack = RANGE * (high - low) + jump
     up, down = int((mark > high + slack).sum()), int((mark < low - slack).sum())
-    return (among or min(up, down) >= FEWEST_JUMPS) and up + down >= JUMPS * len(rows)
+    return (among or min(up, down) >= FEWEST_JUMPS) and up + down >= JUMPS * len(asked)
+
+
+def _evenly(rows: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of ``rows``."""
+    return rows[:: 1 + (len(rows) - 1) // most]
 
 
 def _step(value: np.ndarray, mark: float) -> float:

@@ -25,6 +25,10 @@ WOULD_SHOW = 0.05  # rms that must have shown, where reciprocity is said to have
 CHANCE = 1e-6  # of twins as far apart by their noise alone, which is
 DOUBLED = 1.5  # times as large as it was found
 SHARE = 0.25  # of the twins that must be apart by more than noise: a few rows prove nothing
+PEAKED, FAR_APART = (
+    0.08,
+    4.0,
+)  # or so many by so many standard errors, as where a gloss alone is not reciprocal
 QUIET = 0.15  # of the rows are where nothing but noise spoils a local fit
 LEAST_NOISE = 1e-3  # of a reading
 SMOOTH = 0.1  # relative misfit of neighbours that may stand for a twin,
@@ -134,7 +138,8 @@ def _judged(ratio: np.ndarray, error: np.ndarray, theta_i: np.ndarray, theta_r: 
     left = rest / max(float(np.sum(weight * ratio**2)), 1e-300)
     slope_error = np.sqrt(max(rest / count, 1.0) / square)
     verdict = UNTOLD
-    if apart >= MATTERS and chdtrc(count, np.sum(z**2)) < CHANCE and np.mean(z > 2.0) >= SHARE:
+    many = np.mean(z > 2.0) >= SHARE or np.sum(z > FAR_APART) >= max(PEAKED * count, FEWEST)
+    if apart >= MATTERS and chdtrc(count, np.sum(z**2)) < CHANCE and many:
         verdict = BROKEN
     elif apart < MATTERS and 3.0 * noise**2 * np.sqrt(2.0 / count) < WOULD_SHOW**2:
         verdict = HELD

@@ -180,6 +180,16 @@ def test_noise_of_the_rows_own_is_no_misfit():
     assert shared_misfit(cells, off)[0] > 0.5
 
 
+def test_noise_about_zero_is_no_misfit_and_light_that_a_fit_lacks_is():
+    """Black but for a gloss that one row of ten shows, noise of a per cent of it: half of the black rows lie below."""
+    rng = np.random.default_rng(4)
+    true = np.where(np.arange(1000) % 10 == 0, 1.0, 0.0)[:, None]
+    value = true + 0.01 * rng.normal(size=true.shape)
+    assert relative_misfit(value, true)[1][0] < 0.02
+    assert relative_misfit(value, 0.5 * true)[1][0] == pytest.approx(0.5, abs=0.02)
+    assert relative_misfit(value, true + 0.2)[1][0] > 0.2
+
+
 def test_what_a_fit_misses_of_all_but_black_cells_is_nothing_beside_the_light_of_the_room():
     """A metal beside its peak: half of what is left there is missed, a twentieth of what photos show."""
     rng = np.random.default_rng(5)

@@ -175,6 +175,11 @@ def test_a_table_of_two_scales_is_not_reciprocal(surface):
     assert "table-not-reciprocal" in codes(replace(table, value=table.value * twice))
 
 
+def test_of_a_table_of_zeros_nothing_is_doubted():
+    """Nor warned of: a fit refuses it."""
+    assert codes(measured(lambda ti, tr, p: 0.0 * ti, regular())) == []
+
+
 def test_a_brushed_sample_at_one_rotation_is_not_reciprocal():
     """Exchanged pairs of one rotation are twins of a surface that is alike however it is turned, and of no other."""
     theta_i, theta_r, dphi = PLACES["square"]

@@ -80,6 +80,18 @@ def test_rows_of_the_wrong_sign_are_left_out_and_noise_below_zero_is_not():
         assert not len(out_of(noisy))
 
 
+def test_a_large_table_is_judged_by_some_of_its_rows(monkeypatch):
+    """A reading that froze is left out whole where only a tenth of its rows are asked of their neighbours."""
+    table = measured(matte(0.5), scattered(4000), noise=0.01)
+    rows = np.arange(0, 4000, 20)
+    table = frozen(table, rows, 0.09)
+    whole = out_of(table)
+    monkeypatch.setattr("photogonio.reconstruct.goniometer.stuck.ASKED", 20)
+    monkeypatch.setattr("photogonio.reconstruct.goniometer.stuck.TOLD", 800)
+    np.testing.assert_array_equal(out_of(table), whole)
+    assert set(rows) <= set(whole)
+
+
 def test_chance_repeats_a_reading_three_times_now_and_then():
     """In a tenth of tables of 205 noisy readings, five digits each: none has stood still."""
     rng, claimed, repeated = np.random.default_rng(5), 0, 0

@@ -44,6 +44,12 @@ def test_phong_over_the_cosine_is_broken_by_that_cosine():
     assert abs(found.cosine - 1.0) < 5.0 * found.cosine_error + 0.01 and found.left < 0.05
 
 
+def test_a_gloss_alone_over_the_cosine_is_broken():
+    """Most exchanged pairs are of the ground, which is reciprocal: those within the lobe are told by their number."""
+    found = twins(lambda ti, tr, p: 0.1 + lobe(ti, tr, p, 20.0) / np.cos(ti), SQUARE, noise=0.005)
+    assert found.verdict == BROKEN and found.apart > 0.03
+
+
 def test_another_breach_is_broken_and_no_cosine():
     def f(ti, tr, p):
         return 0.2 * (1.0 + 0.3 * np.sin(ti) ** 2 - 0.1 * np.cos(tr) ** 4)
