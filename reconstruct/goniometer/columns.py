@@ -16,6 +16,7 @@ from photogonio.reconstruct.goniometer.told import Told
 
 ANGLE_NAMES = ("theta_i", "phi_i", "theta_r", "phi_r")
 NAMES = (*ANGLE_NAMES, "value", "sigma")
+NONE = "none"  # told of standard errors: no column is
 # words of headers that name no BRDF, however they are written
 WAVELENGTHS = {
     "lambda",
@@ -170,12 +171,14 @@ def match_columns(table: TextTable, told: Told) -> Matched:
     if "phi_i" in angles and "phi_r" not in told.columns and _bare(angles["phi_r"])[0] in RELATIVE:
         del angles["phi_i"]  # is in it
     sigma = told.columns.get("sigma", "sigma" if "sigma" in header else "")
+    unwanted = sigma == NONE and NONE not in header
+    sigma = "" if unwanted else sigma
     chosen = [name for name, _ in told.where] + ([told.channel_by] if told.channel_by else [])
     taken = {*angles.values(), *sigma.split("+"), *chosen}
     others = [name for name in header if name not in taken]
     values = _values(table, told, others)
     own = [f"sigma_{name}" for name in channel_names(values)]
-    if not sigma and set(own) <= set(header):  # one a channel, as exported tables have
+    if not (sigma or unwanted) and set(own) <= set(header):  # one a channel, as exported tables have
         sigma, others = "+".join(own), [name for name in others if name not in own]
     for name in [*angles.values(), *values, *filter(None, sigma.split("+")), *chosen]:
         if header.count(name) != 1:

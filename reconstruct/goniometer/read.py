@@ -32,7 +32,11 @@ from photogonio.reconstruct.table.goniometer_csv import GoniometerSamples
 NO_ANGLE, FEW = 0.3, 7  # of the rows, and how many, of which angles are missing or beyond any
 LARGEST, LEAST = 1e30, 1e-30  # 1/sr: what the middle value of a table may be
 MOST_TURN = 4.0 * math.pi + 0.1  # of an azimuth: beyond, a mark of a missing one
-SURE, UNSURE = 1e-9, 1e9  # standard errors, of the middle value: below it refused, above it no measurement
+SURE = 1e-9  # standard errors, of the middle value: below it refused
+UNSURE = 1e3  # of a row's value and of the middle one: above it no measurement
+MOST_ERROR = (
+    10.0  # middle standard error, of the middle value: honest values scatter by it, so are hardly less
+)
 
 
 def read_samples(
@@ -212,6 +216,13 @@ def _of_known_errors(path: Path, samples: GoniometerSamples) -> GoniometerSample
         return samples
     if (samples.sigma <= 0).any():
         raise InputError(path, "standard errors (sigma) must be above zero")
+    typical = float(np.median(samples.sigma))
+    if typical > MOST_ERROR * middle:
+        raise InputError(
+            path,
+            f"standard errors (sigma) are about {typical:.3g}, of values of about {middle:.3g}, which would scatter "
+            "by as much: in another unit? --columns sigma=HEADER says which they are, sigma=none that no column is",
+        )
     small = samples.sigma.min(1) < SURE * middle
     if small.any():
         row = int(np.argmax(small))
@@ -219,7 +230,8 @@ def _of_known_errors(path: Path, samples: GoniometerSamples) -> GoniometerSample
             f"{path}: line {samples.lines[row, 0]}",
             f"a standard error of {samples.sigma[row].min():.3g}, of values of {middle:.3g}, cannot be",
         )
-    return replace(samples, sigma=np.minimum(samples.sigma, UNSURE * middle))
+    keep = (samples.sigma <= UNSURE * np.maximum(np.abs(samples.value), middle)).all(1)
+    return _left(samples, keep, f"of a standard error (sigma) more than {UNSURE:g} times the values'")
 
 
 def believed(samples: GoniometerSamples) -> GoniometerSamples:

@@ -89,6 +89,30 @@ def test_what_cannot_be_used_is_refused(tmp_path, text, options, said):
     assert said in str(error.value)
 
 
+def noted(tmp_path, sigma, **told):
+    """Twelve rows of 0.2 with standard errors."""
+    rows = [f"30,0,{5 * k},0,0.2,{one}" for k, one in enumerate(sigma)]
+    header = "theta_i,phi_i,theta_r,phi_r,f,sigma\n"
+    return read_samples(write(tmp_path, header + "\n".join(rows) + "\n"), **told)
+
+
+@pytest.mark.parametrize("sigma", ["1e300", "1e9", "5"])
+def test_standard_errors_that_values_do_not_scatter_by_are_refused_in_a_line(tmp_path, sigma):
+    """Values of 0.2 with such errors would be anywhere."""
+    with pytest.raises(InputError) as error:
+        noted(tmp_path, 12 * [sigma])
+    assert "standard errors (sigma) are about" in str(error.value) and "\n" not in str(error.value)
+    samples = noted(tmp_path, 12 * [sigma], columns={"sigma": "none"})
+    assert samples.sigma is None and "not read: sigma" in samples.notes[0]
+
+
+def test_single_rows_whose_error_says_that_they_are_none_are_left_out_by_name(tmp_path):
+    samples = noted(tmp_path, [*(11 * ["0.002"]), "1e30"])
+    assert len(samples.value) == len(samples.sigma) == 11 and samples.sigma.max() == 0.002
+    (told,) = samples.diagnoses
+    assert told.code == "rows-left-out" and "standard error" in told.message and "line 13" in told.message
+
+
 @pytest.mark.skipif(not PTFE.exists(), reason="the measured PTFE table is not here")
 def test_a_real_table():
     columns = {"theta_i": "thetai", "phi_i": "phi", "theta_r": "thetar", "phi_r": "phir", "value": "f_r11"}
