@@ -109,6 +109,8 @@ def result_of(
         held, raised_by = raised_unseen(held, cells, spread.of_modes_alone())
     said = _said(in_file(held, model, spread, misfit, KNOWN), options.physics)
     brdf = said.brdf
+    if all(family.retro for family in model.lobes.families):
+        verdict = verdict.of_matte()
     predicted = brdf.evaluate(cells.theta_i, cells.phi_i, cells.theta_r, cells.phi_r)
     if fresh is None and not cells.binned:
         unknowns = len(model.coefficients) + len(model.lobe_coefficients)

@@ -21,7 +21,13 @@ from photogonio.reconstruct.lobes.families import turned_roughness
 from photogonio.reconstruct.rows.row_average import Average, average_of, between, grid
 from photogonio.reconstruct.rows.row_evidence import RowEvidence
 from photogonio.reconstruct.symmetry.trials import MATERIAL, TOLD, turned
-from photogonio.reconstruct.symmetry.verdict import ONE_ROTATION, Verdict, odds_in_words, one_rotation
+from photogonio.reconstruct.symmetry.verdict import (
+    NO_GLOSS,
+    ONE_ROTATION,
+    Verdict,
+    odds_in_words,
+    one_rotation,
+)
 from photogonio.reconstruct.table.cells import Cells
 
 ORDER = 8
@@ -52,9 +58,8 @@ def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
     odds, gain = found.odds, found.gain
     said = f"odds for a lobe that turns {odds_in_words(odds)}"
     if odds < LIKELIER:
-        return Verdict(
-            "isotropic", _why_isotropic(said, found.could_show), odds, None, found.could_show
-        ), average
+        reason = _why_isotropic(said, found.could_show)
+        return Verdict("isotropic", reason, odds, None, found.could_show, tested=said), average
     said += f"; rows predicted by all others gain {gain:.1f} standard errors by it"
     if gain < SURE:
         return Verdict("isotropic", said, odds), average
@@ -73,7 +78,7 @@ def judge_rows(cells: Cells, average: Average) -> tuple[Verdict, Average]:
 
 def _why_isotropic(said: str, could_show: float | None) -> str:
     if could_show is None:
-        return f"{said}; there is no gloss, whose roughnesses could differ"
+        return f"{said}; {NO_GLOSS}"
     if could_show < LIKELIER:
         return f"assumed: roughnesses in the ratio {TOLD} would not have shown ({said})"
     return f"{said}; roughnesses in the ratio {TOLD} would have had {odds_in_words(could_show)}, at least"

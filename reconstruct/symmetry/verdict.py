@@ -45,6 +45,8 @@ ONE_TURN = 0.9  # mean resultant of doubled azimuths: above it the sample was se
 START = 0.25  # roughness
 TWINS = 0.05  # of the cells, that have been seen the other way round too
 MATTERS = 0.03  # rms, of f, by which exchange must matter: an error of the irradiance's angle looks the same
+NO_GLOSS = "there is no gloss, whose roughnesses could differ"
+NO_LOBE = "the fit has no mirror lobe, whose roughnesses could differ"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,7 @@ class Verdict:
     )
     reciprocity: str = UNTOLD  # HELD | BROKEN | UNTOLD
     exchanged: str = "nothing was seen with incidence and exit exchanged"  # why
+    tested: str = ""  # what a test of isotropy found, whether there is a gloss or not; nothing: none was made
 
     def unless(self, reciprocity: str) -> Verdict:
         """The verdict with what was found of reciprocity."""
@@ -73,6 +76,12 @@ class Verdict:
         if twins.verdict == UNTOLD and self.reciprocity == BROKEN:
             return self
         return replace(self, reciprocity=twins.verdict, exchanged=twins.reason)
+
+    def of_matte(self) -> Verdict:
+        """The verdict where the fit has no mirror lobe: nothing is claimed of what two roughnesses would show."""
+        if self.symmetry != "isotropic" or not self.tested:
+            return self
+        return replace(self, reason=f"{self.tested}; {NO_LOBE}", could_show=None)
 
     def plain(self) -> dict[str, object]:
         """JSON values."""
@@ -152,10 +161,13 @@ def judge(
     gloss = glossy(still.model, trial.cells)
     if chance is not None and chance <= CHANCE and trial.accounts(still, turns):
         symmetry, reason, best = "reciprocal", _why_turning(turns, odds, _chance(chance)), turns
+        tested = ""
     else:
+        tested = _tested(odds, chance)
         symmetry, reason, best = "isotropic", _why_isotropic(odds, chance, could_show, gloss), still
     reciprocity = _reciprocity(trial, best)
-    return Verdict(symmetry, reason, odds, chance, could_show if gloss else None).unless(reciprocity)
+    told = Verdict(symmetry, reason, odds, chance, could_show if gloss else None, tested=tested)
+    return told.unless(reciprocity)
 
 
 def _of_one_rotation(trial: Trial, lobes: Sequence[LobeSet]) -> Verdict:
@@ -227,6 +239,16 @@ def _why_turning(turns: Tried, odds: float, found: str) -> str:
 
 
 def _why_isotropic(odds: float, chance: float | None, could_show: float, gloss: bool) -> str:
+    found = _tested(odds, chance)
+    if not gloss:
+        return f"{found}; {NO_GLOSS}"
+    if could_show < CONVINCING:
+        return f"assumed: roughnesses in the ratio {TOLD} would not have shown ({found})"
+    return f"{found}; roughnesses in the ratio {TOLD} would have had {odds_in_words(could_show)}, at least"
+
+
+def _tested(odds: float, chance: float | None) -> str:
+    """What the test found of a surface that is isotropic."""
     found = f"odds for a surface that turns {odds_in_words(odds)}"
     if chance is not None:
         why = (
@@ -235,11 +257,7 @@ def _why_isotropic(odds: float, chance: float | None, could_show: float, gloss: 
             else "both models miss far more than errors do"
         )
         found += f", {_chance(chance)}, but {why}"
-    if not gloss:
-        return f"{found}; there is no gloss, whose roughnesses could differ"
-    if could_show < CONVINCING:
-        return f"assumed: roughnesses in the ratio {TOLD} would not have shown ({found})"
-    return f"{found}; roughnesses in the ratio {TOLD} would have had {odds_in_words(could_show)}, at least"
+    return found
 
 
 def _chance(chance: float) -> str:

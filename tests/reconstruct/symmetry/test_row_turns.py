@@ -70,6 +70,23 @@ def test_what_is_not_seen_to_turn_is_told_to_be_tested_or_not():
     assert "at least" in told.reason and "assumed" in untold.reason and "no gloss" in matte.reason
 
 
+@pytest.mark.parametrize(
+    ("name", "parameters", "seed", "noise"),
+    [
+        ("phong", {"albedo": (0.3,), "power": 3.0}, 0, NOISE),
+        ("phong", {"albedo": (0.3,), "power": 3.0}, 1, NOISE),
+        ("oren-nayar", {}, 2, 0.3),
+    ],
+)
+def test_a_fit_without_a_mirror_lobe_claims_nothing_of_roughnesses(name, parameters, seed, noise):
+    """The test's own lobes were likely; the average that is told has none."""
+    fit = fit_table(table(make_brdf(name, parameters), seed=seed, noise=noise))
+    assert not fit.brdf.lobes and fit.symmetry.tested
+    assert "would" not in fit.symmetry.reason and fit.symmetry.could_show is None
+    told = fit.diagnostics["symmetry"] | fit.brdf.fit["symmetry"]
+    assert not [key for key, value in told.items() if "would show" in key and value is not None]
+
+
 def test_rows_that_turn_do_so_whatever_neighbourhoods_left_out_say(monkeypatch):
     """An average by left-out neighbourhoods may be of the ridge alone; what the rows say of turning is no less sure."""
 
