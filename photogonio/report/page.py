@@ -23,6 +23,7 @@ from photogonio.report.summary import (
     count_of,
     lead,
     listed,
+    median_misfit,
     numbers,
     rescaled,
     stray_share,
@@ -177,7 +178,7 @@ def _cards(result: Result) -> list[Card]:
         Card("albedo", listed(values["albedo"], ".3f"), f"{order}; {albedo_note(brdf)}"),
         Card(
             "misfit",
-            listed(100 * values["relative_median"], ".2f") + " %",
+            median_misfit(values),
             f"{order}; median of the cells; rms {listed(100 * values['relative_rms'], '.2f')} %",
         ),
         Card("correlation", listed(values["correlation"], ".4f"), f"{order}; fitted against observed"),

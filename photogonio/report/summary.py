@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -348,13 +348,13 @@ def closing_lines(result: Result) -> str:
     """What is told at the end, on screen."""
     values = numbers(result)
     order = ", ".join(result.brdf.channels)
-    median, rms = (100 * values[name] for name in ("relative_median", "relative_rms"))
+    rms = 100 * values["relative_rms"]
     lines = [
         *verdict_lines(result.faults),
         lead(result),
         *unseen_lines(result.diagnoses),
         f"albedo {albedo_note(result.brdf)} ({order}): {listed(values['albedo'], '.3f')}{_surely(result.brdf)}",
-        f"misfit of the cells ({order}): median {listed(median, '.2f')} %, rms {listed(rms, '.2f')} %",
+        f"misfit of the cells ({order}): median {median_misfit(values)}, rms {listed(rms, '.2f')} %",
     ]
     return "\n".join(lines)
 
@@ -365,5 +365,14 @@ def _surely(brdf: Brdf) -> str:
     return f" ± {listed(half, '.3f')} (95 %)" if np.isfinite(half).all() else ""
 
 
+def median_misfit(values: Mapping[str, Any]) -> str:
+    """The median misfit of a result's :func:`numbers`, in per cent; a channel without a cell above 0 has none."""
+    median = 100 * np.asarray(values["relative_median"], float)
+    if not np.isfinite(median).any():
+        return "none, since no cell is above 0"
+    return f"{listed(median, '.2f')} %" + ("" if np.isfinite(median).all() else " (–: no cell is above 0)")
+
+
 def listed(values: Iterable[float], form: str) -> str:
-    return " · ".join(format(float(value), form) for value in values)
+    """Numbers in words; a dash for one that is none."""
+    return " · ".join(format(float(value), form) if np.isfinite(value) else "–" for value in values)

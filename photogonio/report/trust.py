@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 DISTRUSTED = "not to be trusted"  # key of the coefficient file's "fit": codes of the checks that failed
 
+MOSTLY = 0.9  # of the values below 0: no noise
 BRIGHTEST = 1.05  # albedo: paper and patches are known to a few per cent
 MISFIT = 0.2  # median, relative
 HOPELESS = 0.5  # median, relative: no noise of a measurement that is worth a fit
@@ -89,7 +90,11 @@ def _strengths(setup: Setup) -> str:
 
 def _negative(result: Result) -> str:
     albedo = result.brdf.bihemispherical_albedo()
-    return "" if (albedo >= 0.0).all() else f"albedo below 0 ({_each(albedo)})"
+    if (albedo >= 0.0).all():
+        return ""
+    below = np.mean(result.fit.cells.value < 0.0, axis=0)[albedo < 0.0].max()
+    said = f"albedo below 0 ({_each(albedo)})"
+    return said if below < MOSTLY else f"{said}, as {below:.0%} of the values are: is their sign turned?"
 
 
 def _bright(result: Result) -> str:
@@ -137,7 +142,8 @@ def _much_lost(result: Result) -> str:
     if not lost:
         return ""
     width = _albedo_width(result.brdf)
-    return f"{lost}; the others tell the albedo to within {width:.1%}" if width > KNOWN else ""
+    within = f"to within {width:.1%}" if np.isfinite(width) else "to no known error"
+    return f"{lost}; the others tell the albedo {within}" if width > KNOWN else ""
 
 
 def _saturated(result: Result) -> str:
@@ -165,6 +171,8 @@ def _unsure(result: Result) -> str:
     if width <= (HARDLY if result.fit.cells.binned else HARDLY_ROWS):
         return ""
     said = f"the albedo is known to no better than {width:.0%} of itself (95 %)"
+    if not np.isfinite(width):
+        said = "how well the albedo is known, nothing tells"
     if _holds_nowhere(result.brdf):
         return said
     looked = _width_where_photos_looked(result.fit)
@@ -278,8 +286,8 @@ OF_FITS = (
     Check(
         "negative-albedo",
         "an albedo is below 0",
-        "angles in another unit or azimuths from another zero, rows that are no measurements, or lamps that stood "
-        "elsewhere",
+        "values of the wrong sign or with too much dark signal taken off, angles in another unit or azimuths from "
+        "another zero, rows that are no measurements, or lamps that stood elsewhere",
         _negative,
     ),
     Check(

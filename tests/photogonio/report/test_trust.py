@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -89,6 +90,17 @@ def test_an_unphysical_result_is_written_and_every_outcome_says_so(capsys, tmp_p
     assert cards.strip().startswith('<div class="card alarm"><span>not to be trusted: ')
     said = json.loads((tmp_path / "out/coefficients.json").read_text())["fit"][DISTRUSTED]
     assert said == numbers["trust"]["codes"]
+
+
+def test_a_negated_table_says_so_and_no_text_holds_what_is_no_number(capsys, tmp_path):
+    status, numbers, err = fitted(capsys, tmp_path, matte_rows(-1.0))
+    assert status == 3 and numbers["relative_median"] == [None]
+    assert "100% of the values are: is their sign turned?" in err and "since no cell is above 0" in err
+    text = re.sub(
+        r"<(script|style).*?</\1>|<[^>]*>", " ", (tmp_path / "out/report.html").read_text(), flags=re.S
+    )
+    for said in (err, text):
+        assert not re.search(r"\b(nan|inf)\b", said, re.IGNORECASE)
 
 
 @pytest.mark.parametrize(
