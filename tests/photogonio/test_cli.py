@@ -242,6 +242,26 @@ def test_a_signal_while_modules_load_is_one_line(tmp_path, number):
     assert done.stderr == "photogonio: stopped; nothing was written\n"
 
 
+def test_an_interrupt_before_there_is_a_handler_is_one_line(tmp_path):
+    """Python's own handler raises it in whatever is loaded."""
+    code = (
+        "import sys\n"
+        "import photogonio.__main__ as start\n"
+        "class Loading:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'signal': raise KeyboardInterrupt\n"
+        "sys.modules.pop('signal', None)\n"
+        "sys.meta_path.insert(0, Loading())\n"
+        "start.program()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "photogonio: stopped; nothing was written\n"
+
+
 def ran(monkeypatch, work, number):
     """The status of a command that does ``work``, with a signal's own handler in place: the tests may have been started
     with interrupts ignored, as jobs in the background are."""
