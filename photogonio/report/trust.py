@@ -137,6 +137,14 @@ def _scan(result: Result) -> str:
     return _told(result, "table-scan-off")
 
 
+def _uneven(result: Result) -> str:
+    return _told(result, "table-uneven")
+
+
+def _gain(result: Result) -> str:
+    return _told(result, "table-gain")
+
+
 def _much_lost(result: Result) -> str:
     lost = _told(result, "table-much-lost")
     if not lost:
@@ -330,6 +338,20 @@ OF_FITS = (
         "more, of what the others and exchanged pairs say",
         "another gain, filter or lamp than in the other scans",
         _scan,
+    ),
+    Check(
+        "rows-uneven",
+        "every second row of a table, the rows of every second incidence, those on one side of the plane of incidence, "
+        "or later ones are a multiple of the others, 1.05 or more, with odds above e^30 (e^40, e^100, e^40)",
+        "detectors, lamps or gains that took turns, something in the way on one side, or a lamp that drifted",
+        _uneven,
+    ),
+    Check(
+        "gain-changed",
+        "exchanged pairs of directions differ in a table, and a gain that changes at an angle or from line to line, by "
+        "1.1 or more, explains it down to the noise",
+        "a lamp that drifted, another gain, or a lit spot larger than the sample or the detector's view",
+        _gain,
     ),
     Check(
         "rows-lost",

@@ -11,6 +11,8 @@ from photogonio.capture.robust import deviation
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.rows.mirrored import mirrored_odds
 from photogonio.reconstruct.rows.slipped import Slip, slip_of
+from photogonio.reconstruct.rows.uneven import uneven_of
+from photogonio.reconstruct.symmetry.gains import gain_of
 from photogonio.reconstruct.symmetry.scans import run_off, scan_off
 from photogonio.reconstruct.symmetry.twins import BROKEN, compare_twins
 from photogonio.reconstruct.table.cells import cells_of
@@ -36,6 +38,8 @@ LOST = 0.1  # of the rows
 EDGE = 4.0  # degrees: rows toward the horizon that are lost
 MIRRORED = 20.0  # logarithm of the odds that azimuths count from the mirror side
 OBLIQUE = np.radians(1.0)  # incidence that has an azimuth, and how exactly it is told
+# of the odds that a group of rows is a multiple of the others; a brushed surface at one rotation has sides, to 80
+UNEVEN = {"lines": 30.0, "scans": 40.0, "order": 40.0, "side": 100.0}
 SLIPPED = 50.0  # of the odds that values stand beside their directions; readings far off alone make 22 of it
 
 FLAT = 5.0  # times as often as the values next below the largest must come, to be a limit, and
@@ -62,11 +66,17 @@ def doubts_of(
     slip = None
     if cosine is None and not _turned(samples):
         slip = slip_of(samples, value, SLIPPED, turns=side_told)
+    scan = _scan(samples, value) if cosine is None else None
+    uneven = _uneven(samples, value) if cosine is None and scan is None else None
+    if uneven is not None:
+        slip = slip if slip is not None and slip.odds > uneven.amount else None
+        mirrored = mirrored if mirrored is not None and mirrored.amount > uneven.amount else None
     if slip is not None and (mirrored is None or slip.odds > mirrored.amount):
         return tuple(one for one in (_slipped(samples, slip), _saturated(samples)) if one is not None)
-    scan = _scan(samples, value) if cosine is None else None
-    breach = _breach(samples, value) if cosine is None and scan is None else None
-    found = (cosine, peak, mirrored, scan, breach, _saturated(samples))
+    breach = None
+    if cosine is None and scan is None and uneven is None:
+        breach = _gain(samples, value) or _breach(samples, value)
+    found = (cosine, peak, mirrored, scan, uneven, breach, _saturated(samples))
     return tuple(one for one in found if one is not None)
 
 
@@ -230,6 +240,53 @@ def _run(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
         f"(each within {found.error:.0%}): another gain or lamp?"
     )
     return Diagnosis("table-scan-off", message, amount=max(found.factor, 1.0 / found.factor))
+
+
+def _uneven(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
+    """Whether every second row, or those on one side, or later ones are a multiple of the others."""
+    found = uneven_of(samples, value, min(UNEVEN.values()))
+    if found is None or found.odds < UNEVEN[found.group]:
+        return None
+    times = f"about {found.factor:.2f} times"
+    said = {
+        "lines": f"every second row is {times} what the others say",
+        "scans": f"the rows of every second incidence are {times} what the others say",
+        "side": f"readings at azimuths of 0 to 180 degrees are {times} those at 180 to 360",
+        "order": f"readings grow to {times} from the first row to the last, in whatever order angles come",
+    }
+    asked = {
+        "lines": "two detectors, lamps or gains that took turns?",
+        "scans": "another gain or lamp in turns?",
+        "side": "something in the way on one side, or a sample that is not level, brushed or woven?",
+        "order": "did the lamp or the detector drift?",
+    }
+    message = f"{said[found.group]} (odds e^{found.odds:.0f}): {asked[found.group]}"
+    return Diagnosis("table-uneven", message, amount=found.odds, least=UNEVEN[found.group])
+
+
+def _gain(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | None:
+    """Whether exchanged pairs differ as a gain has it that changes at an angle or with time."""
+    found = gain_of(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i, value)
+    if found is None:
+        return None
+    message = (
+        f"{found.count} exchanged pairs of directions differ by {found.apart:.0%}, nearly all of it as if "
+    )
+    if found.beyond is None:
+        message += (
+            f"readings grew to {found.factor:.2f} times from the first row to the last: did the lamp or the "
+        )
+        message += "detector drift?"
+    else:
+        angle = np.degrees(found.beyond)
+        message += (
+            f"readings beyond {angle:.0f} degrees of exit were {found.factor:.2f} times what they are, or "
+        )
+        message += (
+            f"beyond {angle:.0f} degrees of incidence {1.0 / found.factor:.2f} times: another gain or lamp, "
+        )
+        message += "or a spot that is larger than the sample or the detector's view?"
+    return Diagnosis("table-gain", message, amount=max(found.factor, 1.0 / found.factor))
 
 
 def _bright(value: np.ndarray) -> float | None:

@@ -66,35 +66,78 @@ class Twins:
 
 def compare_twins(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray, value: np.ndarray) -> Twins:
     """Compare readings ``value`` (n,), 1/sr, with those of exchanged pairs; angles (n,) in radians."""
-    good = np.flatnonzero(value > 0.0)
-    if len(good):
-        good = good[value[good] > FAINT * _step(value[good])]
-    good = good[:: 1 + len(good) // MOST_ROWS]
-    theta_i, theta_r, dphi, value = (column[good] for column in (theta_i, theta_r, dphi, value))
-    if len(value) < 2 * FEWEST:
+    seen = Readings.of(theta_i, theta_r, dphi, value)
+    if len(seen.rows) < 2 * FEWEST:
         return Twins(UNTOLD)
-    at, back = places(theta_i, theta_r, dphi), places(theta_r, theta_i, dphi)
-    noise = reading_noise(at, value)
-    rows = np.flatnonzero(theta_i - theta_r > FAR)
-    distance, twin = cKDTree(at).query(back[rows])
-    same = distance < SAME
-    if same.sum() >= FEWEST:
-        rows, twin = rows[same], twin[same]
-        ratio = np.log(value[rows] / value[twin])
-        return _judged(ratio, np.hypot(noise[rows], noise[twin]), theta_i[rows], theta_r[rows])
-    rows = np.flatnonzero(np.abs(theta_i - theta_r) > FAR)
-    rows = rows[cKDTree(at).query(back[rows])[0] < CLOSE]
-    if len(rows) < FEWEST:
-        return Twins(UNTOLD, len(rows))
-    told = expected(at, value, back[rows])
-    bent = np.abs(np.log(np.maximum(told.straight, 1e-300) / told.value))
-    smooth = (bent < SMOOTH) & (told.spread < SMOOTH)  # elsewhere a peak is between
-    if smooth.sum() < FEWEST:
-        return Twins(UNTOLD, int(smooth.sum()))
-    rows, ratio = rows[smooth], np.log(value[rows] / told.value)[smooth]
-    found = _judged(ratio, np.hypot(told.spread[smooth], noise[rows]), theta_i[rows], theta_r[rows])
+    same = seen.exchanged()
+    if len(same.rows) >= FEWEST:
+        return _judged(same.ratio, same.error, theta_i[same.rows], theta_r[same.rows])
+    near = seen.nearly_exchanged()
+    if len(near.rows) < FEWEST:
+        return Twins(UNTOLD, len(near.rows))
+    found = _judged(near.ratio, near.error, theta_i[near.rows], theta_r[near.rows])
     sure = found.verdict != BROKEN or (found.left < EXPLAINED and 0.5 < abs(found.cosine) < 2.0)
     return found if sure else replace(found, verdict=UNTOLD)
+
+
+@dataclass(frozen=True, slots=True)
+class Exchanged:
+    """Readings beside what was read with incidence and exit exchanged."""
+
+    rows: np.ndarray  # (m,) of all readings
+    twins: np.ndarray | None  # (m,) likewise; None: what those around the exchanged pair say
+    ratio: np.ndarray  # (m,) logarithm of the reading over its twin
+    error: np.ndarray  # (m,) standard error of it, by noise
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """Those that tell something, with their noise."""
+
+    rows: np.ndarray  # (k,) of all readings
+    theta_i: np.ndarray  # (k,) radians
+    theta_r: np.ndarray  # (k,)
+    value: np.ndarray  # (k,) 1/sr
+    at: np.ndarray  # (k, 4) places
+    back: np.ndarray  # (k, 4) of the exchanged pairs
+    noise: np.ndarray  # (k,) standard error of the logarithm
+
+    @classmethod
+    def of(cls, theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray, value: np.ndarray) -> Readings:
+        """Of readings ``value`` (n,), 1/sr; angles (n,) in radians."""
+        good = np.flatnonzero(value > 0.0)
+        if len(good):
+            good = good[value[good] > FAINT * _step(value[good])]
+        good = good[:: 1 + len(good) // MOST_ROWS]
+        theta_i, theta_r, dphi, value = (column[good] for column in (theta_i, theta_r, dphi, value))
+        at, back = places(theta_i, theta_r, dphi), places(theta_r, theta_i, dphi)
+        noise = reading_noise(at, value) if len(value) >= 2 * FEWEST else np.zeros(len(value))
+        return cls(good, theta_i, theta_r, value, at, back, noise)
+
+    def exchanged(self) -> Exchanged:
+        """Pairs that were read both ways, each once."""
+        rows = np.flatnonzero(self.theta_i - self.theta_r > FAR)
+        distance, twin = cKDTree(self.at).query(self.back[rows])
+        rows, twin = rows[distance < SAME], twin[distance < SAME]
+        ratio, error = (
+            np.log(self.value[rows] / self.value[twin]),
+            np.hypot(self.noise[rows], self.noise[twin]),
+        )
+        return Exchanged(self.rows[rows], self.rows[twin], ratio, error)
+
+    def nearly_exchanged(self) -> Exchanged:
+        """Readings beside what a local fit says of the exchanged pairs, where it is smooth; :data:`FEWEST` or more, or
+        how many there would be."""
+        rows = np.flatnonzero(np.abs(self.theta_i - self.theta_r) > FAR)
+        rows = rows[cKDTree(self.at).query(self.back[rows])[0] < CLOSE]
+        if len(rows) < FEWEST:
+            return Exchanged(self.rows[rows], None, np.zeros(len(rows)), np.ones(len(rows)))
+        told = expected(self.at, self.value, self.back[rows])
+        bent = np.abs(np.log(np.maximum(told.straight, 1e-300) / told.value))
+        smooth = (bent < SMOOTH) & (told.spread < SMOOTH)  # elsewhere a peak is between
+        rows, ratio = rows[smooth], np.log(self.value[rows] / told.value)[smooth]
+        error = np.hypot(told.spread[smooth], self.noise[rows])
+        return Exchanged(self.rows[rows], None, ratio, error)
 
 
 def _step(value: np.ndarray) -> float:

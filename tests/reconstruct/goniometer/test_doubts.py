@@ -171,8 +171,9 @@ def test_a_table_of_two_scales_is_not_reciprocal(surface):
     """Incidences beyond 40 degrees are read with twice the gain: twins across it differ by a factor of two."""
     table = measured(SURFACES[surface], PLACES["square"], noise=0.02)
     twice = np.where(table.theta_i > np.radians(40.0), 2.0, 1.0)[:, None]
-    assert "table-not-reciprocal" not in codes(table)
-    assert "table-not-reciprocal" in codes(replace(table, value=table.value * twice))
+    told = {"table-not-reciprocal", "table-gain"}  # the second where nearly all of it is told by the step
+    assert not told & set(codes(table))
+    assert len(told & set(codes(replace(table, value=table.value * twice)))) == 1
 
 
 def test_of_a_table_of_zeros_nothing_is_doubted():
