@@ -22,7 +22,9 @@ LITTLE = 0.03  # of the squares, whatever their noise: no lamp fades quite as a 
 TELLS = 60.0  # by which their sum must fall
 FACTOR = float(np.log(1.1))  # between readings on either side of an angle, or at either end
 STEPS = np.radians(np.arange(12.5, 80.0, 1.25))  # angles of exit that are tried
-SHARE = 0.1  # of the pairs, that must be told apart
+SHARE = 0.1  # of the pairs, that must be on either side of the angle, and on the same
+SPREAD = 0.1  # of the lines between twins, that they must vary by
+NEAR = 40  # pairs of which neighbours tell
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +45,11 @@ def gain_of(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray, value: n
     if len(seen.rows) < 2 * FEWEST:
         return None
     same, near = seen.exchanged(), seen.nearly_exchanged()
-    by_near = _by_angle(near, theta_i, theta_r, LEFT_NEAR) if len(near.rows) >= FEWEST else None
+    by_near = _by_angle(near, theta_i, theta_r, LEFT_NEAR) if len(near.rows) >= NEAR else None
     if len(same.rows) < FEWEST:
         return by_near
     by_angle = _by_angle(same, theta_i, theta_r, LEFT)
-    if len(near.rows) >= FEWEST and by_near is None:
+    if len(near.rows) >= NEAR and by_near is None:
         by_angle = None  # few twins may follow anything
     told = [one for one in (by_angle, _by_line(same, len(value))) if one is not None]
     return min(told, key=lambda one: one.left) if told else None
@@ -58,7 +60,7 @@ def _by_angle(pairs: Exchanged, theta_i: np.ndarray, theta_r: np.ndarray, least:
     tried = []
     for angle in STEPS:
         beyond = (theta_r[pairs.rows] > angle).astype(float) - (theta_i[pairs.rows] > angle)
-        if np.mean(beyond != 0.0) >= SHARE:
+        if SHARE <= np.mean(beyond != 0.0) <= 1.0 - SHARE:
             tried.append((*_line(pairs, beyond), float(angle)))
     if not tried:
         return None
@@ -73,7 +75,12 @@ def _by_line(pairs: Exchanged, lines: int) -> Gain | None:
     """Readings that grow from line to line."""
     if pairs.twins is None:
         return None
-    left, slope = _line(pairs, (pairs.rows - pairs.twins) / lines)
+    apart = (pairs.rows - pairs.twins) / lines
+    if np.std(apart) < SPREAD * np.max(
+        np.abs(apart)
+    ):  # the same angles again: one difference, told by anything
+        return None
+    left, slope = _line(pairs, apart)
     return _told(pairs, left, slope, LEFT, None)
 
 
