@@ -8,7 +8,7 @@ docs/cli.md lists the checks.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from photogonio.reconstruct.brdf.brdf import HALF_OF_95
 from photogonio.reconstruct.brdf.spread import albedo_error
 from photogonio.reconstruct.estimate.narrow_gloss import half_angles
 from photogonio.reconstruct.paper_fit import UNTOLD
+from photogonio.reconstruct.rows.narrow import narrow_peak
 from photogonio.reconstruct.rows.resolved import CORE, core_unseen, resolved_by
 from photogonio.report.misfit import relative_misfit, shared_misfit
 from photogonio.result import Fault
@@ -49,6 +50,11 @@ BOARD = 3.0  # pixels, or the part of the picture's width below if that is more
 BOARD_PART = 5e-4
 HALF_HEIGHT = float(np.sqrt(np.log(2.0)))  # of roughnesses: where a peak is half as high
 UNSURE = 0.5  # relative standard error of a lamp's strength
+# checks that a peak which nothing follows lets fail
+OF_NARROW = (
+    *("peak-missed", "peak-unresolved", "negative-albedo", "albedo-above-one", "not-determined", "unsure"),
+    "misfit",
+)
 NARROW, WIDE = 0.5, 150.0  # degrees: fields of view that no camera has
 
 
@@ -292,20 +298,6 @@ OF_SETUPS = (
 )
 OF_FITS = (
     Check(
-        "negative-albedo",
-        "an albedo is below 0",
-        "values of the wrong sign or with too much dark signal taken off, angles in another unit or azimuths from "
-        "another zero, rows that are no measurements, or lamps that stood elsewhere",
-        _negative,
-    ),
-    Check(
-        "albedo-above-one",
-        "on an absolute scale an albedo is above 1.05",
-        "the values are no BRDF (a reflectance factor is pi times f, per cent of white 100 pi times), or the white "
-        "patch's reflectance is wrong",
-        _bright,
-    ),
-    Check(
         "cosine-in-values",
         "exchanged pairs of directions differ in a table, and a cosine explains it; or values fall toward grazing as "
         "both cosines do",
@@ -367,33 +359,6 @@ OF_FITS = (
         _saturated,
     ),
     Check(
-        "not-determined",
-        "f is known to a tenth of itself at no angle (the valid angles are 0 degrees); of a table, and the misfit is "
-        "above 6 % in the median or 15 % rms",
-        "too few or too noisy data, or data that contradict one another",
-        _invalid,
-    ),
-    Check(
-        "unsure",
-        "the albedo is known to no better than 30 % (95 %; of a table 50 %), and f to a tenth of itself at no angle, "
-        "or to no better than 10 % (95 %) even where photos looked, in the middle",
-        "lamps whose directions nothing tells, as far away ones over a flat sample without polished balls, or too few "
-        "photos",
-        _unsure,
-    ),
-    Check(
-        "extrapolated",
-        "all data lie within 10 degrees of the normal: nearly all of the result is extrapolated",
-        "angles in radians, or the camera and the lamps too close together",
-        _reach,
-    ),
-    Check(
-        "misfit",
-        "the median misfit is above 20 % of what is seen, and neighbours agree that the fit is off; or above 50 %",
-        "rows that are no measurements, angles that are not what they are taken for, or lamps that stood elsewhere",
-        _misfit,
-    ),
-    Check(
         "peak-missed",
         "the rms misfit is above 60 % of the data's rms: the brightest data are not in the fit",
         "a peak narrower than any lobe that was tried, or rows that are no measurements",
@@ -407,6 +372,47 @@ OF_FITS = (
         "there may be a tenth of the albedo more. Or no photo shows a cosine power's peak above half its height",
         "steps of the angles that are wider than the peak; too few lamps, or the sample too small in the photos",
         _unresolved,
+    ),
+    Check(
+        "negative-albedo",
+        "an albedo is below 0",
+        "values of the wrong sign or with too much dark signal taken off, angles in another unit or azimuths from "
+        "another zero, rows that are no measurements, or lamps that stood elsewhere",
+        _negative,
+    ),
+    Check(
+        "albedo-above-one",
+        "on an absolute scale an albedo is above 1.05",
+        "the values are no BRDF (a reflectance factor is pi times f, per cent of white 100 pi times), or the white "
+        "patch's reflectance is wrong",
+        _bright,
+    ),
+    Check(
+        "not-determined",
+        "f is known to a tenth of itself at no angle (the valid angles are 0 degrees); of a table, and the misfit is "
+        "above 6 % in the median or 15 % rms",
+        "too few or too noisy data, or data that contradict one another",
+        _invalid,
+    ),
+    Check(
+        "unsure",
+        "the albedo is known to no better than 30 % (95 %; of a table 50 %), and f to a tenth of itself at no angle, "
+        "or to no better than 10 % (95 %) even where photos looked, in the middle",
+        "too few rows or photos; or, of photos, lamps whose directions nothing tells, as far away ones over a flat "
+        "sample without polished balls",
+        _unsure,
+    ),
+    Check(
+        "extrapolated",
+        "all data lie within 10 degrees of the normal: nearly all of the result is extrapolated",
+        "angles in radians, or the camera and the lamps too close together",
+        _reach,
+    ),
+    Check(
+        "misfit",
+        "the median misfit is above 20 % of what is seen, and neighbours agree that the fit is off; or above 50 %",
+        "rows that are no measurements, angles that are not what they are taken for, or lamps that stood elsewhere",
+        _misfit,
     ),
     Check(
         "modes-untold",
@@ -432,7 +438,24 @@ def checks_table() -> str:
 def faults_of(result: Result) -> tuple[Fault, ...]:
     """The checks that a result fails; none: it may be trusted."""
     fitted = _failed(OF_FITS, result)
+    if result.setup is None and fitted:
+        return _of_narrow_peak(result, fitted)
     return fitted if result.setup is None else (*setup_faults(result.setup), *fitted)
+
+
+def _of_narrow_peak(result: Result, faults: tuple[Fault, ...]) -> tuple[Fault, ...]:
+    """Faults of a table with their likeliest cause, where that is a peak which nothing follows."""
+    cells = result.fit.cells
+    if cells.binned:
+        return faults
+    value = np.mean(cells.value / np.maximum(np.abs(cells.value).mean(0), np.finfo(float).tiny), axis=1)
+    peak = narrow_peak(cells.theta_i, cells.theta_r, cells.dphi, value)
+    if peak is None:
+        return faults
+    about = "the mirror direction" if peak.about == "mirror" else "the light's own direction"
+    cause = f"a peak about {about}, {peak.times:.3g} times as bright as 4 degrees beside it: narrower than lobes or "
+    cause += "the steps of the angles can follow"
+    return tuple(replace(one, cause=cause) if one.code in OF_NARROW else one for one in faults)
 
 
 def setup_faults(setup: Setup) -> tuple[Fault, ...]:

@@ -10,6 +10,7 @@ from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.robust import deviation
 from photogonio.reconstruct.goniometer.spoilt import lamp_angle
 from photogonio.reconstruct.rows.mirrored import mirrored_odds
+from photogonio.reconstruct.rows.narrow import NarrowPeak, narrow_peak
 from photogonio.reconstruct.rows.slipped import Slip, slip_of
 from photogonio.reconstruct.rows.uneven import uneven_of
 from photogonio.reconstruct.symmetry.gains import gain_of
@@ -57,6 +58,10 @@ def doubts_of(
     size = np.maximum(np.abs(samples.value).mean(0), np.finfo(float).tiny)
     value = np.mean(samples.value / size, axis=1)
     peak = _lamp_side(samples, value)
+    narrow = narrow_peak(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i, value)
+    if narrow is not None:
+        peak = peak or _narrow_lamp_side(narrow)
+        side_told = True  # lobes would tell it by chance
     mirrored = None if side_told or peak is None else _mirrored(samples, value, np.pi)
     if not side_told and peak is None:
         mirrored = _beside(samples, value)
@@ -176,6 +181,17 @@ def _lamp_side(samples: GoniometerSamples, value: np.ndarray) -> Diagnosis | Non
         "surface, or azimuths that count from the mirror side? Then say --azimuth mirror (docs/cli.md draws ours)"
     )
     return Diagnosis("table-lamp-side", message, amount=peak / level)
+
+
+def _narrow_lamp_side(narrow: NarrowPeak) -> Diagnosis | None:
+    """Whether a peak that lobes do not follow is toward the lamp."""
+    if narrow.about != "light":
+        return None
+    message = (
+        f"a peak of a degree or two is toward the lamp, {narrow.times:.0f} times as bright as around it: a "
+        "retro-reflective surface, or a mirror whose azimuths count from the mirror side? Then say --azimuth mirror"
+    )
+    return Diagnosis("table-lamp-side", message, amount=narrow.times)
 
 
 def _mirrored(samples: GoniometerSamples, value: np.ndarray, turn: float) -> Diagnosis | None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from photogonio.reconstruct.estimate.model import LobeSet
 from photogonio.reconstruct.estimate.weights import error_model, level
+from photogonio.reconstruct.rows.narrow import narrow_peak
 from photogonio.reconstruct.rows.row_average import grid
 from photogonio.reconstruct.rows.row_evidence import RowEvidence
 from photogonio.reconstruct.table.cells import cells_of
@@ -52,6 +53,11 @@ def slip_of(
     slips = [Slip(by, 0, 0.0) for by in BY]
     slips += [Slip(by, int(share * len(value)), 0.0) for share in FROM.tolist() for by in (1, -1)]
     some = np.arange(0, len(value), -(-len(value) // MOST_ROWS))
+    peak = narrow_peak(samples.theta_i, samples.theta_r, samples.phi_r - samples.phi_i, value)
+    if peak is not None:  # of which each row is alone
+        some = some[~peak.rows[some]]
+        if len(some) < FEWEST:
+            return None
     moved = [value[some], *(one.mended(value)[some] for one in slips)]
     told = _evidence(samples, some, moved, (LobeSet(),))
     best = int(np.argmax(told))

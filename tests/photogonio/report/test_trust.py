@@ -159,6 +159,20 @@ def test_an_albedo_of_rows_may_be_less_sure(monkeypatch, error, fault):
     assert bool(check.found(SimpleNamespace(brdf=brdf, fit=fit))) == fault
 
 
+def test_a_narrow_peak_is_the_cause_that_comes_first(capsys, tmp_path):
+    """Matte but for half a degree about the mirror direction, which steps of 5 degrees meet at one row an incidence."""
+    angles = np.stack(np.meshgrid(np.arange(0, 76, 15), [0], np.arange(0, 81, 5), np.arange(0, 360, 30)), -1)
+    angles = angles.reshape(-1, 4)
+    mirror = (angles[:, 0] == angles[:, 2]) & (angles[:, 3] == 180) | (angles[:, 0] + angles[:, 2] == 0)
+    value = np.where(mirror, 86.0, 0.016) * (1.0 + 0.005 * np.random.default_rng(6).normal(size=len(angles)))
+    table = written(tmp_path / "table.csv", np.column_stack([angles, value]))
+    assert main(["fit", str(table), "-o", str(tmp_path / "out"), "--json"]) == 3
+    out, err = capsys.readouterr()
+    first = next(line for line in err.splitlines() if line.startswith("NOT TO BE TRUSTED"))
+    assert "likeliest cause: a peak about the mirror direction" in first
+    assert not {"rows-slipped", "azimuth-mirrored"} & set(json.loads(out)["trust"]["codes"])
+
+
 def test_who_uses_the_file_is_told_and_quiet_is_not_silent(capsys, tmp_path):
     table = written(tmp_path / "table.csv", matte_rows(100.0))
     assert main(["fit", str(table), "-o", str(tmp_path / "out"), *QUICK, "--quiet"]) == 3
