@@ -453,7 +453,7 @@ def _of_narrow_peak(result: Result, faults: tuple[Fault, ...]) -> tuple[Fault, .
     if peak is None:
         return faults
     about = "the mirror direction" if peak.about == "mirror" else "the light's own direction"
-    cause = f"a peak about {about}, {peak.times:.3g} times as bright as 4 degrees beside it: narrower than lobes or "
+    cause = f"a peak about {about}, {peak.times:.0f} times as bright as 4 degrees beside it: narrower than lobes or "
     cause += "the steps of the angles can follow"
     return tuple(replace(one, cause=cause) if one.code in OF_NARROW else one for one in faults)
 

@@ -28,7 +28,7 @@ NEAR = 40  # pairs of which neighbours tell
 
 
 @dataclass(frozen=True, slots=True)
-class Gain:
+class GainChange:
     """What nearly all of the difference of exchanged pairs goes with."""
 
     factor: float  # of readings at exit angles beyond one, or at the table's end beside its beginning
@@ -38,7 +38,9 @@ class Gain:
     left: float  # of its square
 
 
-def gain_of(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray, value: np.ndarray) -> Gain | None:
+def gain_of(
+    theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray, value: np.ndarray
+) -> GainChange | None:
     """The one change of gain that explains how exchanged pairs differ, if there is one; angles (n,) in radians,
     ``value`` (n,) 1/sr, of rows in the order that they were written in."""
     seen = Readings.of(theta_i, theta_r, dphi, value)
@@ -55,7 +57,7 @@ def gain_of(theta_i: np.ndarray, theta_r: np.ndarray, dphi: np.ndarray, value: n
     return min(told, key=lambda one: one.left) if told else None
 
 
-def _by_angle(pairs: Exchanged, theta_i: np.ndarray, theta_r: np.ndarray, least: float) -> Gain | None:
+def _by_angle(pairs: Exchanged, theta_i: np.ndarray, theta_r: np.ndarray, least: float) -> GainChange | None:
     """Readings beyond an angle of exit: what stands on its other side after the exchange is seen."""
     tried = []
     for angle in STEPS:
@@ -71,7 +73,7 @@ def _by_angle(pairs: Exchanged, theta_i: np.ndarray, theta_r: np.ndarray, least:
     return _told(pairs, left, slope, least, float(np.mean(alike)))
 
 
-def _by_line(pairs: Exchanged, lines: int) -> Gain | None:
+def _by_line(pairs: Exchanged, lines: int) -> GainChange | None:
     """Readings that grow from line to line."""
     if pairs.twins is None:
         return None
@@ -92,7 +94,9 @@ def _line(pairs: Exchanged, by: np.ndarray) -> tuple[float, float]:
     return float(rest / max(np.sum(weight * pairs.ratio**2), 1e-300)), slope
 
 
-def _told(pairs: Exchanged, left: float, slope: float, least: float, beyond: float | None) -> Gain | None:
+def _told(
+    pairs: Exchanged, left: float, slope: float, least: float, beyond: float | None
+) -> GainChange | None:
     squares = float(np.sum(pairs.ratio**2 / (pairs.error**2 + LEAST_NOISE**2)))
     count = len(pairs.rows)
     near = pairs.twins is None  # a local fit at a step's edge is off by more than its noise
@@ -103,4 +107,4 @@ def _told(pairs: Exchanged, left: float, slope: float, least: float, beyond: flo
     if abs(slope) < FACTOR or (1.0 - left) * squares < TELLS:
         return None
     apart = float(np.sqrt(np.mean(pairs.ratio**2)))
-    return Gain(float(np.exp(slope)), beyond, count, apart, left)
+    return GainChange(float(np.exp(slope)), beyond, count, apart, left)

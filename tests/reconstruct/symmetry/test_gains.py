@@ -10,7 +10,7 @@ import pytest
 from photogonio.reconstruct.goniometer.doubts import doubts_of
 from photogonio.reconstruct.goniometer.read import read_samples
 from photogonio.reconstruct.modes.angles import unit_vectors
-from photogonio.reconstruct.symmetry.gains import Gain, gain_of
+from photogonio.reconstruct.symmetry.gains import GainChange, gain_of
 from photogonio.synthetic.brdf.library import make_brdf
 from tests.drawn.goniometer import glossy, in_plane, matte, measured, regular, rough, samples, scattered
 from tests.places import DATA
@@ -24,7 +24,7 @@ SURFACES = {
 PLACES = {"grid": regular(15.0, 15.0, 30.0), "coarse": regular(20.0, 10.0, 30.0), "random": scattered(400, 3)}
 
 
-def found(table) -> Gain | None:
+def found(table) -> GainChange | None:
     return gain_of(table.theta_i, table.theta_r, table.phi_r - table.phi_i, table.value[:, 0])
 
 
