@@ -79,8 +79,10 @@ class Model:
     def evaluate(self, cells: Cells) -> np.ndarray:
         """Values (n, c) at the cells' mean directions."""
         fixed, columns = self.lobes.columns(cells)
-        modes = self.basis.evaluate(cells, self.coefficients)
-        return fixed[:, None] + columns @ self.lobe_coefficients + modes
+        value = columns @ self.lobe_coefficients
+        value += fixed[:, None]
+        value += self.basis.evaluate(cells, self.coefficients)
+        return value
 
 
 def shape_slopes(model: Model, cells: Cells) -> np.ndarray:

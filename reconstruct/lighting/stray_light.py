@@ -89,28 +89,24 @@ def _sent_on(place, normal, back, surround: Surround, model: Model) -> np.ndarra
     wholly or not at all.
     """
     most = len(place) * len(surround.points)
-    cell, patch, parts = np.empty(most, int), np.empty(most, int), np.empty(most, int)
-    source, angles = np.empty(most), np.empty((3, most))
+    pairs, source, angles = np.empty((3, most), np.int32), np.empty(most), np.empty((3, most))
     rows = [np.array(one, float) for one in (place, normal, back, surround.points)]
     area = np.broadcast_to(surround.area, len(surround.points)).astype(float)
-    count = _facing(*rows, area, _roughness(model), cell, patch, parts, source, angles)
-    cell, patch, parts, source, angles = (
-        cell[:count], patch[:count], parts[:count], source[:count], angles[:, :count]
-    )  # fmt: skip
-    wide = np.flatnonzero(parts > 1)
-    if len(wide):
-        whole, squares = parts == 1, int(np.sum(parts[wide] ** 2))
-        finer = np.empty(squares, int), np.empty(squares, int), np.empty(squares), np.empty((3, squares))
-        found = _parted(*rows, area, cell[wide], patch[wide], parts[wide], *finer)
-        cell = np.concatenate([cell[whole], finer[0][:found]])
-        patch = np.concatenate([patch[whole], finer[1][:found]])
-        source = np.concatenate([source[whole], finer[2][:found]])
-        angles = np.concatenate([angles[:, whole], finer[3][:, :found]], axis=1)
-    if not len(cell):
-        return np.zeros((len(place), surround.radiance.shape[1]))
-    value = model.evaluate(Cells.of_angles(*angles))
-    weighted = value * source[:, None] * surround.radiance[patch]
-    return np.stack([np.bincount(cell, column, len(place)) for column in weighted.T], axis=1)
+    count, wide = _facing(*rows, area, _roughness(model), pairs, source, angles)
+    if wide:
+        aslant = pairs[:, most - wide :][:, ::-1].copy()
+        beyond = max(count + int(np.sum(aslant[2] ** 2)) - most, 0)
+        if beyond:
+            pairs, source, angles = (
+                np.concatenate([one, np.empty((*one.shape[:-1], beyond), one.dtype)], axis=-1)
+                for one in (pairs, source, angles)
+            )
+        count = _parted(*rows, area, aslant, count, pairs, source, angles)
+    sent = np.zeros((len(place), surround.radiance.shape[1]))
+    if count:
+        value = model.evaluate(Cells.of_angles(*angles[:, :count]))
+        _summed(pairs, value, source, np.asarray(surround.radiance, float), sent)
+    return sent
 
 
 def _roughness(model: Model) -> float:
@@ -125,32 +121,45 @@ def _roughness(model: Model) -> float:
 
 
 @jit
-def _facing(place, normal, back, points, area, roughness, cell, patch, parts, source, angles):
-    """Pairs of places (n, 3) and patches (p, 3) that see one another; how many there are. Of each: ``cell``, ``patch``,
-    into how many ``parts`` a side the patch is to be cut, the irradiance ``source`` at the place of unit radiance, and
-    theta_i, theta_r, dphi, radians, of the light sent on along ``back`` (n, 3)."""
-    count = 0
+def _facing(place, normal, back, points, area, roughness, pairs, source, angles):
+    """Pairs of places (n, 3) and patches (p, 3) that see one another: how many are whole, and how many are not.
+
+    Of a whole one, at the front: in ``pairs`` (3, n * p) its place and patch, in ``source`` the irradiance at the place
+    of unit radiance, in ``angles`` theta_i, theta_r, dphi, radians, of the light sent on along ``back`` (n, 3). Of one
+    whose patch is to be cut, from the end backward: place, patch, and into how many parts a side.
+    """
+    count, wide, most = 0, 0, pairs.shape[1]
     for n in range(len(place)):
+        up = normal[n]
+        cos_r = _cosine(back[n], up)
+        theta_r = math.acos(cos_r)
         for p in range(len(points)):
             x, y, z = points[p, 0] - place[n, 0], points[p, 1] - place[n, 1], points[p, 2] - place[n, 2]
-            seen = _pair(x, y, z, area[p], normal[n], back[n], count, source, angles)
-            if not seen and (z >= 0.0 or not _straddles(x, y, z, area[p], normal[n])):
+            if z >= 0.0:
                 continue
-            side = math.sqrt(area[p] / (x * x + y * y + z * z))  # radians, across the line of sight
-            parts[count] = _parts(angles[0, count], angles[1, count], angles[2, count], side, roughness)
-            if not seen and parts[count] == 1:
+            along = x * up[0] + y * up[1] + z * up[2]
+            seen = along > 0.0
+            if not seen and not _straddles(along, area[p], up):
                 continue
-            cell[count], patch[count] = n, p
-            count += 1
-    return count
+            squared, cos_i, sines, turn = _sent(x, y, z, along, back[n], cos_r)
+            side = math.sqrt(area[p] / squared)  # radians, across the line of sight
+            parts = _parts(cos_i, cos_r, sines * turn, side, roughness)
+            if parts > 1:
+                wide += 1
+                pairs[0, most - wide], pairs[1, most - wide], pairs[2, most - wide] = n, p, parts
+            elif seen:
+                pairs[0, count], pairs[1, count] = n, p
+                source[count] = along * -z / (squared * squared) * area[p]
+                angles[0, count], angles[1, count] = math.acos(cos_i), theta_r
+                angles[2, count] = math.acos(turn)
+                count += 1
+    return count, wide
 
 
 @jit
-def _parts(theta_i, theta_r, dphi, side, roughness):
+def _parts(cos_i, cos_r, across, side, roughness):
     """Into how many parts a side a patch of angular ``side`` is to be cut. Aslant, a lobe is narrower across the plane
-    of incidence by the cosine."""
-    cos_i, cos_r = math.cos(theta_i), math.cos(theta_r)
-    across = math.sin(theta_i) * math.sin(theta_r) * math.cos(dphi)
+    of incidence by the cosine. ``across`` is the product of the sines and the cosine of dphi."""
     half = 0.5 * math.sqrt(max(2.0 + 2.0 * (cos_i * cos_r + across), 1e-18))  # cosine, from it to either
     finest = CLOSE * roughness * max(half - 0.35 * side, LEAST_COSINE)  # where the patch is seen most aslant
     if side <= finest:
@@ -162,42 +171,60 @@ def _parts(theta_i, theta_r, dphi, side, roughness):
 
 
 @jit
-def _parted(place, normal, back, points, area, cell, patch, parts, cells, patches, source, angles):
-    """The pairs (k,) of :func:`_facing` again, of the squares that their patches are cut into."""
-    count = 0
-    for k in range(len(cell)):
-        n, p, sides = cell[k], patch[k], parts[k]
+def _parted(place, normal, back, points, area, wide, count, pairs, source, angles):
+    """The squares that the patches of ``wide`` (3, k) pairs are cut into, put down as :func:`_facing` has it from
+    ``count`` on; how many there are then."""
+    for k in range(wide.shape[1]):
+        n, p, sides = wide[0, k], wide[1, k], wide[2, k]
         step = math.sqrt(area[p]) / sides
+        cos_r = _cosine(back[n], normal[n])
         for one in range(sides * sides):
             x = points[p, 0] + (one // sides + 0.5 - 0.5 * sides) * step - place[n, 0]
             y = points[p, 1] + (one % sides + 0.5 - 0.5 * sides) * step - place[n, 1]
             z = points[p, 2] - place[n, 2]
-            if _pair(x, y, z, step * step, normal[n], back[n], count, source, angles):
-                cells[count], patches[count] = n, p
-                count += 1
+            along = x * normal[n, 0] + y * normal[n, 1] + z * normal[n, 2]
+            if along <= 0.0 or z >= 0.0:
+                continue
+            squared, cos_i, _, turn = _sent(x, y, z, along, back[n], cos_r)
+            pairs[0, count], pairs[1, count] = n, p
+            source[count] = along * -z / (squared * squared) * (step * step)
+            angles[0, count], angles[1, count] = math.acos(cos_i), math.acos(cos_r)
+            angles[2, count] = math.acos(turn)
+            count += 1
     return count
 
 
 @jit
-def _pair(x, y, z, area, up, toward, at, source, angles):
-    """Whether a patch that lies (x, y, z) from a place and faces up is seen there; what it gives, put down ``at``."""
-    along = x * up[0] + y * up[1] + z * up[2]
-    cos_r = min(max(toward[0] * up[0] + toward[1] * up[1] + toward[2] * up[2], LEAST_COSINE), 1.0)
+def _cosine(toward, up):
+    """Between a direction and a normal, as :data:`LEAST_COSINE` has it."""
+    return min(max(toward[0] * up[0] + toward[1] * up[1] + toward[2] * up[2], LEAST_COSINE), 1.0)
+
+
+@jit
+def _sent(x, y, z, along, toward, cos_r):
+    """Of light from (x, y, z), ``along`` of it along the normal, sent on ``toward`` the camera: the squared distance,
+    cos theta_i, the product of both sines, cos dphi."""
     squared = x * x + y * y + z * z
     length = math.sqrt(squared)
     cos_i = min(max(along / length, LEAST_COSINE), 1.0)
     across = (x * toward[0] + y * toward[1] + z * toward[2]) / length - cos_i * cos_r
     sines = max(math.sqrt((1.0 - cos_i * cos_i) * (1.0 - cos_r * cos_r)), 1e-12)
-    source[at] = along * -z / (squared * squared) * area
-    angles[0, at], angles[1, at] = math.acos(cos_i), math.acos(cos_r)
-    angles[2, at] = math.acos(min(max(across / sines, -1.0), 1.0))
-    return along > 0.0 and z < 0.0
+    return squared, cos_i, sines, min(max(across / sines, -1.0), 1.0)
 
 
 @jit
-def _straddles(x, y, z, area, up):
+def _straddles(along, area, up):
     """Whether some of a patch lies above the tangent plane, whose centre lies below."""
-    return x * up[0] + y * up[1] + z * up[2] > -0.5 * math.sqrt(area) * (abs(up[0]) + abs(up[1]))
+    return along > -0.5 * math.sqrt(area) * (abs(up[0]) + abs(up[1]))
+
+
+@jit
+def _summed(pairs, value, source, radiance, sent):
+    """Adds to ``sent`` (n, c) what each of k pairs sends on: its ``value`` (k, c) times the irradiance there."""
+    for k in range(len(value)):
+        n, p = pairs[0, k], pairs[1, k]
+        for c in range(sent.shape[1]):
+            sent[n, c] += value[k, c] * source[k] * radiance[p, c]
 
 
 def _from_sky(normal: np.ndarray, back: np.ndarray, sky: np.ndarray, model: Model) -> np.ndarray:
