@@ -88,8 +88,9 @@ def measure(folder: Path, made: Path, options: argparse.Namespace) -> dict[str, 
         apart("all", folder, made, options, cache)  # into the disk's cache
     found = {what: apart(what, folder, made, options, cache) for what in ("decode", "all")}
     found["everything"] = apart("process", folder, made / "first", options, cache)
-    for path in cache.rglob("*.np[yz]"):  # the views' results, but not the calibration
+    for path in cache.rglob("*.table"):  # the views' results, but not what a calibration leaves
         path.unlink()
+        path.with_suffix(".npy").unlink(missing_ok=True)  # what is around the sample in each
     found["known"] = apart("process", folder, made / "second", options, cache)
     for path in (made / "first").iterdir():
         if path.read_bytes() != (made / "second" / path.name).read_bytes():

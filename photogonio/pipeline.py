@@ -70,7 +70,7 @@ def process(
         job_in(default_folder()),
     ):
         setup, radiance, kept, correction = calibrated(
-            photoset, reporter, options.threads(), scratch, rig=rig
+            photoset, reporter, options.threads(), scratch, rig=rig, begun=small.recall
         )
         scratch.let_go()
         give_back()
@@ -158,7 +158,9 @@ def calibrate(
     reporter = reporter or Reporter(quiet=True)
     small = SmallPrints(photoset)
     with Scratch(decoded=small.add) as scratch:
-        setup, radiance, kept, _ = calibrated(photoset, reporter, threads, scratch, drawn=out is not None)
+        setup, radiance, kept, _ = calibrated(
+            photoset, reporter, threads, scratch, drawn=out is not None, begun=small.recall
+        )
         setup = replace(
             setup,
             rig=(),

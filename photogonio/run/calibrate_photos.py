@@ -41,14 +41,16 @@ def calibrated(
     *,
     drawn: bool = False,
     rig: RigPrior = NOTHING,
+    begun: Callable[[KeptSetup], None] = lambda kept: None,
 ) -> tuple[Setup, RadianceReader, KeptSetup, ColourCorrection | None]:
     """Where everything was, the reader that the sample photos are to be read with, what is kept of the set,
     and the colours of a chart. ``drawn``: a picture of every photo will be made; ``rig``: what other sets of the rig
-    lead to expect."""
+    lead to expect; ``begun`` is shown what is kept of the set, before any photo is decoded."""
     again = drawn or photoset.radiometry.vignetting == "cos4"
     twice = untold_by_brackets(photoset)
     again = again or twice
     kept = KeptSetup.of(photoset, default_store(), workers, rig)
+    begun(kept)
     setup = kept.load()
     decode = scratch.keep if again else _keeping(photoset, scratch)
     radiance = prepare(photoset, decode=decode)

@@ -30,9 +30,24 @@ class SmallPrints:
         self._asked = {
             view.name: view.photos[len(view.photos) // 2].file for view in views
         }  # of brackets one
-        self._paths = {photoset.folder / file for file in self._asked.values()}
+        self._folder = photoset.folder
+        self._paths = {self._folder / file for file in self._asked.values()}
         self._made: dict[Path, np.ndarray] = {}
+        self._recalled: set[Path] = set()  # of those, that an earlier run made and kept
         self._lock = threading.Lock()
+
+    def recall(self, kept: KeptSetup) -> None:
+        """Take what an earlier run kept: photos that are decoded from now on are not printed again."""
+        if kept.store is None:
+            return
+        for file in self._asked.values():
+            told = kept.hashes.get(file)
+            picture = kept.store.get_array(_key(told)) if told else None
+            if picture is not None:
+                path = self._folder / file
+                with self._lock:
+                    self._made[path] = picture
+                    self._recalled.add(path)
 
     def add(self, path: Path, image: Image) -> None:
         """The print of a photo that was decoded, unless there is one."""
@@ -44,8 +59,8 @@ class SmallPrints:
             self._made[path] = small
 
     def of(self, radiance: RadianceReader, kept: KeptSetup, threads: int) -> dict[str, np.ndarray]:
-        """(h, w, 3) uint8 of sample and calibration photos, by name; of photos that were not decoded in this run those
-        that an earlier one kept. ``radiance`` decodes the others, and hands them to :meth:`add`."""
+        """(h, w, 3) uint8 of sample and calibration photos, by name; ``radiance`` decodes those that were neither
+        decoded in this run nor recalled."""
         photos = {photo.file: photo for photo in radiance.photoset.photos}
         some = {name: photos[file] for name, file in self._asked.items()}
         with ThreadPoolExecutor(max(1, threads)) as pool:
@@ -55,26 +70,28 @@ class SmallPrints:
         return {name: small for name, small in found.items() if small is not None}
 
     def _of(self, photo: Photo, radiance: RadianceReader, kept: KeptSetup) -> np.ndarray | None:
-        store, told = kept.store, kept.hashes.get(photo.file)
-        key = key_of("print", code_key(), told)
-        picture = self._made.get(radiance.photoset.folder / photo.file)
-        if picture is None and store is not None and told:
-            picture = store.get_array(key)
+        store, told, path = kept.store, kept.hashes.get(photo.file), self._folder / photo.file
+        picture = self._made.get(path)
         if picture is None:
             picture = self._decoded(photo, radiance)
         if picture is None:
             return None
-        if store is not None and told:
-            store.put_array(key, picture)
+        if store is not None and told and path not in self._recalled:
+            store.put_array(_key(told), picture)
         return picture[::-1, ::-1] if photo.turned else picture
 
     def _decoded(self, photo: Photo, radiance: RadianceReader) -> np.ndarray | None:
-        path = radiance.photoset.folder / photo.file
+        path = self._folder / photo.file
         try:
             self.add(path, radiance.decode(path, demosaic=radiance.photoset.radiometry.demosaic))
         except InputError:
             return None
         return self._made.get(path)
+
+
+def _key(told: str) -> str:
+    """What the print of a file with the hash ``told`` is kept under."""
+    return key_of("print", code_key(), told)
 
 
 def small_print(image: Image) -> np.ndarray:

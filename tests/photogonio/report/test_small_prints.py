@@ -10,6 +10,7 @@ from photogonio.cache.store import Store
 from photogonio.capture.files.images import Image
 from photogonio.capture.linear.prepare import prepare
 from photogonio.capture.manifest.load import load_photoset
+from photogonio.report.viewer import small_prints
 from photogonio.report.viewer.small_prints import WIDTH, SmallPrints, small_print
 
 
@@ -37,7 +38,7 @@ def test_what_is_clipped_is_tinted():
     assert np.ptp(small_print(image(value))[200, 80]) == 0
 
 
-def test_no_photo_is_decoded_for_its_print(tiny_set, tmp_path):
+def test_no_photo_is_decoded_for_its_print_nor_printed_again(tiny_set, tmp_path, monkeypatch):
     photoset = load_photoset(tiny_set.folder)
     small, decoded = SmallPrints(photoset), []
 
@@ -56,6 +57,12 @@ def test_no_photo_is_decoded_for_its_print(tiny_set, tmp_path):
         assert {path.name for path in set(decoded) - seen} <= {"s4.png", "s5.png"}
         assert list(first) == [view.name for view in photoset.views("sample")]
         decoded.clear()
-        again = SmallPrints(photoset).of(radiance, kept, 1)
+        recalled = SmallPrints(photoset)
+        recalled.recall(kept)
+        again = recalled.of(radiance, kept, 1)
     assert not decoded  # they were kept
+    monkeypatch.setattr(small_prints, "small_print", lambda image: decoded.append(image))
+    for photo in photoset.photos:
+        recalled.add(photoset.folder / photo.file, image(np.zeros((4, 4))))
+    assert not decoded
     assert all((first[name] == again[name]).all() for name in first)
