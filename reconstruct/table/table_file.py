@@ -7,6 +7,7 @@ import math
 import os
 import threading
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -23,6 +24,10 @@ FINEST = 8  # level of facets that a cell's number of 64 bits holds beside 10^6 
 LARGEST = 1e30  # of any sum: its square is a number
 MOST_CHANNELS = 4096
 UNIT = 1.0 + 1e-6  # length of a mean of unit vectors, at most
+LOOKED_AT = 1 << 16  # bytes of an array, that tell whether it packs
+WORTH_PACKING = (
+    0.75  # of its size, at most, that is left: half a second of a run goes into a tenth of the file else
+)
 PHOTOS = "photos"  # the array that says of a table of photos what is known of them
 _WHAT = "a facet table"
 _WIDTHS = {
@@ -54,12 +59,18 @@ def save_table(
             for name, array in arrays.items():
                 # a fixed date, since a zip entry holds one
                 entry = zipfile.ZipInfo(name + ".npy", date_time=(1980, 1, 1, 0, 0, 0))
-                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.compress_type = zipfile.ZIP_DEFLATED if _packs(array) else zipfile.ZIP_STORED
                 with archive.open(entry, "w", force_zip64=True) as file:
                     np.lib.format.write_array(file, array, allow_pickle=False)
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _packs(array: np.ndarray) -> bool:
+    """Whether an array is worth packing, as its first bytes tell: sums over pixels are mostly noise."""
+    start = array.ravel()[: max(1, LOOKED_AT // max(1, array.itemsize))].tobytes()
+    return len(zlib.compress(start, 1)) <= WORTH_PACKING * len(start)
 
 
 def _arrays(table: FacetTable) -> dict[str, np.ndarray]:

@@ -1,5 +1,6 @@
 """The file of a facet table: the same bytes, and refused in a line where it is wrong."""
 
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,13 @@ import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.reconstruct.table.facet_table import LEFT_OUT
-from photogonio.reconstruct.table.table_file import load_table, packed_table, save_table, unpacked_table
+from photogonio.reconstruct.table.table_file import (
+    load_table,
+    load_with,
+    packed_table,
+    save_table,
+    unpacked_table,
+)
 from tests.reconstruct.table.test_facet_table import assert_equal, samples, table_of
 
 
@@ -19,6 +26,16 @@ def test_the_file_gives_the_table_back_in_the_same_bytes(tmp_path):
     save_table(again, tmp_path / "b.npz")
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "b.npz"]
+
+
+def test_what_hardly_packs_is_kept_as_it_is(tmp_path):
+    table, noise = table_of(samples(1), "a"), np.random.default_rng(2).random(20_000)
+    save_table(table, tmp_path / "a.npz", beside={"noise": noise, "even": np.zeros(20_000)})
+    with zipfile.ZipFile(tmp_path / "a.npz") as archive:
+        packed = {one.filename: one.compress_size < one.file_size for one in archive.infolist()}
+    assert packed["even.npy"] and not packed["noise.npy"]
+    found = load_with(tmp_path / "a.npz")[1]
+    assert (found["noise"] == noise).all() and not found["even"].any()
 
 
 def test_bytes_in_memory_give_the_table_back_and_nothing_else(tmp_path):
