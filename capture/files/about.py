@@ -76,10 +76,11 @@ def placed(pixels: np.ndarray, corner: tuple[int, int], size: tuple[int, int]) -
     return whole
 
 
-def about(path: Path, kind: str) -> About:
-    """Of a file of a format other than camera RAW. Raises InputError if it cannot be read."""
+def about(path: Path, kind: str, data: bytes | None = None) -> About:
+    """Of a file of a format other than camera RAW, of which ``data`` are the bytes, where they are at hand. Raises
+    InputError if it cannot be read."""
     try:
-        found = READERS.get(kind, plain)(path)
+        found = of_png(path, data) if kind == "png" else READERS.get(kind, plain)(path)
     except ValueError as error:
         raise error if isinstance(error, InputError) else InputError(path, str(error)) from error
     except OSError as error:
@@ -156,10 +157,10 @@ def plain(path: Path) -> About:
         return of_spec(path, file.spec())
 
 
-def of_png(path: Path) -> About:
+def of_png(path: Path, data: bytes | None) -> About:
     with decode.open_oiio(path) as file:
         spec = file.spec()
-        told = png.about(path)
+        told = png.about(path, data)
         more = exif.attributes(told.get(png.EXIF, b""))  # which OpenImageIO does not see behind the pixels
         found = of_spec(path, spec, more, tell=lambda: png.tone_of(told))
         doubts = (*found.doubts, *png.contradiction(told, found.tone))
@@ -289,7 +290,6 @@ def _of_heif(path: Path, reader: str) -> About:
 
 
 READERS: dict[str, Callable[[Path], About]] = {
-    "png": of_png,
     "jpeg": of_jpeg,
     "tiff": of_tiff,
     "exr": of_exr,

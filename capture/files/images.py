@@ -111,7 +111,7 @@ def read_image(path: Path, *, demosaic: str = "superpixel") -> Image:
     wrong = None if data is None else fault(data)
     if wrong:
         raise InputError(path, wrong)
-    found = about(path, kind)
+    found = about(path, kind, data)
     packed = None if data is None or kind != "png" else png_pixels.packed(data)
     if packed is not None:
         data = None  # of a large photo, to hold the pixels and what they are made of is enough

@@ -8,13 +8,12 @@ other depths, is left to others.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import deflate
 import numpy as np
 
-from photogonio.capture.containers.integrity import PNG_SIGNATURE
+from photogonio.capture.containers import png
 from photogonio.capture.jit import borrowing
 
 CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}  # by colour type: gray, RGB, both with alpha
@@ -28,7 +27,7 @@ class Packed:
 
     shape: tuple[int, int, int]  # h, w, c
     bits: int  # 8 or 16
-    stream: bytes  # of zlib
+    stream: np.ndarray  # (n,) uint8, of zlib
 
     def pixels(self) -> np.ndarray | None:
         """(h, w, c), uint8 or uint16; None if the stream is damaged, or holds more or less."""
@@ -55,27 +54,20 @@ def decoded(data: bytes) -> np.ndarray | None:
 
 def packed(data: bytes) -> Packed | None:
     """Of a file whose checksums hold; None if it is of a rarer kind."""
-    chunks = list(_chunks(data))
-    if not chunks or chunks[0][0] != b"IHDR" or len(chunks[0][1]) != 13 or b"tRNS" in dict(chunks):
+    chunks = list(png.spans(data))
+    if not chunks or chunks[0][0] != b"IHDR" or any(kind == b"tRNS" for kind, *_ in chunks):
         return None
-    width, height, bits, kind, packing, filters, interlaced = struct.unpack(">IIBBBBB", chunks[0][1])
+    _, start, end = chunks[0]
+    if end - start - png.AROUND != 13:
+        return None
+    width, height, bits, kind, packing, filters, interlaced = struct.unpack_from(">IIBBBBB", data, start + 8)
     if bits not in (8, 16) or kind not in CHANNELS or packing or filters or interlaced:
         return None
     if not 0 < height * (1 + width * CHANNELS[kind] * bits // 8) < MOST:
         return None
-    stream = b"".join(part for name, part in chunks if name == b"IDAT")
+    runs = [png.pixel_stream(data, *span) for name, *span in chunks if name == b"IDAT"]
+    stream = runs[0] if len(runs) == 1 else np.concatenate([np.empty(0, np.uint8), *runs])
     return Packed((height, width, CHANNELS[kind]), bits, stream)
-
-
-def _chunks(data: bytes) -> Iterator[tuple[bytes, memoryview]]:
-    """Type and contents of each chunk, to the last whole one."""
-    place, view = len(PNG_SIGNATURE), memoryview(data)
-    while place + 12 <= len(data):
-        length, name = struct.unpack_from(">I4s", data, place)
-        if place + 12 + length > len(data):
-            return
-        yield name, view[place + 8 : place + 8 + length]
-        place += 12 + length
 
 
 @borrowing

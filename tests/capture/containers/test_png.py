@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import struct
 import zlib
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from photogonio.capture.containers.png import about, tone_of
+from photogonio.capture.containers.integrity import PNG_SIGNATURE
+from photogonio.capture.containers.png import about, pixel_stream, spans, tone_of
 from photogonio.capture.containers.tone import LINEAR, SRGB, Curve
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.images import read_header, read_image
@@ -21,6 +23,7 @@ from tests.capture.odd_files import (
     iccp,
     png,
 )
+from tests.drawn import png_files
 
 PICTURE = np.random.default_rng(0).integers(0, 256, (16, 24, 3)).astype(np.uint8)
 WIDE = PICTURE.astype(np.uint16) * 257
@@ -134,3 +137,31 @@ def test_exif_behind_the_pixels_says_the_exposure(tmp_path):
     exposure = read_header(path).exposure
     assert (exposure.exposure_time, exposure.f_number, exposure.iso) == (1 / 64, 2.8, 100)
     assert np.array_equal(read_image(path).pixels, WIDE)
+
+
+def test_a_file_in_memory_tells_what_it_tells_on_disk(tmp_path):
+    path = png(tmp_path / "a.png", WIDE, gama(1.8), gama(2.2))
+    whole, block = path.read_bytes(), exif_block()[6:]
+    behind = png_files.chunk(b"eXIf", block)
+    path.write_bytes(whole[:-12] + behind + png_files.chunk(*gama(1.0)) + whole[-12:] + behind)
+    found = about(path)
+    assert found == about(path, path.read_bytes())
+    assert found[b"eXIf"] == block
+    assert found[b"gAMA"] == struct.pack(">I", round(1e5 / 1.8))
+
+
+@pytest.mark.parametrize("lengths", [[5], [4, 4, 4, 3], [1, 2, 2, 7, 7, 0, 7], []])
+def test_pixels_in_chunks_of_any_lengths_are_one_stream(lengths):
+    stream = np.random.default_rng(len(lengths)).bytes(sum(lengths))
+    cuts = np.cumsum([0, *lengths])
+    parts = [png_files.chunk(b"IDAT", stream[a:b]) for a, b in pairwise(cuts)]
+    head, end = png_files.chunk(b"IHDR", bytes(13)), png_files.chunk(b"IEND", b"")
+    data = PNG_SIGNATURE + head + b"".join(parts) + end
+    found = list(spans(data))
+    assert [kind for kind, *_ in found] == [b"IHDR", *[b"IDAT"] * bool(lengths), b"IEND"]
+    assert b"".join(data[a:b] for _, a, b in found) == data[len(PNG_SIGNATURE) :]
+    for kind, start, stop in found:
+        if kind == b"IDAT":
+            assert pixel_stream(data, start, stop).tobytes() == stream
+    cut = [kind for kind, *_ in spans(data[:-1])]  # of what is cut off nothing is said
+    assert cut == [kind for kind, *_ in found[:-1]]
