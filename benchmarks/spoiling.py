@@ -256,6 +256,33 @@ def _counts(rows, rng):
     return replace(rows, value=np.round(30000.0 * rows.value))
 
 
+def _every_second(rows, rng):
+    """Two detectors that take turns."""
+    other = np.arange(len(rows.value)) % 2 == 1
+    return _with(rows, other, float(rng.choice([0.75, 1.15, 1.3])) * rows.value[other])
+
+
+def _drift(rows, rng):
+    """A lamp that fades or brightens while lines are written."""
+    last = float(rng.choice([0.5, 0.7, 1.5, 2.0]))
+    return replace(rows, value=np.linspace(1.0, last, len(rows.value)) * rows.value)
+
+
+def _beyond_exit(rows, rng):
+    far = rows.theta_r > np.radians(rng.uniform(40, 65))
+    return _with(rows, far, float(rng.choice([0.7, 0.85, 1.4])) * rows.value[far])
+
+
+def _one_side(rows, rng):
+    side = np.sin(rows.phi_r - rows.phi_i) > 0.01
+    return _with(rows, side, float(rng.choice([0.8, 0.9, 1.25])) * rows.value[side])
+
+
+def _incidence_off(rows, rng):
+    """The zero of the lamp's arm."""
+    return replace(rows, theta_i=np.maximum(rows.theta_i - np.radians(rng.choice([5.0, 10.0])), 0.0))
+
+
 WAYS: dict[str, Callable[[Rows, np.random.Generator], Rows | str]] = {
     "one-zero": _one_zero,
     "zeros": _zeros,
@@ -296,4 +323,9 @@ WAYS: dict[str, Callable[[Rows, np.random.Generator], Rows | str]] = {
     "saturated": _saturated,
     "dark-added": _dark_added,
     "counts": _counts,
+    "every-second": _every_second,
+    "drift": _drift,
+    "beyond-exit": _beyond_exit,
+    "one-side": _one_side,
+    "incidence-off": _incidence_off,
 }
