@@ -109,15 +109,13 @@ def check_place(target: Path, *, folder: bool) -> None:
         raise InputError(target, "a part of this path is a file")
     if above is not None and not os.access(above, os.W_OK | os.X_OK):
         raise InputError(target, "cannot be written here: permission denied")
-    try:
-        with tempfile.TemporaryFile(
-            dir=above
-        ):  # of places that only pass for folders, or are mounted to be read
-            pass
-    except OSError as error:
-        raise InputError(
-            target, f"cannot be written here: {(error.strerror or str(error)).lower()}"
-        ) from None
+    for place in (above, target) if folder and target.is_dir() else (above,):
+        try:  # of places that only pass for folders, or are there to be read
+            with tempfile.TemporaryFile(dir=place):
+                pass
+        except OSError as error:
+            why = (error.strerror or str(error)).lower()
+            raise InputError(target, f"cannot be written here: {why}") from None
 
 
 @contextmanager

@@ -84,7 +84,7 @@ ENTRIES = (
         "lines of the table, explains it down to the noise. The result is not to be trusted.",
         "Measure again: did the lamp drift, or was the lit spot larger than the sample, or than the detector's view?",
         least=float(np.exp(gains.FACTOR)),
-        source="of thirty CUReT materials none is explained so: they leave 0.10 of the squares and more",
+        source="of thirty CUReT materials none is explained so: they leave 0.19 of the squares and more",
     ),
     Entry(
         "table-not-reciprocal",

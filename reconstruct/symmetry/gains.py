@@ -14,17 +14,15 @@ import numpy as np
 
 from photogonio.reconstruct.symmetry.twins import FEWEST, LEAST_NOISE, Exchanged, Readings
 
-# of the squared differences, by twins and by what neighbours say: thirty CUReT materials leave 0.10 and 0.19
-LEFT, LEFT_NEAR = 0.06, 0.12
-NOISE = 3.0  # squared standard errors a pair, that may be left, or
-MANY, LEFT_MANY = 60, 0.15  # twins, of which no more than their noise may be left, or
-LITTLE = 0.03  # of the squares, whatever their noise: no lamp fades quite as a line does
+# of the squared differences, by what neighbours say and, where these are few, by twins: thirty CUReT materials leave
+# 0.19 and 0.10
+LEFT_NEAR, LEFT = 0.12, 0.06
+NEAR = 40  # pairs of which neighbours tell
 TELLS = 60.0  # by which their sum must fall
 FACTOR = float(np.log(1.1))  # between readings on either side of an angle, or at either end
 STEPS = np.radians(np.arange(12.5, 80.0, 1.25))  # angles of exit that are tried
 SHARE = 0.1  # of the pairs, that must be on either side of the angle, and on the same
 SPREAD = 0.1  # of the lines between twins, that they must vary by
-NEAR = 40  # pairs of which neighbours tell
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,15 +44,13 @@ def gain_of(
     seen = Readings.of(theta_i, theta_r, dphi, value)
     if len(seen.rows) < 2 * FEWEST:
         return None
-    same, near = seen.exchanged(), seen.nearly_exchanged()
-    by_near = _by_angle(near, theta_i, theta_r, LEFT_NEAR) if len(near.rows) >= NEAR else None
-    if len(same.rows) < FEWEST:
-        return by_near
-    by_angle = _by_angle(same, theta_i, theta_r, LEFT)
-    if len(near.rows) >= NEAR and by_near is None:
-        by_angle = None  # few twins may follow anything
-    told = [one for one in (by_angle, _by_line(same, len(value))) if one is not None]
-    return min(told, key=lambda one: one.left) if told else None
+    pairs, most = seen.nearly_exchanged(), LEFT_NEAR
+    if len(pairs.rows) < NEAR:
+        pairs, most = seen.exchanged(), LEFT
+    if len(pairs.rows) < FEWEST:
+        return None
+    told = (_by_angle(pairs, theta_i, theta_r, most), _by_line(pairs, len(value), most))
+    return min((one for one in told if one is not None), key=lambda one: one.left, default=None)
 
 
 def _by_angle(pairs: Exchanged, theta_i: np.ndarray, theta_r: np.ndarray, least: float) -> GainChange | None:
@@ -67,23 +63,17 @@ def _by_angle(pairs: Exchanged, theta_i: np.ndarray, theta_r: np.ndarray, least:
     if not tried:
         return None
     left, slope, _ = min(tried)
-    alike = [
-        angle for one, _, angle in tried if one <= left + 1e-9
-    ]  # of a grid, those between two of its angles
+    alike = [angle for one, _, angle in tried if one <= left + 1e-9]  # between two angles of a grid
     return _told(pairs, left, slope, least, float(np.mean(alike)))
 
 
-def _by_line(pairs: Exchanged, lines: int) -> GainChange | None:
+def _by_line(pairs: Exchanged, lines: int, least: float) -> GainChange | None:
     """Readings that grow from line to line."""
-    if pairs.twins is None:
-        return None
-    apart = (pairs.rows - pairs.twins) / lines
-    if np.std(apart) < SPREAD * np.max(
-        np.abs(apart)
-    ):  # the same angles again: one difference, told by anything
+    apart = pairs.later / lines
+    if np.std(apart) < SPREAD * np.max(np.abs(apart)):  # the same angles again, which anything tells
         return None
     left, slope = _line(pairs, apart)
-    return _told(pairs, left, slope, LEFT, None)
+    return _told(pairs, left, slope, least, None)
 
 
 def _line(pairs: Exchanged, by: np.ndarray) -> tuple[float, float]:
@@ -99,12 +89,7 @@ def _told(
 ) -> GainChange | None:
     squares = float(np.sum(pairs.ratio**2 / (pairs.error**2 + LEAST_NOISE**2)))
     count = len(pairs.rows)
-    near = pairs.twins is None  # a local fit at a step's edge is off by more than its noise
-    sure = left <= LITTLE or (left <= least and (near or left * squares <= NOISE * count))
-    sure = sure or (not near and count >= MANY and left <= LEFT_MANY and left * squares <= count)
-    if not sure:
-        return None
-    if abs(slope) < FACTOR or (1.0 - left) * squares < TELLS:
+    if left > least or abs(slope) < FACTOR or (1.0 - left) * squares < TELLS:
         return None
     apart = float(np.sqrt(np.mean(pairs.ratio**2)))
     return GainChange(float(np.exp(slope)), beyond, count, apart, left)

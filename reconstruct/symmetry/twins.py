@@ -85,7 +85,7 @@ class Exchanged:
     """Readings beside what was read with incidence and exit exchanged."""
 
     rows: np.ndarray  # (m,) of all readings
-    twins: np.ndarray | None  # (m,) likewise; None: what those around the exchanged pair say
+    later: np.ndarray  # (m,) rows that the reading comes after its twin, or after those that tell it
     ratio: np.ndarray  # (m,) logarithm of the reading over its twin
     error: np.ndarray  # (m,) standard error of it, by noise
 
@@ -123,7 +123,7 @@ class Readings:
             np.log(self.value[rows] / self.value[twin]),
             np.hypot(self.noise[rows], self.noise[twin]),
         )
-        return Exchanged(self.rows[rows], self.rows[twin], ratio, error)
+        return Exchanged(self.rows[rows], self.rows[rows] - self.rows[twin], ratio, error)
 
     def nearly_exchanged(self) -> Exchanged:
         """Readings beside what a local fit says of the exchanged pairs, where it is smooth; :data:`FEWEST` or more, or
@@ -131,13 +131,19 @@ class Readings:
         rows = np.flatnonzero(np.abs(self.theta_i - self.theta_r) > FAR)
         rows = rows[cKDTree(self.at).query(self.back[rows])[0] < CLOSE]
         if len(rows) < FEWEST:
-            return Exchanged(self.rows[rows], None, np.zeros(len(rows)), np.ones(len(rows)))
-        told = expected(self.at, self.value, self.back[rows])
+            return Exchanged(self.rows[rows], *np.zeros((2, len(rows))), np.ones(len(rows)))
+        tree = cKDTree(self.at)
+        told = expected(self.at, self.value, self.back[rows], tree=tree)
         bent = np.abs(np.log(np.maximum(told.straight, 1e-300) / told.value))
         smooth = (bent < SMOOTH) & (told.spread < SMOOTH)  # elsewhere a peak is between
         rows, ratio = rows[smooth], np.log(self.value[rows] / told.value)[smooth]
+        if len(rows) < FEWEST:
+            return Exchanged(self.rows[rows], *np.zeros((2, len(rows))), np.ones(len(rows)))
+        share = self.rows / max(int(self.rows.max()), 1)
+        line = np.log(expected(self.at, np.exp(share), self.back[rows], tree=tree).value)
+        later = (share[rows] - line) * self.rows.max()
         error = np.hypot(told.spread[smooth], self.noise[rows])
-        return Exchanged(self.rows[rows], None, ratio, error)
+        return Exchanged(self.rows[rows], later, ratio, error)
 
 
 def _step(value: np.ndarray) -> float:

@@ -1,9 +1,11 @@
 """Outputs appear whole or not at all."""
 
+import errno
 import json
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +171,22 @@ def test_devices_loops_and_places_that_only_pass_for_folders_are_refused_before_
             with pytest.raises(InputError, match=words):
                 check_place(place, folder=folder)
     assert [path.name for path in tmp_path.iterdir()] == ["loop"]
+
+
+def test_a_folder_that_is_there_to_be_read_is_refused_before_the_work(tmp_path, monkeypatch):
+    """Its own place may be written, and the run would end when all is done."""
+    (tmp_path / "out").mkdir()
+    made = tempfile.TemporaryFile
+
+    def denied(dir=None):
+        if Path(dir) == tmp_path / "out":
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return made(dir=dir)
+
+    monkeypatch.setattr("photogonio.system.outputs.tempfile.TemporaryFile", denied)
+    with pytest.raises(InputError, match="out: cannot be written here: permission denied"):
+        check_place(tmp_path / "out", folder=True)
+    check_place(tmp_path / "new", folder=True)
 
 
 def test_what_dead_runs_left_is_taken_away_and_no_more(tmp_path):
