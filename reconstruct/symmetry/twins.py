@@ -89,6 +89,11 @@ class Exchanged:
     ratio: np.ndarray  # (m,) logarithm of the reading over its twin
     error: np.ndarray  # (m,) standard error of it, by noise
 
+    @classmethod
+    def untold(cls, rows: np.ndarray) -> Exchanged:
+        """Few ``rows`` (m,), of which nothing is said."""
+        return cls(rows, 0.0 * rows, 0.0 * rows, np.ones(len(rows)))
+
 
 @dataclass(frozen=True, slots=True)
 class Readings:
@@ -131,14 +136,14 @@ class Readings:
         rows = np.flatnonzero(np.abs(self.theta_i - self.theta_r) > FAR)
         rows = rows[cKDTree(self.at).query(self.back[rows])[0] < CLOSE]
         if len(rows) < FEWEST:
-            return Exchanged(self.rows[rows], *np.zeros((2, len(rows))), np.ones(len(rows)))
+            return Exchanged.untold(self.rows[rows])
         tree = cKDTree(self.at)
         told = expected(self.at, self.value, self.back[rows], tree=tree)
         bent = np.abs(np.log(np.maximum(told.straight, 1e-300) / told.value))
         smooth = (bent < SMOOTH) & (told.spread < SMOOTH)  # elsewhere a peak is between
         rows, ratio = rows[smooth], np.log(self.value[rows] / told.value)[smooth]
         if len(rows) < FEWEST:
-            return Exchanged(self.rows[rows], *np.zeros((2, len(rows))), np.ones(len(rows)))
+            return Exchanged.untold(self.rows[rows])
         share = self.rows / max(int(self.rows.max()), 1)
         line = np.log(expected(self.at, np.exp(share), self.back[rows], tree=tree).value)
         later = (share[rows] - line) * self.rows.max()
