@@ -299,6 +299,8 @@ def _others(board: PrintedBoard, corners: Corners) -> Iterator[tuple[PrintedBoar
         if isinstance(one, CharucoBoard):
             other = replace(one, legacy_pattern=not one.legacy_pattern)
             yield other, _legacy_words(other)
+    if charuco:  # before others of its kind: a grid is, aslant, one of twice as many columns and one
+        yield from _of_other_kind(board, firsts, int(ids.max()))
     for first in firsts:
         for columns in _COLUMNS:
             count = int(ids.max()) - first + 1
@@ -308,6 +310,33 @@ def _others(board: PrintedBoard, corners: Corners) -> Iterator[tuple[PrintedBoar
                     _of_size(replace(board, first_id=first), (columns, high)),
                     f"{name}: {columns} columns with first_id = {first}, not {list(size)} with {board.first_id}",
                 )
+
+    if not charuco:
+        yield from _of_other_kind(board, firsts, int(ids.max()))
+
+
+def _of_other_kind(
+    board: PrintedBoard, firsts: Sequence[int], last: int
+) -> Iterator[tuple[PrintedBoard, str]]:
+    """Grids where a chessboard with markers was named, or the other way about, with markers up to ``last``."""
+    for first in firsts:
+        for columns in _COLUMNS:
+            if isinstance(board, CharucoBoard):
+                rows = max(1, -(-(last + 1 - first) // columns))
+                grid = GridBoard(board.dictionary, (columns, rows), board.marker_length, board.gap, first)
+                yield grid, f'kind = "aruco-grid" of {columns} columns, first_id = {first}, not "charuco"'
+                continue
+            rows = max(2, -(-2 * (last + 1 - first) // columns))
+            for high in (rows, rows + 1):
+                for legacy in (False, True):
+                    size = (columns, high)
+                    chess = CharucoBoard(
+                        board.dictionary, size, board.pitch, board.marker_length, first, legacy
+                    )
+                    yield (
+                        chess,
+                        f'kind = "charuco" of {columns} columns, first_id = {first}, not "aruco-grid"',
+                    )
 
 
 def _of_size(board: PrintedBoard, size: tuple[int, int]) -> PrintedBoard:

@@ -9,7 +9,7 @@ import pytest
 from photogonio.calib.detect.photo_reader import look
 from photogonio.calib.diagnose.board.wrong_board import board_fault
 from photogonio.calib.geometry.board import opencv_board
-from photogonio.capture.photoset import Board, GridBoard, LooseMarkers
+from photogonio.capture.photoset import Board, CharucoBoard, GridBoard, LooseMarkers
 from tests.drawn.board_photos import POSES
 from tests.drawn.boards import BLACK, BOARD, CAMERA, WHITE, draw, quiet, radiance, reader_of, views_of
 
@@ -68,6 +68,15 @@ def test_a_charuco_board(charuco, wrong, said):
 def test_a_grid(grid, wrong, said):
     found = fault(replace(GRID, **wrong), grid)
     assert found is None if said is None else said in found
+
+
+def test_a_board_of_the_other_kind(charuco, grid):
+    """Markers of both are the same; which lie where tells."""
+    columns, _ = BOARD.squares
+    as_grid = GridBoard(BOARD.dictionary, BOARD.squares, BOARD.marker_length, BOARD.gap)
+    assert f'board.kind = "charuco" of {columns} columns' in fault(as_grid, charuco)
+    as_chess = CharucoBoard(GRID.dictionary, (6, 8), GRID.pitch, GRID.marker_length)
+    assert 'board.kind = "aruco-grid" of 6 columns' in fault(as_chess, grid)
 
 
 @pytest.mark.parametrize("board", ["charuco", "grid"])
