@@ -17,6 +17,8 @@ from photogonio.reconstruct.symmetry.twins import FEWEST, LEAST_NOISE, Exchanged
 # of the squared differences, by what neighbours say and, where these are few, by twins: thirty CUReT materials leave
 # 0.19 and 0.10
 LEFT_NEAR, LEFT = 0.12, 0.06
+# or, by what neighbours say, no more squared standard errors a pair than noise leaves: CUReT then leaves 0.29 and more
+LEFT_BY_NOISE, NOISE = 0.2, 1.5
 NEAR = 40  # pairs of which neighbours tell
 TELLS = 60.0  # by which their sum must fall
 FACTOR = float(np.log(1.1))  # between readings on either side of an angle, or at either end
@@ -89,7 +91,9 @@ def _told(
 ) -> GainChange | None:
     squares = float(np.sum(pairs.ratio**2 / (pairs.error**2 + LEAST_NOISE**2)))
     count = len(pairs.rows)
-    if left > least or abs(slope) < FACTOR or (1.0 - left) * squares < TELLS:
+    if left > (LEFT_BY_NOISE if least == LEFT_NEAR and left * squares < NOISE * count else least):
+        return None
+    if abs(slope) < FACTOR or (1.0 - left) * squares < TELLS:
         return None
     apart = float(np.sqrt(np.mean(pairs.ratio**2)))
     return GainChange(float(np.exp(slope)), beyond, count, apart, left)
