@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 
 
 def executor(text: str) -> str:
@@ -42,6 +43,17 @@ def whole(text: str) -> int:
 def lobes(text: str) -> int | str:
     """How many lobes: "auto", "none", or a whole number."""
     return 0 if text == "none" else auto_or_whole(text)
+
+
+def length(text: str) -> float:
+    """A length above 0."""
+    try:
+        found = float(text)
+    except ValueError:
+        found = 0.0
+    if not 0.0 < found < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a length above 0, got {text!r}")
+    return found
 
 
 def mask(text: str) -> float:

@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import NoReturn
 
-from photogonio.argument_values import mask, positive, whole
+from photogonio.argument_values import length, mask, positive, whole
 from photogonio.option_groups import executor_option, fit_options, table_options, workers_option
 
 _KINDS = "a result's folder, coefficients.json, truth.json, or what export writes"
@@ -320,7 +320,7 @@ def _target(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--paper", choices=_PAPERS, default="a4")
     parser.add_argument("--kind", choices=("charuco", "aruco-grid"), default="charuco")
-    parser.add_argument("--square", metavar="MM", type=float, default=20.0, help="default: 20")
+    parser.add_argument("--square", metavar="MM", type=length, default=20.0, help="default: 20")
     parser.add_argument("--dictionary", metavar="NAME", help="of OpenCV's markers; default: one that suits")
     parser.add_argument("-o", "--out", metavar="FILE", default="target.pdf", help="default: target.pdf")
 

@@ -53,6 +53,8 @@ def make_target(
         raise InputError("--paper", f"expected one of {', '.join(PAPERS)}, found {paper!r}")
     if kind not in KINDS:
         raise InputError("--kind", f"expected one of {', '.join(KINDS)}, found {kind!r}")
+    if not 0.0 < square < np.inf:
+        raise InputError("--square", f"expected a length above 0, found {square:g}")
     width, height = PAPERS[paper]
     marker = round(MARKER_SHARE * square, 3)
     gap = square - marker if kind == "aruco-grid" else 0.0  # after the last marker none is needed
@@ -60,7 +62,10 @@ def make_target(
     rows = int((height - 2 * EDGE - FOOT + gap) // square)
     if columns < 5 or rows < 4:
         raise InputError("--square", f"{square:g} mm leaves {columns} x {rows} squares, fewer than 5 x 4")
-    name = settle_dictionary(dictionary, columns * rows // (2 if kind == "charuco" else 1))
+    needed = columns * rows // (2 if kind == "charuco" else 1)
+    if dictionary is None and needed > (most := markers_of(DICTIONARIES[-1])):
+        raise InputError("--square", f"{square:g} mm takes {needed} markers, more than the {most} there are")
+    name = settle_dictionary(dictionary, needed)
     board: PrintedBoard
     if kind == "charuco":
         board = CharucoBoard(name, (columns, rows), square, marker)
@@ -102,10 +107,15 @@ def settle_dictionary(name: str | None, needed: int) -> str:
     for candidate in DICTIONARIES if name is None else (name,):
         if not candidate.startswith("DICT_") or not hasattr(cv2.aruco, candidate):
             raise InputError("--dictionary", f"OpenCV has no {candidate!r}")
-        size = len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, candidate)).bytesList)
+        size = markers_of(candidate)
         if size >= needed:
             return candidate
     raise InputError("--dictionary", f"{candidate} has {size} markers, the board needs {needed}")
+
+
+def markers_of(name: str) -> int:
+    """How many markers a dictionary of OpenCV has."""
+    return len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name)).bytesList)
 
 
 def free_cells(board: PrintedBoard) -> np.ndarray:

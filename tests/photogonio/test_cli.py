@@ -94,6 +94,17 @@ def test_version(capsys):
         ["fit", "a", "--columns", "theta_i"],
         ["fit", "a", "--where", "lambda"],
         ["compare", "a", "b", "--mask", "100"],
+        *(
+            [*words, value]
+            for words in (
+                ["target", "--square"],
+                ["compare", "a", "b", "--mask"],
+                ["plan", "--add"],
+                ["show", "a", "--draws"],
+                ["process", "a", "--workers"],
+            )
+            for value in ("0", "-1", "nan", "inf", "1e999")
+        ),
     ],
 )
 def test_bad_arguments_end_with_one_line(capsys, arguments):
