@@ -34,12 +34,12 @@ from photogonio.run.circumstances import Circumstances
 from photogonio.run.cluster import cluster_of
 from photogonio.run.colours import require_mixable
 from photogonio.run.fit_photos import fitted_photos
-from photogonio.run.photo_choices import asked_symmetry, choose_level
+from photogonio.run.photo_choices import asked_symmetry, choose_level, refuse_asked
 from photogonio.run.reduce_photos import Plan, Reduced, reduce_photos
 from photogonio.run.surroundings import around_of, shown_around
 from photogonio.run.tables import refuse_empty, take_channels
 from photogonio.system.memory import give_back
-from photogonio.system.outputs import check_place, staged_file, staged_folder
+from photogonio.system.outputs import check_place, check_result_place, staged_file, staged_folder
 from photogonio.system.progress import Reporter, Stopwatch
 from photogonio.system.provenance import Provenance, canonical_command, hash_file, hash_photos
 
@@ -59,9 +59,11 @@ def process(
     """
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
     if out is not None:
-        check_place(Path(out), folder=True)
+        check_result_place(Path(out))
     photoset = load_photoset(folder)
     symmetry = asked_symmetry(photoset, options)
+    refuse_asked(photoset, symmetry, options)
+    require_mixable(photoset, "absolute", options.channels)  # its scale is not known yet
     watch = Stopwatch()
     small = SmallPrints(photoset)
     with (
@@ -152,7 +154,7 @@ def calibrate(
     """
     if out is not None:
         check_place(Path(out), folder=False)
-        check_place(pictures_folder(Path(out)), folder=True)
+        check_result_place(pictures_folder(Path(out)))
     photoset = load_photoset(folder)
     threads = Options(workers=workers).threads()
     reporter = reporter or Reporter(quiet=True)

@@ -13,7 +13,7 @@ from photogonio.report.trust import faults_of
 from photogonio.result import Result
 from photogonio.run.fit_cells import fitted
 from photogonio.run.tables import quantity_developed, read_table, take_channels
-from photogonio.system.outputs import check_place
+from photogonio.system.outputs import check_result_place
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_inputs
 
@@ -34,7 +34,7 @@ def fit(
     """
     options, reporter = options or Options(), reporter or Reporter(quiet=True)
     if out is not None:
-        check_place(Path(out), folder=True)
+        check_result_place(Path(out))
     path = Path(table)
     told = told or Told()
     options = replace(options, quantity=quantity_developed(path, options, told))

@@ -30,6 +30,10 @@ ROLES = {  # beginnings of folder or file names
 }
 BY_LIGHT = {"sample", "probe", "ambient"}
 DEVELOPED = {"jpeg", "heif", "avif", "jxl", "webp"}  # what a camera or a phone writes beside its RAW
+RESULTS = {  # files that tell a folder of results, and its pictures
+    "coefficients.json": {"coverage.png", "fit.png", "lobes.png"},
+    "comparison.json": {"scatter.png", "balls.png"},
+}
 NAMED = 200  # letters of file names in a message
 
 
@@ -173,7 +177,7 @@ def not_taken(path: Path) -> str | None:
     """Why a file that is a picture by its name or its content is no photo; None if it is one, or no picture at all."""
     suffix = path.suffix.lower()
     if by_name(path) is not None:
-        return None
+        return "is a picture of a result that lies here" if of_result(path) else None
     if suffix in OTHERS:
         return f"{OTHERS[suffix]} is not read; convert it to TIFF of 16 bits"
     try:
@@ -185,6 +189,14 @@ def not_taken(path: Path) -> str | None:
         return None
     endings = ", ".join(sorted(SUFFIXES[kind]))
     return f"is {NAMES[kind]} by its content, but not by its name; rename it ({endings})"
+
+
+def of_result(path: Path) -> bool:
+    """Whether a picture is one that a result has: by its name, and the numbers beside it."""
+    beside = any(path.name in names and path.with_name(told).is_file() for told, names in RESULTS.items())
+    folder = path.parent
+    drawn = folder.name.endswith("-photos") and folder.with_name(folder.name[:-7] + ".json").is_file()
+    return beside or (drawn and folder.with_name(folder.name[:-7] + ".html").is_file())
 
 
 def photo_of(name: str, exposure: Exposure) -> Photo:

@@ -19,7 +19,7 @@ from photogonio.run.circumstances import unpacked
 from photogonio.run.session_scales import Session
 from photogonio.run.sessions import joined
 from photogonio.run.tables import take_channels
-from photogonio.system.outputs import check_place
+from photogonio.system.outputs import check_result_place
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_file
 
@@ -30,7 +30,7 @@ def add(tables: list[str], out: Path, options: Options, reporter: Reporter) -> R
     Raises:
         InputError: a table cannot be used, or they cannot be added. Nothing is written then.
     """
-    check_place(out, folder=True)
+    check_result_place(out)
     sessions = sorted(map(read_session, tables), key=lambda one: one.order)
     if len(sessions) < 2:
         raise InputError(tables[0], "expected the results of two sessions or more")

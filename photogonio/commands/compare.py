@@ -13,7 +13,7 @@ from photogonio.compare.reflectances import find_brdf, load_known
 from photogonio.report.html import picture_bytes
 from photogonio.report.plots import scatter_figure
 from photogonio.system.drawing import own_style
-from photogonio.system.outputs import check_place, staged_folder, to_json
+from photogonio.system.outputs import check_result_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command, hash_inputs
 
@@ -27,7 +27,7 @@ _UNITS = {
 
 def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     if args.out:
-        check_place(Path(args.out), folder=True)
+        check_result_place(Path(args.out))
     paths = [find_brdf(Path(name)) for name in (args.a, args.b)]
     told = told_of(args)
     a, b = (load_known(path, told) for path in paths)

@@ -31,7 +31,7 @@ from photogonio.report.evaluation_report import evaluation_html
 from photogonio.report.html import embed, picture_bytes
 from photogonio.synthetic.scene.model import Scene
 from photogonio.system.drawing import own_style
-from photogonio.system.outputs import check_place, staged_folder, to_json
+from photogonio.system.outputs import check_result_place, staged_folder, to_json
 from photogonio.system.progress import Reporter
 from photogonio.system.provenance import Provenance, canonical_command
 
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace, reporter: Reporter) -> dict[str, object]:
     sets = Path(args.cache) if args.cache else out / "sets"
     kind = "table" if args.tables else "set" if args.suite else "scene"
     former = load_scores(Path(args.against), kind) if args.against else None
-    check_place(out, folder=True)
+    check_result_place(out)
     if args.hard:
         outcomes = run_battery(args.scenes, sets, workers=workers, reporter=reporter)
         return _finish(args, reporter, outcomes=outcomes)

@@ -6,9 +6,12 @@ import math
 
 from photogonio.calib.setup import Setup
 from photogonio.capture.errors import InputError
+from photogonio.capture.files.images import read_header
 from photogonio.capture.photoset import PhotoSet, Plane, Sphere
 from photogonio.options import Choice, Options
+from photogonio.reconstruct.model_choice import FitOptions, refuse_order
 from photogonio.reconstruct.reduce.directions import region_of
+from photogonio.run.tables import refuse_channels
 
 LEVELS = (1, 4)  # that "auto" chooses among
 _HIGHEST = 6  # facets of 0.8 degrees; finer ones have hardly a pixel each
@@ -40,6 +43,40 @@ def symmetry_of(options: Options, told: str, sample: Sphere | Plane) -> str:
     return "isotropic"
 
 
+def refuse_asked(photoset: PhotoSet, symmetry: str, options: Options) -> None:
+    """What a fit of these photos to that ``symmetry`` cannot do, before anything is done; by the manifest, the options,
+    and what the first photo of the sample that can be read says of itself.
+
+    Raises:
+        InputError: a level or an order beyond those there are, or channels that photos have not.
+    """
+    if options.level is not None:
+        refuse_level(options.level)
+    # of "auto" the symmetry is not known yet: what is too high for every one
+    refuse_order(FitOptions(order=options.order), "isotropic" if symmetry == "auto" else symmetry)
+    if options.channels is not None:
+        channels = _channels_told(photoset)
+        refuse_channels(options.channels, channels or options.channels)
+
+
+def refuse_level(level: int) -> None:
+    """Raises InputError for a level beyond what facets can do."""
+    if not 1 <= level <= _HIGHEST:
+        raise InputError(f"--level {level}", f"expected a level from 1 to {_HIGHEST}")
+
+
+def _channels_told(photoset: PhotoSet) -> tuple[str, ...]:
+    """By the header of the first photo of the sample that can be read; none if there is no such."""
+    demosaic = photoset.radiometry.demosaic
+    for view in photoset.views("sample"):
+        for photo in view.photos:
+            try:
+                return read_header(photoset.folder / photo.file, demosaic=demosaic).channels
+            except (InputError, OSError):
+                continue
+    return ()
+
+
 def choose_level(setup: Setup, options: Options) -> Choice:
     """The facets' level: as asked, else the finest whose cells hold a few pixels of a photo each.
 
@@ -47,8 +84,7 @@ def choose_level(setup: Setup, options: Options) -> Choice:
         InputError: a level beyond what facets can do.
     """
     if options.level is not None:
-        if not 1 <= options.level <= _HIGHEST:
-            raise InputError(f"--level {options.level}", f"expected a level from 1 to {_HIGHEST}")
+        refuse_level(options.level)
         return Choice("facet level", str(options.level), "asked for")
     pixels = sorted(_sample_pixels(setup))[len(setup.views) // 2]
     by_pixels = _finest(pixels / _CELL_PIXELS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -136,13 +136,18 @@ def refuse_empty(table: FacetTable) -> None:
     raise InputError("sample", f"no pixel can be used: {share:.0f} % are {WHY_UNUSED[LEFT_OUT[worst]]}")
 
 
+def refuse_channels(asked: Sequence[str], there: Sequence[str]) -> None:
+    """Raises InputError for one that is ``asked`` for and not ``there``."""
+    unknown = [name for name in asked if name not in there]
+    if unknown:
+        raise InputError(f"--channels {unknown[0]}", f"expected some of {', '.join(there)}")
+
+
 def take_channels(table: FacetTable, options: Options) -> FacetTable:
     """Only the channels asked for, in the table's order."""
     if options.channels is None:
         return table
-    unknown = [name for name in options.channels if name not in table.channels]
-    if unknown:
-        raise InputError(f"--channels {unknown[0]}", f"expected some of {', '.join(table.channels)}")
+    refuse_channels(options.channels, table.channels)
     keep = [k for k, name in enumerate(table.channels) if name in options.channels]
     return replace(
         table,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.formats import PROMISED, by_name
-from photogonio.capture.manifest.draft import role_of
+from photogonio.capture.manifest.draft import of_result, role_of
 from photogonio.capture.manifest.load import load_photoset
 from photogonio.capture.photoset import MANIFEST, Photo, PhotoSet
 
@@ -52,7 +52,7 @@ class SetFolder:
         for path in sorted(self.path.rglob("*")):
             inner = path.relative_to(self.path)
             hidden = any(part.startswith(".") for part in inner.parts)
-            if not hidden and by_name(path) is not None and path.is_file():
+            if not hidden and by_name(path) is not None and path.is_file() and not of_result(path):
                 found.append(inner.as_posix())
         return found
 

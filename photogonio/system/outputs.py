@@ -118,6 +118,19 @@ def check_place(target: Path, *, folder: bool) -> None:
             raise InputError(target, f"cannot be written here: {why}") from None
 
 
+def check_result_place(target: Path) -> None:
+    """:func:`check_place` of a folder of results, whose pictures must not come to lie among photos.
+
+    Raises:
+        InputError: it cannot be written, or is a photo set's own folder.
+    """
+    from photogonio.capture.photoset import MANIFEST  # with numpy, for which --help does not wait
+
+    check_place(target, folder=True)
+    if (target / MANIFEST).is_file():
+        raise InputError(target, "is a photo set; results would lie among its photos: name another folder")
+
+
 @contextmanager
 def _stage(target: Path) -> Iterator[Path]:
     made = _make_parents(target)

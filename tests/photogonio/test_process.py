@@ -11,6 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from photogonio import pipeline
 from photogonio.cli import main
 from photogonio.report import page
 from tests.drawn.tiny_set import ALBEDO, HEIGHT, WIDTH, TinySet
@@ -100,6 +101,31 @@ def test_channels_are_obeyed_or_refused(capsys, tmp_path, tiny_set: TinySet):
 def test_what_a_sphere_cannot_be_asked(capsys, tmp_path, tiny_set: TinySet):
     refused(capsys, tiny_set.folder, tmp_path / "x", "--symmetry", "general", said="sphere")
     refused(capsys, tiny_set.folder, tmp_path / "x", "--level", "9", said="--level 9")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--channels", "X"), "--channels X: expected some of"),
+        (("--level", "7"), "--level 7"),
+        (("--order", "99"), "--order 99"),
+    ],
+)
+def test_what_no_photos_can_be_asked_is_refused_before_any_work(
+    capsys, tmp_path, tiny_set: TinySet, monkeypatch, options, said
+):
+    monkeypatch.setattr(pipeline, "calibrated", lambda *words, **named: pytest.fail("calibrated first"))
+    refused(capsys, tiny_set.folder, tmp_path / "x", *options, said=said)
+
+
+@pytest.mark.parametrize("command", ["process", "compare"])
+def test_results_are_not_written_among_photos(capsys, tiny_set: TinySet, command):
+    before = sorted(tiny_set.folder.rglob("*"))
+    words = [str(tiny_set.folder)] * (2 if command == "compare" else 1)
+    status = main([command, *words, "-o", str(tiny_set.folder)])
+    _, err = capsys.readouterr()
+    assert (status, err.count("\n")) == (2, 1) and "is a photo set" in err
+    assert sorted(tiny_set.folder.rglob("*")) == before
 
 
 @pytest.mark.usefixtures("plain_pictures")

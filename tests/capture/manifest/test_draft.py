@@ -89,6 +89,31 @@ def test_photos_are_added_to_the_targets_own_manifest(folder):
         manifest_text(folder)
 
 
+@pytest.mark.parametrize("inner", ["", "my-brdf/"])
+def test_a_results_pictures_are_no_photos(folder, inner):
+    """Whether the result lies among the photos or in a folder of its own; alike names elsewhere are photos."""
+    photo = (folder / "darks/d.png").read_bytes()
+    (folder / inner).mkdir(exist_ok=True)
+    for name in ("coverage.png", "fit.png", "lobes.png"):
+        (folder / inner / name).write_bytes(photo)
+        (folder / "Sample" / name).write_bytes(photo)
+    before = {p.file for p in survey(folder).photos}
+    assert {f"{inner}fit.png", "Sample/fit.png"} <= before
+    (folder / inner / "coefficients.json").write_text("{}")
+    found = survey(folder)
+    pictures = {f"{inner}{name}" for name in ("coverage.png", "fit.png", "lobes.png")}
+    assert {p.file for p in found.photos} == before - pictures and set(found.passed) == pictures
+
+
+def test_pictures_beside_a_setup_are_no_photos(folder):
+    (folder / "setup-photos").mkdir()
+    (folder / "setup-photos/s0.jpg").write_bytes((folder / "other.jpg").read_bytes())
+    assert "setup-photos/s0.jpg" in {p.file for p in survey(folder).photos}
+    for name in ("setup.json", "setup.html"):
+        (folder / name).write_text("{}")
+    assert "setup-photos/s0.jpg" in survey(folder).passed
+
+
 def test_a_raw_file_goes_before_its_jpeg(folder, shared):
     (folder / "Sample" / "s0.dng").write_bytes((shared / "data" / "raw" / "colorchart.dng").read_bytes())
     names = [photo.file for photo in survey(folder).photos]

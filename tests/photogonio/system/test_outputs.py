@@ -14,6 +14,7 @@ import pytest
 from photogonio.capture.errors import InputError
 from photogonio.system.outputs import (
     check_place,
+    check_result_place,
     part_name,
     plain,
     remove_leftovers,
@@ -157,6 +158,18 @@ def test_places_are_looked_at_before_the_work(tmp_path):
             check_place(tmp_path / target, folder=folder)
     check_place(tmp_path / "new/deep", folder=True)
     assert names(tmp_path) == ["file"]
+
+
+def test_a_result_has_no_place_among_a_sets_photos(tmp_path):
+    check_result_place(tmp_path)
+    check_result_place(tmp_path / "out")
+    (tmp_path / "photoset.toml").touch()
+    with pytest.raises(InputError, match="is a photo set"):
+        check_result_place(tmp_path)
+    (tmp_path / "link").symlink_to(tmp_path)
+    with pytest.raises(InputError, match="is a photo set"):
+        check_result_place(tmp_path / "link")
+    check_result_place(tmp_path / "out")
 
 
 def test_devices_loops_and_places_that_only_pass_for_folders_are_refused_before_the_work(tmp_path):
