@@ -11,7 +11,7 @@ import numpy as np
 
 from photogonio.capture.diagnosis import Diagnosis
 from photogonio.capture.errors import InputError
-from photogonio.capture.linear.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, mean_signal
+from photogonio.capture.linear.frames import Dark, Rays, cos4_gain, dark_of, flat_gain, is_lit, mean_signal
 from photogonio.capture.linear.reader import RadianceReader
 from photogonio.capture.linear.signal import Signal
 from photogonio.capture.photoset import View
@@ -32,6 +32,11 @@ def dark_frame(reader: RadianceReader) -> tuple[Dark | None, Unread]:
         [View((photo,)) for photo in photos],
         lambda view: reader.signal(view.photos[0]),
         full="a dark frame, but much of it is saturated",
+        wrong=lambda signal: (
+            "a dark frame, but it shows a picture: take it with the lens capped, or give it its own role"
+            if is_lit(signal.value)
+            else ""
+        ),
     )
     black_known = reader.photoset.radiometry.black_level is not None or reader.sensor.encoding.black > 0
     exposures = [reader.exposures[view.name] for view, _ in kept]
@@ -79,12 +84,17 @@ def vignetting(reader: RadianceReader, camera: Rays | None) -> np.ndarray | None
 
 
 def usable(
-    reader: RadianceReader, views: Iterable[View], read: Callable[[View], Read], *, full: str | None = None
+    reader: RadianceReader,
+    views: Iterable[View],
+    read: Callable[[View], Read],
+    *,
+    full: str | None = None,
+    wrong: Callable[[Read], str] = lambda image: "",
 ) -> tuple[list[tuple[View, Read]], Unread]:
     """What can be read of some views, and why others cannot.
 
-    ``full`` is what is said of a saturated one, if that matters. Raises the first view's InputError if none
-    is left.
+    ``full`` is what is said of a saturated one, if that matters, and ``wrong`` what else is wrong with one. Raises the
+    first view's InputError if none is left.
     """
     kept: list[tuple[View, Read]] = []
     faults: list[InputError] = []
@@ -93,6 +103,8 @@ def usable(
             image = read(view)
             if full is not None and image.saturated.mean() > TOO_FULL:
                 raise InputError(reader.photoset.folder / view.name, full)
+            if what := wrong(image):
+                raise InputError(reader.photoset.folder / view.name, what)
             kept.append((view, image))
         except InputError as error:
             faults.append(error)

@@ -17,6 +17,11 @@ from photogonio.capture.linear.signal import Region, Signal, Windows, cut
 SAME_TIME = 0.01  # relative difference of exposure times that counts as none
 HOT_SCATTERS = 10.0  # robust standard deviations of the dark frame
 HOT_LEAST = 0.002  # of white level
+BLOCKS, BLOCK = 32, 8  # along the longer side, in which a dark frame is looked over; pixels of one at least
+LIT_SPREAD = (
+    0.02  # of white level, between a dark frame's dim and bright tenths: glow fills corners, heat is even
+)
+LIT = 0.15  # of white level; cameras write black at an eighth of it at most
 FLAT_NOISE = 1e-3  # relative noise that a flat field may keep
 WIDEST_BLUR = 0.02  # of the picture's width
 LEAST_FLAT = 0.02  # of the centre; darker is no light
@@ -95,6 +100,16 @@ def dark_of(signals: Sequence[Signal], exposures: Sequence[Exposure], *, black_k
         elif black_known:
             rate, bias = value / np.float32(np.mean(times)), np.zeros_like(value)
     return Dark(bias, rate, variance, hot_pixels(value))
+
+
+def is_lit(dark: np.ndarray) -> bool:
+    """Whether a signal (h, w, c) that is to be dark holds a picture: its parts differ, or all of it is bright."""
+    height, width = dark.shape[:2]
+    block = max(BLOCK, -(-max(height, width) // BLOCKS))
+    size = (max(1, width // block), max(1, height // block))
+    parts = cv2.resize(np.nan_to_num(dark.mean(axis=2)), size, interpolation=cv2.INTER_AREA)
+    dim, middle, bright = np.percentile(parts, (10.0, 50.0, 90.0))
+    return bool(bright - dim > LIT_SPREAD or middle > LIT)
 
 
 def hot_pixels(dark: np.ndarray) -> np.ndarray:

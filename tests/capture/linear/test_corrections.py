@@ -66,6 +66,14 @@ def test_saturated_frames_are_refused(make, light, role, extra, said):
         make([("a.png", "sample", light, {}), ("frame.png", role, np.ones_like(light), {})], extra)
 
 
+def test_a_dark_frame_that_shows_a_picture_is_refused_or_left_out_by_name(make, light):
+    frames = [("a.png", "sample", light, {}), ("lit.png", "dark", light, {})]
+    with pytest.raises(InputError, match=r"lit\.png: a dark frame, but it shows a picture"):
+        make(frames)
+    _, reader = make([*frames, ("cap.png", "dark", np.full_like(light, 0.01), {})])
+    assert any("lit.png" in warning for warning in reader.warnings)
+
+
 @pytest.mark.parametrize("role", ["dark", "ambient", "flat"])
 def test_one_bad_frame_among_others_is_left_out_and_named(make, light, tmp_path, role):
     """What remains is used: the result is that of the good frame alone."""

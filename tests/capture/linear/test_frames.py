@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from photogonio.capture.files.exposure import Exposure
-from photogonio.capture.linear.frames import cos4_gain, dark_of, falloff_gain, flat_gain, hot_pixels
+from photogonio.capture.linear.frames import cos4_gain, dark_of, falloff_gain, flat_gain, hot_pixels, is_lit
 from photogonio.capture.linear.signal import Signal
 
 SHAPE = (40, 50, 3)
@@ -55,6 +55,22 @@ def test_hot_pixels_are_those_far_off():
     found = hot_pixels(dark)
     assert found[3, 4] and found[10, 11] and found.sum() == 2
     assert not hot_pixels(np.full(SHAPE, 0.01)).any()
+
+
+def test_a_dark_frame_is_told_from_a_picture():
+    """Noise, hot pixels, heat and a glowing corner are dark, at any black that cameras write; a lit scene, also a dim
+    one, and an even field are not."""
+    rng = np.random.default_rng(2)
+    y, x = np.mgrid[:400, :600] / 400.0
+    shape = (*x.shape, 3)
+    scene = np.where((x // 0.1 + y // 0.1) % 2 > 0, 0.6, 0.03)[..., None] * np.ones(3)
+    for black in (0.0, 0.06, 0.125):
+        heat = 0.005 * (1.0 + y) + 0.1 * np.exp(-(x**2 + y**2) / 0.1**2)
+        dark = black + heat[..., None] + rng.normal(0.0, 0.01, shape)
+        dark[rng.random(x.shape) < 1e-3] = 1.0
+        assert not is_lit(dark.astype(np.float32))
+        assert is_lit((dark + scene).astype(np.float32)) and is_lit((dark + 0.1 * scene).astype(np.float32))
+        assert is_lit((dark + 0.2).astype(np.float32))
 
 
 def falloff() -> np.ndarray:
