@@ -107,7 +107,8 @@ def _bright(result: Result) -> str:
     albedo = result.brdf.bihemispherical_albedo()
     if result.brdf.scale != "absolute" or (albedo <= BRIGHTEST).all():
         return ""
-    return f"albedo above 1 ({_each(albedo)}): more light goes out than came in{_meant(float(albedo.max()))}"
+    meant = _meant(float(albedo.max())) if result.known is None else ""  # of photos nobody says what they are
+    return f"albedo above 1 ({_each(albedo)}): more light goes out than came in{meant}"
 
 
 def _meant(albedo: float) -> str:

@@ -25,6 +25,7 @@ from photogonio.report.trust import (
     DISTRUSTED,
     OF_FITS,
     OF_SETUPS,
+    _bright,
     _misfit,
     checks_table,
     setup_faults,
@@ -90,6 +91,14 @@ def test_an_unphysical_result_is_written_and_every_outcome_says_so(capsys, tmp_p
     assert cards.strip().startswith('<div class="card alarm"><span>not to be trusted: ')
     said = json.loads((tmp_path / "out/coefficients.json").read_text())["fit"][DISTRUSTED]
     assert said == numbers["trust"]["codes"]
+
+
+@pytest.mark.parametrize("photos", [True, False])
+def test_a_quantity_is_proposed_for_tables_alone(photos):
+    """Photos have no option that says what their values are."""
+    brdf = SimpleNamespace(scale="absolute", bihemispherical_albedo=lambda: np.array([2.0]))
+    said = _bright(SimpleNamespace(brdf=brdf, known=SimpleNamespace() if photos else None))
+    assert "albedo above 1" in said and ("--quantity" in said) != photos
 
 
 def test_a_negated_table_says_so_and_no_text_holds_what_is_no_number(capsys, tmp_path):
