@@ -10,7 +10,7 @@ place (:mod:`.tone_print`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from photogonio.calib.detect.observation import Observation
 from photogonio.calib.detect.photo_reader import Reader
 from photogonio.calib.diagnose.base import Departure, Stage
 from photogonio.calib.diagnose.photos.tone_levels import (
+    INK,
     SURE,
     Power,
     PrintLevels,
@@ -95,18 +96,25 @@ def tone_doubt(
     shares = [one.share for one in told if np.isfinite(one.share)]
     powers = np.array([one.power for one in told if one.power is not None])
     black = float(np.median(shares)) if shares else float("nan")
-    verdict = verdict_of([one.levels for one in told if one.levels is not None], power_of(powers))
+    levels = [one.levels for one in told if one.levels is not None]
+    verdict = verdict_of(levels, power_of(powers))
     if verdict is not None and believed(verdict, black):
         return weighed(verdict, black, power_of(powers))
-    return judged(black, powers)
+    doubt = judged(black, powers)
+    return doubt if doubt is None or not levels else replace(doubt, read=_most_read(levels))
 
 
 def verdict_of(levels: Sequence[PrintLevels], power: Power | None) -> ToneVerdict | None:
     """By how steady a share of white black print is in most photos that were read by one curve; None of too few."""
-    curves = [read_curve(one.encoding) for one in levels]
-    most = max(curves, key=curves.count, default=LINEAR)
-    alike = [one for one, curve in zip(levels, curves, strict=True) if curve == most]
+    most = _most_read(levels)
+    alike = [one for one in levels if read_curve(one.encoding) == most]
     return told_by_levels(alike, power) if len(alike) >= _PHOTOS else None
+
+
+def _most_read(levels: Sequence[PrintLevels]) -> Curve:
+    """The curve by which most of them were read."""
+    curves = [read_curve(one.encoding) for one in levels]
+    return max(curves, key=curves.count, default=LINEAR)
 
 
 def believed(verdict: ToneVerdict, black: float) -> bool:
@@ -190,6 +198,8 @@ def _doubted(
 def tone_warning(photoset: PhotoSet, doubt: ToneDoubt) -> str:
     """The contradiction, in words."""
     said = photoset.radiometry.encoding
+    if doubt.curve == doubt.read or said == doubt.curve.name:
+        return _black_warning(photoset, doubt)
     read = 'as the files say, or by their bits (encoding = "auto")' if said == "auto" else f'as "{said}"'
     if said == "gamma":
         read += f" {doubt.read.numbers[0]:.3g}" if doubt.read.numbers else ""
@@ -206,6 +216,18 @@ def tone_warning(photoset: PhotoSet, doubt: ToneDoubt) -> str:
     return (
         f"[radiometry] encoding: the print contradicts the way in which the photos are read, {read}: "
         f"{' and '.join(shown)}. So it is if {how_to_read(doubt.curve)}{other}"
+    )
+
+
+def _black_warning(photoset: PhotoSet, doubt: ToneDoubt) -> str:
+    """The same where the curve by which codes were read is the one that they seem to have."""
+    given = photoset.radiometry.black_level
+    level = "the black level that the files say" if given is None else f"black_level = {given:g}"
+    way = "high" if doubt.black < _COMMON_INK[1] else "low"
+    other = " (or the print's ink is no ordinary black)" if doubt.black > 0 else ""
+    return (
+        f"[radiometry] black_level: the print contradicts how black the photos are read: black is {doubt.black:.2g} of "
+        f"white, where ink is about {INK:g}. So it is if {level} is too {way}{other}"
     )
 
 
@@ -232,8 +254,8 @@ class WrongToneCurve(Departure):
             "does not grow with the light on it: codes were read by another curve than they have. Of linear, sRGB, "
             "BT.709, gamma 1.8, 2.2 and 2.4 the one that explains it is named; gammas look alike to black print, told "
             "apart by how white grows.",
-            "Set `[radiometry] encoding` as it is said, and see what wrote the files; if the ink is no ordinary black, "
-            "and nothing else is told, nothing.",
+            "Set `[radiometry] encoding` as it is said, and see what wrote the files; where `black_level` is named, "
+            "correct that; if the ink is no ordinary black, and nothing else is told, nothing.",
             least=SURE,
             source="twice the logarithm of the odds for another curve; path-traced and drawn sets have 0",
         ),

@@ -27,7 +27,7 @@ _TOGETHER = 4.0  # samples whose errors go together
 _CHANNELS = 3  # that are asked
 _PHOTO = 2.0  # readings that the bins of a photo count as: their errors go together
 _BEST = 0.35  # of the errors expected, below which no curve is any better
-_INK, _INKS = 0.05, 0.5  # share of black in white, and how far inks differ, in its logarithm
+INK, _INKS = 0.05, 0.5  # share of black in white, and how far inks differ, in its logarithm
 _INK_HELD = 0.05  # as far as evenly lit print, which knows no ink from a veil, is held to it
 # what a veil, as a share of the middle white, and a black level, of full scale, may be: as it is read, and by another
 # curve; less than none is rare
@@ -83,7 +83,7 @@ class Steady:
     @property
     def odd_ink(self) -> float:
         """The same of its ink alone."""
-        return float(np.log(self.ink / _INK) / _INKS) ** 2
+        return float(np.log(self.ink / INK) / _INKS) ** 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +196,7 @@ def steadiness(bins: _Bins, photos: Sequence[PrintLevels], curve: Curve | None) 
     columns = [np.where(bins.channel == c, bins.white, 0.0) for c in channels]
     design = np.column_stack([*columns, middle, np.ones(len(middle))]) / bins.error[:, None]
     target, share = bins.black / bins.error, np.sqrt(_PHOTO * len(np.unique(bins.photo)) / len(middle))
-    usual = np.array([*np.full(len(channels), _INK), 0.0, 0.0])
+    usual = np.array([*np.full(len(channels), INK), 0.0, 0.0])
     weight, found, miss = np.ones(len(target)), np.zeros(design.shape[1]), target
     for _ in range(_ROUNDS):
         most = [

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from photogonio.calib.detect.paper_reading import PaperReading
-from photogonio.calib.diagnose.photos.tone_curve import believed, judged, tone_doubt, tone_warning
+from photogonio.calib.diagnose.photos.tone_curve import (
+    ToneDoubt,
+    believed,
+    judged,
+    tone_doubt,
+    tone_warning,
+)
 from photogonio.calib.diagnose.photos.tone_levels import Steady, ToneVerdict
 from photogonio.capture.containers.tone import LINEAR, SRGB
 from photogonio.capture.linear.encoding import (
@@ -109,3 +115,35 @@ def test_an_odd_ink_that_is_not_seen_is_no_evidence(ink, surer, black, doubted):
     own, other = Steady(1.0, ink, 0.0), Steady(1.0, 0.049, 0.0)
     verdict = ToneVerdict(SRGB, LINEAR, own, other, {LINEAR: 0.0, SRGB: surer})
     assert believed(verdict, black) == doubted
+
+
+@pytest.mark.parametrize(("black", "way"), [(-0.02, "high"), (0.01, "high"), (0.3, "low")])
+@pytest.mark.parametrize("given", [0.02, None])
+def test_black_that_no_other_curve_explains_names_the_black_level(seen, black, way, given):
+    """An encoding that is set already is not proposed."""
+    photoset = seen[0].photoset
+    for encoding, curve in (("linear", LINEAR), ("srgb", SRGB), ("auto", LINEAR)):
+        read = replace(photoset.radiometry, encoding=encoding, black_level=given)
+        said = tone_warning(replace(photoset, radiometry=read), ToneDoubt(curve, curve, black))
+        assert "set encoding" not in said and said.startswith("[radiometry] black_level")
+        assert f"is too {way}" in said and ("= 0.02" in said) == (given is not None)
+        assert ("no ordinary black" in said) == (black > 0)
+
+
+def test_too_much_black_taken_off_a_linear_photo_is_told_as_that(seen):
+    """The print of photos read as they are, by another black level: what was read is known, and not proposed again."""
+    drawn, camera, observations = seen
+    changed = []
+    for one in observations:
+        one = copy(one)
+        off = 0.08 * float(np.median(one.reading.samples.value.max(axis=0)))
+        samples = replace(one.reading.samples, value=one.reading.samples.value - off)
+        one.reading = replace(one.reading, samples=samples, level=one.reading.level - off)
+        one.highlights = []
+        changed.append(one)
+    photoset = replace(
+        drawn.photoset, radiometry=replace(drawn.photoset.radiometry, encoding="linear", black_level=0.02)
+    )
+    doubt = tone_doubt(photoset, camera, changed)
+    assert doubt is not None and doubt.black < 0
+    assert "black_level = 0.02 is too high" in tone_warning(photoset, doubt)
