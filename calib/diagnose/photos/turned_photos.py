@@ -1,5 +1,8 @@
 """Photos that are stored upside down, or mirrored, against the others.
 
+A photo that was focused or zoomed otherwise than the rest misses in much the same way; where a focal length of its own
+for each photo explains them better, sides are judged with that.
+
 The lens's axis does not go through the middle of the picture; in a photo stored turned by half a turn it goes through
 on the other side. A still camera's photo shows the board elsewhere. A moving camera's pose takes up nearly all of it,
 but what is left tells: each photo by itself says on which side of the middle the axis lies, through the print's
@@ -39,6 +42,7 @@ _ROUNDS, _PRINTS = 20, 6
 _SURE, _TELLING, _PLAINLY, _FEW = 16.0, 30.0, 300.0, 1.0 / 3.0
 # of what each photo says of the axis over what all say: in the middle; of a turned one
 _SPREAD, _LEAST = 0.35, 0.5
+_OWN = 2.0  # squared standard errors a photo, by which focal lengths of their own must explain them better
 
 
 def upright(one: Seen) -> Seen:
@@ -97,6 +101,7 @@ class _Shown:
     ids: np.ndarray  # (n,)
     miss: np.ndarray  # (2 n,) pixels
     pose: np.ndarray  # (2 n, 6) orthonormal: what its pose takes up
+    zoomed: np.ndarray  # (2 n, 7) the same with a focal length of its own
     lens: np.ndarray  # (2 n, 8) by what half a turn leaves, and by what it changes the sign of
     print: np.ndarray  # (n, 2, 2) by the corner's place on the board
 
@@ -117,6 +122,17 @@ class _Told:
         return np.linalg.lstsq(self.normal[at, at], self.slope[at], rcond=None)[0]
 
 
+@dataclass(frozen=True, slots=True)
+class _Sides:
+    """Of all photos (n,), on which side they have the axis."""
+
+    side: np.ndarray  # (n,) +1 or -1
+    share: np.ndarray  # (n,) what each says of the axis over what all say
+    sure: np.ndarray  # (n,) by how much its squared residual is less than on the other side
+    left: float  # squared residual of all
+    variance: float
+
+
 def turned_against_lens(camera: Camera, seen: Sequence[Corners]) -> list[int]:
     """Which photos, by number, have the lens's axis on the other side of the picture's middle than most; none where the
     photos do not tell, as where the axis goes through the middle.
@@ -128,21 +144,30 @@ def turned_against_lens(camera: Camera, seen: Sequence[Corners]) -> list[int]:
     if len(found) < _MANY:
         return []
     photos = list(found.values())
+    one, own = _sides_of(photos), _sides_of([replace(photo, pose=photo.zoomed) for photo in photos])
+    # photos that were focused or zoomed otherwise would pass for turned ones
+    if one.left - own.left > _OWN * len(photos) * own.variance:
+        one = own
+    turned = one.side < 0
+    if turned.sum() * 2 > len(turned):
+        turned = ~turned
+    least = (_TELLING if turned.mean() < _FEW else _PLAINLY) * one.variance
+    if not turned.any() or np.median(one.sure) < least or np.median(np.abs(one.share - 1.0)) > _SPREAD:
+        return []
+    certain = (one.sure > _SURE * one.variance) & (one.share > _LEAST)
+    return [k for k, about in zip(found, turned & certain, strict=True) if about]
+
+
+def _sides_of(photos: Sequence[_Shown]) -> _Sides:
+    """On which side each photo has the axis, with the print's own errors, which all share: they would pass for the
+    lens's."""
     offset = np.zeros((max(int(one.ids.max()) for one in photos) + 1, 2))
-    for _ in range(_PRINTS):  # the print's own errors, which all photos share, would pass for the lens's
+    for _ in range(_PRINTS):
         told = [_told(one, offset) for one in photos]
         side, lens, left = _best_sides(told)
         offset = offset + _misprint(photos, offset, side, lens)
-    variance = left / max(sum(one.freedom for one in told) - _EVEN - _ODD, 1)
     share, sure = _sided(told, side, lens)
-    turned = side < 0
-    if turned.sum() * 2 > len(side):
-        turned = ~turned
-    least = (_TELLING if turned.mean() < _FEW else _PLAINLY) * variance
-    if not turned.any() or np.median(sure) < least or np.median(np.abs(share - 1.0)) > _SPREAD:
-        return []
-    certain = (sure > _SURE * variance) & (share > _LEAST)
-    return [k for k, about in zip(found, turned & certain, strict=True) if about]
+    return _Sides(side, share, sure, left, left / max(sum(one.freedom for one in told) - _EVEN - _ODD, 1))
 
 
 def turned_against_given(camera: Camera, seen: Sequence[Corners]) -> list[int]:
@@ -176,8 +201,10 @@ def _shown(camera: Camera, corners: Corners) -> _Shown | None:
     )
     miss = (corners.pixels[fit.inlier] - there.reshape(-1, 2)).ravel()
     pose, _ = np.linalg.qr(slopes[:, :_POSE])
+    own = slopes[:, _COLUMNS[:2]] @ np.diag(camera.matrix)[:2]
+    zoomed, _ = np.linalg.qr(np.column_stack([slopes[:, :_POSE], own]))
     board = slopes[:, _POSE // 2 : _POSE].reshape(-1, 2, 3) @ fit.pose.rotation[:, :2]
-    return _Shown(corners.ids[fit.inlier], miss, pose, slopes[:, _COLUMNS], board)
+    return _Shown(corners.ids[fit.inlier], miss, pose, zoomed, slopes[:, _COLUMNS], board)
 
 
 def _told(shown: _Shown, offset: np.ndarray) -> _Told:
@@ -185,7 +212,7 @@ def _told(shown: _Shown, offset: np.ndarray) -> _Told:
     design, miss = shown.lens, shown.miss - (shown.print @ offset[shown.ids][..., None]).ravel()
     design = design - shown.pose @ (shown.pose.T @ design)
     miss = miss - shown.pose @ (shown.pose.T @ miss)
-    return _Told(design.T @ design, design.T @ miss, float(miss @ miss), len(miss) - _POSE)
+    return _Told(design.T @ design, design.T @ miss, float(miss @ miss), len(miss) - shown.pose.shape[1])
 
 
 def _misprint(photos: Sequence[_Shown], offset: np.ndarray, side: np.ndarray, lens: np.ndarray) -> np.ndarray:

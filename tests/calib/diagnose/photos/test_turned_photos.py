@@ -91,3 +91,23 @@ def test_a_mirrored_photo_among_others_is_found_and_one_without_a_board_is_not()
     }
     reader = reader_of(BOARD, {name: radiance(level, 0.004) for name, level in levels.items()})
     assert mirrored_photos(reader, look(reader, views_of(reader), quiet, "")) == ["b.png"]
+
+
+@pytest.mark.parametrize("zoom", [0.97, 1.01, 1.03])
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("fixed", [True, False])
+def test_none_is_accused_that_was_focused_or_zoomed_otherwise(zoom, seed, fixed):
+    """The bare board's photos, or the later half of the sample's; and of those that are turned as well, no others."""
+    drawn, _ = drawn_photos((), fixed=fixed, seed=seed)
+    middle = 0.5 * (np.array(SIZE) - 1)
+
+    def zoomed(corners):
+        return replace(corners, pixels=middle + zoom * (corners.pixels - middle))
+
+    boards, some = [zoomed(one) for one in drawn.boards], [zoomed(one) for one in drawn.samples[4:]]
+    for every in ([*boards, *drawn.samples], [*drawn.boards, *drawn.samples[:4], *some]):
+        assert turned_against_lens(quick_camera(every, SIZE), every) == []
+    if not fixed:
+        every = [*boards, *(about(one) if k in (0, 3, 5) else one for k, one in enumerate(drawn.samples))]
+        wanted = {len(boards) + k for k in (0, 3, 5)}
+        assert set(turned_against_lens(quick_camera(every, SIZE), every)) <= wanted
