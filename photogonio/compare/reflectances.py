@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -79,14 +80,11 @@ def load_known(path: Path, told: Told = UNTOLD) -> Known:
     Raises:
         InputError: no such file, or none of these.
     """
-    readers = {
-        ".json": _read_json,
-        ".npz": _read_grid,
-    }
     if not path.exists():
         raise InputError(path, "no such file; expected a BRDF (.json, .binary, .xml, .npz or a table)")
-    if path.suffix in readers and path.is_file():
-        return readers[path.suffix](path)
+    read = _reader_of(path) if path.suffix in _READERS else None
+    if read is not None:
+        return read(path)
     known = known_everywhere(path)
     if known is not None:
         return Known(
@@ -96,7 +94,18 @@ def load_known(path: Path, told: Told = UNTOLD) -> Known:
             evaluate=known.evaluate,
             luminance=known.channels == LUMINANCE,
         )
-    return _read_table(path, told)
+    read = _reader_of(path)
+    return _read_table(path, told) if read is None else read(path)
+
+
+def _reader_of(path: Path) -> Callable[[Path], Known] | None:
+    """Of a file that is called, or else begins, as JSON or arrays do; None of others."""
+    if not path.is_file():
+        return None
+    start = beginning(path, 256).lstrip()
+    arrays = start.startswith("PK\3\4") and ".npy" in start
+    told = ".npz" if arrays else ".json" if start.startswith("{") else ""
+    return _READERS.get(path.suffix.lower()) or _READERS.get(told)
 
 
 def _read_json(path: Path) -> Known:
@@ -201,3 +210,6 @@ def _at(incident: np.ndarray, exit: np.ndarray) -> Directions:
 
 def _names(count: int) -> tuple[str, ...]:
     return CHANNELS if count == 3 else tuple(f"c{k}" for k in range(count))
+
+
+_READERS = {".json": _read_json, ".npz": _read_grid}  # by what files are called

@@ -76,8 +76,9 @@ def known_everywhere(path: Path) -> KnownEverywhere | None:
 
 
 def of_coefficients(path: Path) -> KnownEverywhere | None:
-    """A coefficient file of this program; None for other files."""
-    if path.suffix != ".json" or f'"{FORMAT}"' not in beginning(path):
+    """A coefficient file of this program, whatever it is called; None for other files."""
+    start = beginning(path)
+    if not start.lstrip().startswith("{") or f'"{FORMAT}"' not in start:
         return None
     return _of_coefficients(load_brdf(path), "coefficients")
 

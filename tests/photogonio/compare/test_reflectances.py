@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from photogonio.capture.errors import InputError
 from photogonio.compare.reflectances import BESIDE, MOST_NAMED, TABLE, find_brdf, load_known
+from photogonio.reconstruct.goniometer.foreign import of_coefficients
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
 
@@ -75,3 +77,26 @@ def test_what_coefficients_leave_out_is_said(tmp_path):
         "small.json: does not say its quantity, which is taken to be brdf",
         "small.json: does not say its symmetry, which is taken to be isotropic",
     )
+
+
+@pytest.mark.parametrize("name", ["a.modes", "a", "A.JSON", "a.txt"])
+def test_coefficients_are_known_by_what_they_hold(tmp_path, name):
+    """Also those that export wrote, called as it was told."""
+    told = {"quantity": "brdf", "symmetry": "isotropic", "scale": "absolute"}
+    file = {"format": "surface-scattering-modes", "version": 2, "channels": ["Y"]} | told
+    text = json.dumps(file | {"modes": [[0, 0, 0]], "coefficients": [[1.0]]})
+    for one in (name, "small.json"):
+        (tmp_path / one).write_text(text)
+    known, same = (load_known(tmp_path / one) for one in (name, "small.json"))
+    up = np.array([[0.0, 0.0, 1.0]])
+    assert known.channels == same.channels == ("Y",)
+    np.testing.assert_array_equal(known.evaluate(up, up), same.evaluate(up, up))
+    assert of_coefficients(tmp_path / name) is not None
+
+
+def test_arrays_are_known_by_what_they_hold(tmp_path):
+    angles = np.stack(np.meshgrid([0.2, 0.7], [0.2, 0.7], [0.0, 1.5, 3.0], indexing="ij"), -1).reshape(-1, 3)
+    np.savez(tmp_path / "a.npz", grid=angles, brdf=np.full((12, 3), 0.1))
+    (tmp_path / "a.grid").write_bytes((tmp_path / "a.npz").read_bytes())
+    known, same = (load_known(tmp_path / name) for name in ("a.grid", "a.npz"))
+    np.testing.assert_array_equal(known.value, same.value)
