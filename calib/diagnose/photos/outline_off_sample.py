@@ -28,7 +28,8 @@ _STEP = 1.5  # pixels between places
 _CONTRAST = 0.5  # of white less black over their sum, at which an edge is the print's
 _PHOTOS = 4  # looked at
 _FEWEST = 6  # edges that are seen, beyond two for each that is hidden, that tell
-_DEEP = 3.0  # pixels: what is less is found by the sample's own edges
+_BLUR = 1.2  # pixels, of the picture: as far beyond the sample's border as board beside it still shows
+_ROW = 1e-6  # of a length: places no farther apart in depth are as deep
 _LEFT = 0.25  # of the outline's area that must remain
 
 
@@ -86,7 +87,7 @@ def print_within(state: State) -> tuple[np.ndarray, float] | None:
     if not seen:
         return None
     visible = np.nanmedian(seen, axis=0) > _CONTRAST
-    least = max(_DEEP * pixel, abs(plane.height))
+    least = least_deep([s.pose.center - middle for s in (shown[k] for k in every)], pixel, plane.height)
     kept, deepest = cut(outline, (white + black) / 2, visible, least)
     if deepest == 0.0:
         return None
@@ -96,6 +97,15 @@ def print_within(state: State) -> tuple[np.ndarray, float] | None:
         where = f"{photoset.folder / MANIFEST}: sample.outline"
         raise InputError(where, "the board's print is seen in most of it: the flat sample lies elsewhere")
     return kept, deepest
+
+
+def least_deep(toward: Sequence[np.ndarray], pixel: float, height: float) -> float:
+    """How deep within an outline in its place the print may seem to be seen, by cameras in the directions ``toward``
+    (3,): white and black are read aside of an edge, one of them beyond the border; blur smears board into the sample,
+    foreshortened; and one looks under a raised sample's border. What is less is found by the sample's own edges."""
+    cosine = float(np.median([one[2] / np.linalg.norm(one) for one in toward]))
+    cosine = max(cosine, 0.1)
+    return (_ASIDE + _BLUR / cosine) * pixel + abs(height) * float(np.sqrt(1.0 - cosine**2)) / cosine
 
 
 def print_edges(pattern: Print, outline: np.ndarray, pixel: float) -> tuple[np.ndarray, np.ndarray]:
@@ -120,13 +130,13 @@ def cut(
     outline: np.ndarray, places: np.ndarray, visible: np.ndarray, least: float
 ) -> tuple[np.ndarray, float]:
     """The outline without strips along its sides in which most of ``places`` (n, 2) are ``visible`` (n,), of
-    those that are deeper than ``least``, and how deep the deepest is; the one that tells most first."""
+    those with such a place deeper than ``least``, and how deep the deepest is; the one that tells most first."""
     kept, deepest = outline, 0.0
     while len(kept) >= 3:
         depths = [_depth(places, *side) for side in _sides(kept)]
         inside = np.min(depths, axis=0) > 0
         told = [_strip(depth[inside], visible[inside]) for depth in depths]
-        strips = [(gain, deep, k) for k, (gain, deep) in enumerate(told) if deep > least]
+        strips = [(gain, deep, k) for k, (gain, seen, deep) in enumerate(told) if seen > least]
         gain, deep, side = max(strips, default=(0, 0.0, 0))
         if gain < _FEWEST:
             break
@@ -135,15 +145,18 @@ def cut(
     return kept, deepest
 
 
-def _strip(depth: np.ndarray, visible: np.ndarray) -> tuple[int, float]:
-    """How many places are visible, less two for each hidden, in the strip where that is most, and how deep the first
-    place behind it is, which is hidden: between the two it is bare board or sample, and nothing tells which."""
+def _strip(depth: np.ndarray, visible: np.ndarray) -> tuple[int, float, float]:
+    """How many places are visible, less two for each hidden, in the strip where that is most; how deep the last of it
+    is; and how deep the first place behind it, which is hidden: between the two it is bare board or sample, and nothing
+    tells which."""
     order = np.argsort(depth)
     more = np.cumsum(np.where(visible[order], 1, -2))
+    more[:-1][np.diff(depth[order]) < _ROW] = 0  # places of one row tell together
     if not len(more) or more.max() <= 0:
-        return 0, 0.0
+        return 0, 0.0, 0.0
     best = int(np.argmax(more))
-    return int(more[best]), float(depth[order[min(best + 1, len(order) - 1)]])
+    behind = min(best + 1, len(order) - 1)
+    return int(more[best]), float(depth[order[best]]), float(depth[order[behind]])
 
 
 def _sides(outline: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from photogonio.calib.adjust.state import State
 from photogonio.calib.detect.observation import FIXED_POSE, Observation
 from photogonio.calib.detect.photo_reader import Reader
-from photogonio.calib.diagnose.photos.outline_off_sample import OutlineOffSample
+from photogonio.calib.diagnose.photos.outline_off_sample import OutlineOffSample, cut, least_deep
 from photogonio.calib.diagnose.procedure import ask
 from photogonio.calib.remarks import Remarks
 from photogonio.capture.errors import InputError
@@ -32,8 +33,8 @@ def level():
     return np.where(sheet, grain, found)
 
 
-def told(level, outline) -> tuple[np.ndarray, list[str]]:
-    plane = Plane(np.asarray(outline, float), 0.0)
+def told(level, outline, height: float = 0.0) -> tuple[np.ndarray, list[str]]:
+    plane = Plane(np.asarray(outline, float), height)
     photos = (Photo("s.png", "sample"),)
     photoset = PhotoSet(Path("."), "drawn", "mm", plane, "auto", photos, BOARD)
     reader, remarks = Reader(photoset, lambda _, view: radiance(level, NOISE)), Remarks()
@@ -74,3 +75,50 @@ def test_the_print_is_cut_off(level, low, high):
 def test_an_outline_beside_the_sample_is_refused(level):
     with pytest.raises(InputError, match="lies elsewhere"):
         told(level, np.array(TRUE) - [28.0, 18.0])
+
+
+@pytest.mark.parametrize("height", [0.0, 0.5, 3.0])
+@pytest.mark.parametrize(("tone", "blur"), [(0.05, 0.3), (0.05, 1.0), (0.3, 0.7)])
+def test_a_raised_sheet_in_its_place_is_left_wherever_the_print_has_edges(height, tone, blur):
+    """Edges of the print just within its border, at every part of a pixel; a thin sheet hangs, and one looks below."""
+    board = draw(CAMERA, POSE, NOISE, 0)
+    flat = np.stack([part.mean(axis=0) for part in plane_points(CAMERA, POSE)])
+    x, y = flat + (POSE.center[:2, None, None] - flat) * height / POSE.center[2]
+    for off in np.linspace(0.0, 3.0, 13):
+        low, high = LOW - off, HIGH + off
+        sheet = (x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1])
+        outline = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+        shown = np.where(sheet, tone + 0.1 * tone * RNG.normal(size=board.shape), board)
+        kept, said = told(cv2.GaussianBlur(shown, (0, 0), blur), outline, height)
+        np.testing.assert_array_equal(kept, outline)
+        assert said == []
+
+
+def test_what_an_outline_in_its_place_seems_to_show_goes_with_pixels_height_and_slant():
+    up, low = np.array([0.0, 0.0, 1.0]), np.array([0.0, np.sqrt(3.0), 1.0])  # 0 and 60 degrees
+    assert least_deep([up], 2.0, 5.0) == pytest.approx(2.0 * least_deep([up], 1.0, 0.0))
+    raised = least_deep([low], 1.0, 3.0) - least_deep([low], 1.0, 0.0)
+    assert raised == pytest.approx(3.0 * np.sqrt(3.0))
+    assert least_deep([low], 1.0, 0.0) > least_deep([up], 1.0, 0.0)
+
+
+def row(depth: float, count: int = 20) -> np.ndarray:
+    """Places at one depth within the lower side."""
+    return np.column_stack([np.linspace(LOW[0] + 8.0, HIGH[0] - 8.0, count), np.full(count, LOW[1] + depth)])
+
+
+@pytest.mark.parametrize("seen", [0.0, 0.5, 1.0])
+def test_a_row_that_is_seen_within_reach_of_the_border_tells_nothing(seen):
+    """However deep the first that is hidden lies."""
+    places, visible = np.concatenate([row(1.0), row(6.0)]), np.zeros(40, bool)
+    visible[: int(20 * seen)] = True
+    assert cut(np.array(TRUE), places, visible, 2.0)[1] == 0.0
+
+
+def test_a_row_of_which_part_is_seen_tells_as_a_whole():
+    places, visible = np.concatenate([row(3.0), row(6.0)]), np.zeros(40, bool)
+    visible[:10] = True
+    assert cut(np.array(TRUE), places, visible, 2.0)[1] == 0.0
+    visible[:20] = True
+    kept, deepest = cut(np.array(TRUE), places, visible, 2.0)
+    assert deepest == pytest.approx(6.0) and kept[:, 1].min() == pytest.approx(LOW[1] + 6.0)
