@@ -42,6 +42,7 @@ _ROUNDS, _PRINTS = 20, 6
 _SURE, _TELLING, _PLAINLY, _FEW = 16.0, 30.0, 300.0, 1.0 / 3.0
 # of what each photo says of the axis over what all say: in the middle; of a turned one
 _SPREAD, _LEAST = 0.35, 0.5
+_FOCALS, _ZOOMED = 4, 9.0  # steps to a photo's own focal length; squared standard errors by which it has one
 _OWN = 2.0  # squared standard errors a photo, by which focal lengths of their own must explain them better
 
 
@@ -178,9 +179,29 @@ def turned_against_given(camera: Camera, seen: Sequence[Corners]) -> list[int]:
         if as_is is None or about is None or about.inlier.sum() < as_is.inlier.sum():
             continue
         count = 2 * int(about.inlier.sum()) - _POSE
-        if count > 0 and count * ((as_is.rms / about.rms) ** 2 - 1.0) > _SURE:
+        if count <= 0 or count * ((as_is.rms / about.rms) ** 2 - 1.0) <= _SURE:
+            continue
+        free = [_of_own_focal(camera, replace(one, pixels=p)) for p in (one.pixels, last - one.pixels)]
+        zoomed = count * (0.5 * about.rms**2 / min(free) - 1.0) > _ZOOMED
+        if not zoomed or count * (free[0] / free[1] - 1.0) > _SURE:
             found.append(k)
     return found
+
+
+def _of_own_focal(camera: Camera, corners: Corners) -> float:
+    """The mean squared residual, in pixels, with the focal length that suits this photo best."""
+    mean = np.inf
+    for _ in range(_FOCALS):
+        shown = _shown(camera, corners)
+        if shown is None:
+            break
+        own = shown.lens[:, :2] @ np.diag(camera.matrix)[:2]
+        own = own - shown.pose @ (shown.pose.T @ own)
+        mean = min(mean, float(np.mean(shown.miss**2)))
+        matrix = camera.matrix.copy()
+        matrix[:2, :2] *= 1.0 + float(own @ shown.miss) / max(float(own @ own), 1e-300)
+        camera = Camera(matrix, camera.distortion, camera.size)
+    return mean
 
 
 def _centred(camera: Camera) -> Camera:
