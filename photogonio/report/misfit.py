@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 BLACK = 3.0  # times the noise that cells below 0 tell: less light is none
 MANY_BELOW = 8  # cells
+FEW_CELLS = 12  # of a photo: their median says little
 
 
 def relative_misfit(observed: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -32,6 +33,18 @@ def _below(observed: np.ndarray) -> np.ndarray:
     count = np.count_nonzero(below, axis=0)
     rms = np.sqrt(np.sum(below**2, axis=0) / np.maximum(count, 1))
     return np.where(count >= MANY_BELOW, rms, 0.0)
+
+
+def missed_by_photo(cells: Cells, fitted: np.ndarray) -> np.ndarray:
+    """(g,) of each photo of ``cells`` the median difference from what is ``fitted`` (n, c), over the larger of both and
+    in the mean of the channels; NaN of photos with fewer than :data:`FEW_CELLS`."""
+    larger = np.maximum(np.maximum(np.abs(cells.value), np.abs(fitted)), np.finfo(float).tiny)
+    apart = np.mean(np.abs(fitted - cells.value) / larger, axis=1)
+    count = np.bincount(cells.group, minlength=len(cells.groups))
+    each = [
+        np.median(apart[cells.group == k]) if count[k] >= FEW_CELLS else np.nan for k in range(len(count))
+    ]
+    return np.array(each)
 
 
 def shared_misfit(cells: Cells, fitted: np.ndarray) -> np.ndarray:

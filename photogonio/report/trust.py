@@ -19,7 +19,7 @@ from photogonio.reconstruct.estimate.narrow_gloss import half_angles
 from photogonio.reconstruct.paper_fit import UNTOLD
 from photogonio.reconstruct.rows.narrow import narrow_peak
 from photogonio.reconstruct.rows.resolved import CORE, core_unseen, resolved_by
-from photogonio.report.misfit import relative_misfit, shared_misfit
+from photogonio.report.misfit import missed_by_photo, relative_misfit, shared_misfit
 from photogonio.result import Fault
 
 if TYPE_CHECKING:
@@ -37,6 +37,9 @@ BRIGHTEST = 1.05  # albedo: paper and patches are known to a few per cent
 MISFIT = 0.2  # median, relative
 HOPELESS = 0.5  # median, relative: no noise of a measurement that is worth a fit
 PEAK = 0.6  # rms misfit, relative: as much of the light is where the fit has none
+# of a photo, the median misfit, relative, and over the middle photo's: right photos are within 5 % and 8 times
+ASTRAY, ASTRAY_TIMES = 0.15, 8.0
+FEW_PHOTOS = 4  # of which one cannot be called the odd one
 APART = 0.2  # photos at the same directions, relative
 KNOWN = 0.02  # of an albedo, that it is told within where many rows are lost
 # of an albedo: more than twice as unsure as plain paper, whose reflectance nobody measured, leaves it
@@ -122,6 +125,10 @@ def _meant(albedo: float) -> str:
 def _told(result: Result, code: str) -> str:
     told = [one.message for one in result.diagnoses if one.code == code]
     return told[0] if told else ""
+
+
+def _misplaced(result: Result) -> str:
+    return _told(result, "sample-not-believed")
 
 
 def _cosine(result: Result) -> str:
@@ -227,6 +234,23 @@ def _misfit(result: Result) -> str:
     if median[worst] <= HOPELESS and shared_misfit(cells, fitted)[worst] <= MISFIT:
         return ""  # the rows' own noise
     return f"the fit misses the middle one of the data by {median[worst]:.0%}"
+
+
+def _astray(result: Result) -> str:
+    cells, stray = result.fit.cells, np.maximum(result.fit.stray, 0.0)
+    if not cells.binned:
+        return ""
+    missed = missed_by_photo(cells.with_value(cells.value + stray), result.fit.predicted + stray)
+    told = missed[np.isfinite(missed)]
+    if len(told) < FEW_PHOTOS:
+        return ""
+    odd = np.flatnonzero(missed > max(ASTRAY, ASTRAY_TIMES * float(np.median(told))))  # of NaN never
+    if not len(odd):
+        return ""
+    worst = sorted(odd, key=lambda k: -missed[k])
+    named = ", ".join(f"{cells.groups[k]} by {missed[k]:.0%}" for k in worst[:3])
+    more = f" and {len(worst) - 3} more" if len(worst) > 3 else ""
+    return f"the fit misses {named}{more}, and the middle photo by {np.median(told):.1%}"
 
 
 def _peak(result: Result) -> str:
@@ -414,6 +438,20 @@ OF_FITS = (
         "the median misfit is above 20 % of what is seen, and neighbours agree that the fit is off; or above 50 %",
         "rows that are no measurements, angles that are not what they are taken for, or lamps that stood elsewhere",
         _misfit,
+    ),
+    Check(
+        "sample-not-believed",
+        "the photos show the sample ball farther from its place, or of another size, than a manifest's slip is taken "
+        "for, and the manifest is kept",
+        "the ball's radius or center, or the lengths of the board, are not as the manifest has them: measure them",
+        _misplaced,
+    ),
+    Check(
+        "photo-astray",
+        "the fit misses a photo by more than 15 % in the median of its cells, and by 8 times as much as the middle one",
+        "its lamp stood elsewhere than the manifest has it (two ids exchanged?), or it shows another sample or a "
+        "shadow: correct it, or leave it out",
+        _astray,
     ),
     Check(
         "modes-untold",

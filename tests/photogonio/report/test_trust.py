@@ -128,6 +128,26 @@ def test_a_result_that_holds_nowhere_is_excused_by_rows_alone(misfit, binned, fa
 
 
 @pytest.mark.parametrize(
+    ("off", "binned", "fault"), [(1.5, True, True), (1.1, True, False), (1.5, False, False)]
+)
+def test_a_photo_that_the_fit_misses_as_no_other_is_named(off, binned, fault):
+    """As where two lamps' ids are exchanged: robust weights pass over it, and what is left need not be right."""
+    photos, each = 6, 20
+    group = np.repeat(np.arange(photos), each)
+    fitted = np.linspace(0.1, 0.3, photos * each)[:, None] * [1.0, 0.5]
+    noise = 1.0 + 0.01 * np.sign(np.arange(photos * each) % 2 - 0.5)[:, None]
+    value = fitted * noise * np.where(group == 2, off, 1.0)[:, None]
+    cells = SimpleNamespace(value=value, binned=binned, group=group, groups=tuple("abcdef"))
+    cells.with_value = lambda changed: SimpleNamespace(**{**vars(cells), "value": changed})
+    fit = SimpleNamespace(cells=cells, predicted=fitted, stray=np.zeros_like(fitted))
+    (check,) = (one for one in OF_FITS if one.code == "photo-astray")
+    said = check.found(SimpleNamespace(fit=fit))
+    assert bool(said) == fault
+    if fault:  # missed by 1 - 1 / 1.5
+        assert "misses c by 33%" in said and "middle photo by 1.0%" in said
+
+
+@pytest.mark.parametrize(
     ("valid", "error", "looked", "fault"),
     [
         (0.0, 0.05, 0.3, False),
