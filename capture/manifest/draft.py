@@ -30,10 +30,12 @@ ROLES = {  # beginnings of folder or file names
 }
 BY_LIGHT = {"sample", "probe", "ambient"}
 DEVELOPED = {"jpeg", "heif", "avif", "jxl", "webp"}  # what a camera or a phone writes beside its RAW
+PICTURES = ("coverage.png", "fit.png", "lobes.png")  # of a result
 RESULTS = {  # files that tell a folder of results, and its pictures
-    "coefficients.json": {"coverage.png", "fit.png", "lobes.png"},
-    "comparison.json": {"scatter.png", "balls.png"},
+    "coefficients.json": PICTURES,
+    "comparison.json": ("scatter.png", "balls.png"),
 }
+DRAWN = "-photos"  # behind the name of a setup: the folder of its pictures
 NAMED = 200  # letters of file names in a message
 
 
@@ -195,8 +197,9 @@ def of_result(path: Path) -> bool:
     """Whether a picture is one that a result has: by its name, and the numbers beside it."""
     beside = any(path.name in names and path.with_name(told).is_file() for told, names in RESULTS.items())
     folder = path.parent
-    drawn = folder.name.endswith("-photos") and folder.with_name(folder.name[:-7] + ".json").is_file()
-    return beside or (drawn and folder.with_name(folder.name[:-7] + ".html").is_file())
+    setup = folder.with_name(folder.name.removesuffix(DRAWN))
+    written = all(setup.with_name(setup.name + suffix).is_file() for suffix in (".json", ".html"))
+    return beside or (setup != folder and written)
 
 
 def photo_of(name: str, exposure: Exposure) -> Photo:

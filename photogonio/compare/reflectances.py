@@ -11,6 +11,7 @@ import numpy as np
 from photogonio.capture.errors import InputError
 from photogonio.capture.files.arrays import read_arrays
 from photogonio.capture.files.documents import read_json
+from photogonio.capture.manifest.draft import PICTURES
 from photogonio.capture.manifest.schema import array
 from photogonio.capture.photoset import MANIFEST
 from photogonio.compare.colours import rendered
@@ -33,7 +34,7 @@ from photogonio.synthetic.render.world import brdf_from
 from photogonio.synthetic.write.truth import FORMAT as TRUTH_FORMAT
 
 # what process and calibrate write that holds no BRDF itself
-BESIDE = ("setup.json", "report.html", "coverage.png", "fit.png", "lobes.png")
+BESIDE = ("setup.json", "report.html", *PICTURES)
 TABLE = "table.npz"  # that they were fitted to
 LUMINANCE = ("Y",)  # channels of Radiance's and pab-opto's files without colour
 MEANT = ("quantity", "symmetry", "scale")  # keys of coefficients without which their numbers are guessed

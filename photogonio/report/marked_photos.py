@@ -10,6 +10,7 @@ import numpy as np
 from photogonio.calib.report.overlay import draw_marks, mark_view, picture_of, white_of
 from photogonio.calib.setup import Setup
 from photogonio.capture.linear.reader import RadianceReader
+from photogonio.capture.manifest.draft import DRAWN
 from photogonio.system.progress import Reporter
 
 _QUALITY = 88
@@ -17,7 +18,7 @@ _QUALITY = 88
 
 def pictures_folder(out: Path) -> Path:
     """Where the pictures of a setup file go: ``setup.json`` has them in ``setup-photos``."""
-    return out.with_name(f"{out.stem}-photos")
+    return out.with_name(out.stem + DRAWN)
 
 
 def save_pictures(radiance: RadianceReader, setup: Setup, folder: Path, reporter: Reporter) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -122,54 +123,19 @@ def _meant(albedo: float) -> str:
     return ""
 
 
-def _told(result: Result, code: str) -> str:
+def _told(code: str, result: Result) -> str:
+    """What a diagnosis of that ``code`` says; nothing where there is none."""
     told = [one.message for one in result.diagnoses if one.code == code]
     return told[0] if told else ""
 
 
-def _misplaced(result: Result) -> str:
-    return _told(result, "sample-not-believed")
-
-
-def _cosine(result: Result) -> str:
-    return _told(result, "table-cosine")
-
-
-def _quantity(result: Result) -> str:
-    return _told(result, "table-quantity")
-
-
-def _mirrored(result: Result) -> str:
-    return _told(result, "table-mirrored")
-
-
-def _slipped(result: Result) -> str:
-    return _told(result, "table-slipped")
-
-
-def _scan(result: Result) -> str:
-    return _told(result, "table-scan-off")
-
-
-def _uneven(result: Result) -> str:
-    return _told(result, "table-uneven")
-
-
-def _gain(result: Result) -> str:
-    return _told(result, "table-gain")
-
-
 def _much_lost(result: Result) -> str:
-    lost = _told(result, "table-much-lost")
+    lost = _told("table-much-lost", result)
     if not lost:
         return ""
     width = _albedo_width(result.brdf)
     within = f"to within {width:.1%}" if np.isfinite(width) else "to no known error"
     return f"{lost}; the others tell the albedo {within}" if width > KNOWN else ""
-
-
-def _saturated(result: Result) -> str:
-    return _told(result, "table-saturated")
 
 
 def _invalid(result: Result) -> str:
@@ -327,48 +293,48 @@ OF_FITS = (
         "exchanged pairs of directions differ in a table, and a cosine explains it; or values fall toward grazing as "
         "both cosines do",
         "the values are cosine-corrected, or intensities: --quantity says which",
-        _cosine,
+        partial(_told, "table-cosine"),
     ),
     Check(
         "quantity-in-header",
         "a table's header names its values as per cent, a reflectance factor or cosine-corrected, and they are read "
         "as f",
         "f is pi, 100 pi or a cosine away: --quantity says which, or brdf if they are f all the same",
-        _quantity,
+        partial(_told, "table-quantity"),
     ),
     Check(
         "azimuth-mirrored",
         "a table's peak toward the lamp, or beside the plane of incidence, is a mirror lobe, with odds above e^20",
         "azimuths count from the mirror side: --azimuth mirror, or lamp if they do not; or from elsewhere",
-        _mirrored,
+        partial(_told, "table-mirrored"),
     ),
     Check(
         "rows-slipped",
         "a table's values, all or from some row on, agree with one another far better a row or two lower or higher, "
         "with odds above e^50",
         "a value was lost, or the column of values pasted a row off; or a zero of the angles is off by a step",
-        _slipped,
+        partial(_told, "table-slipped"),
     ),
     Check(
         "scan-off",
         "all readings of one incidence, or of a run of lines that lie among others, are the same multiple, 1.3 or "
         "more, of what the others and exchanged pairs say",
         "another gain, filter or lamp than in the other scans",
-        _scan,
+        partial(_told, "table-scan-off"),
     ),
     Check(
         "rows-uneven",
         "every second row of a table, the rows of every second incidence, those on one side of the plane of incidence, "
         "or later ones are a multiple of the others, 1.05 or more, with odds above e^30 (e^40, e^100, e^40)",
         "detectors, lamps or gains that took turns, something in the way on one side, or a lamp that drifted",
-        _uneven,
+        partial(_told, "table-uneven"),
     ),
     Check(
         "gain-changed",
         "exchanged pairs of directions differ in a table, and a gain that changes at an angle or from line to line, by "
         "1.1 or more, explains it down to the noise",
         "a lamp that drifted, another gain, or a lit spot larger than the sample or the detector's view",
-        _gain,
+        partial(_told, "table-gain"),
     ),
     Check(
         "rows-lost",
@@ -381,7 +347,7 @@ OF_FITS = (
         "saturated",
         "the largest value of a table comes at 4 pairs of directions or more, and 5 times as often as the next ones",
         "the detector was saturated: what was brighter is not in the table",
-        _saturated,
+        partial(_told, "table-saturated"),
     ),
     Check(
         "peak-missed",
@@ -444,7 +410,7 @@ OF_FITS = (
         "the photos show the sample ball farther from its place, or of another size, than a manifest's slip is taken "
         "for, and the manifest is kept",
         "the ball's radius or center, or the lengths of the board, are not as the manifest has them: measure them",
-        _misplaced,
+        partial(_told, "sample-not-believed"),
     ),
     Check(
         "photo-astray",
